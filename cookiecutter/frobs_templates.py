@@ -1,7 +1,6 @@
-"""What the files of the scaffold are made of: the files of ``templates/`` renamed, and the texts of ``partials/``.
+"""Functions for the files of the scaffold, which are renamed files of ``templates/`` and texts of ``partials/``.
 
-An extension of Jinja, for cookiecutter and for ``frobs new`` alike. It needs frobs-devkit only to read a
-robot's file.
+This Jinja extension is used by cookiecutter and by ``frobs new``. It only needs frobs-devkit to read a robot's file.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ _HERE = Path(__file__).parent
 
 
 def camel(name: str) -> str:
-    """Return ``MyArm`` of ``my_arm``."""
+    """Return ``MyArm`` for ``my_arm``."""
     return "".join(word[:1].upper() + word[1:] for word in name.split("_"))
 
 
 def renamed(text: str, old: str, new: str) -> str:
-    """Return a text with a name replaced in each of its spellings: my_arm, MY_ARM, MyArm and my-arm."""
+    """Return a text with a name replaced in all its spellings: my_arm, MY_ARM, MyArm and my-arm."""
     spellings = {
         old: new,
         old.upper(): new.upper(),
@@ -35,10 +34,10 @@ def renamed(text: str, old: str, new: str) -> str:
 
 
 def plain(name: str, *names: str) -> str:
-    """Return a file of ``templates/``, renamed, without the self-check at its end: the tests of a plugin do that.
+    """Return a renamed file of ``templates/`` without the self-check at its end, which the plugin's tests replace.
 
     Args:
-        name: Of the file.
+        name: Name of the file.
         *names: Old name, new name, old name, new name, …
     """
     text = (_HERE.parent / "templates" / name).read_text("utf-8")
@@ -52,17 +51,17 @@ def plain(name: str, *names: str) -> str:
 
 
 def algorithm(name: str) -> str:
-    """Return ``templates/algorithm.py`` under another name, without its record, which stands in ``plugin.py``."""
+    """Return ``templates/algorithm.py`` under another name, without its record, which is in ``plugin.py``."""
     text = (_HERE.parent / "templates" / "algorithm.py").read_text("utf-8").partition("\n\n\n@hookimpl")[0] + "\n"
     for line in ("from frobs_core.hookspecs import hookimpl\n", "from frobs_core.specs import AlgorithmRecord\n"):
         text = text.replace(line, "")
-    summary, how, rest = text.partition("\n\nTo make a distribution of it")
+    summary, how, rest = text.partition("\n\nTo package it as a distribution")
     text = summary + "\n" + rest[rest.index('"""') :] if how else text
     return text.replace("cross_entropy", name).replace("CrossEntropy", camel(name))
 
 
 def paced_simulator(name: str) -> str:
-    """Return ``templates/my_paced_simulator.py`` under another name, without its record, which stands in ``plugin.py``."""
+    """Return ``templates/my_paced_simulator.py`` under another name, without its record, which is in ``plugin.py``."""
     text = plain("my_paced_simulator.py")
     for line in ("from frobs_core.capabilities import Level\n", "from frobs_core.specs import SimulatorRecord\n"):
         text = text.replace(line, "")
@@ -72,12 +71,12 @@ def paced_simulator(name: str) -> str:
 
 @pass_context
 def partial(context: Context, name: str, **values: Any) -> str:
-    """Return a file of ``partials/``, rendered.
+    """Return a rendered file of ``partials/``.
 
     Args:
-        context: Of the file that asks.
-        name: Of the partial.
-        **values: Further variables for it.
+        context: Context of the including file.
+        name: Name of the partial.
+        **values: Additional variables.
     """
     text = (_HERE / "partials" / name).read_text("utf-8")
     return context.environment.from_string(text).render({**context.get_all(), **values})
@@ -85,15 +84,15 @@ def partial(context: Context, name: str, **values: Any) -> str:
 
 @pass_context
 def robot_file(context: Context) -> Any:
-    """Return the facts of the robot's file that the answers name."""
-    from frobs_devkit.scaffold.robot_file import facts_for  # only a robot's file needs frobs-devkit
+    """Return the data of the robot's file in the answers."""
+    from frobs_devkit.scaffold.robot_file import facts_for  # only needed for a robot's file
 
     return facts_for(context["cookiecutter"])
 
 
 @pass_context
 def robot_distribution(context: Context) -> str:
-    """Return the distribution that offers the installed robot of a task alone."""
+    """Return the distribution that provides the installed robot of a new task."""
     name = context["cookiecutter"]["robot"]
     if name == "irb120":
         return "frobs-robots-abb"
@@ -103,7 +102,7 @@ def robot_distribution(context: Context) -> str:
 
 
 class Templates(Extension):
-    """Gives the functions above to the templates."""
+    """Provides the functions above to the templates."""
 
     def __init__(self, environment: Environment) -> None:
         super().__init__(environment)
@@ -113,7 +112,7 @@ class Templates(Extension):
 
 
 def repr_double(value: Any) -> str:
-    """Return a value as Python that ruff would format the same: strings in double quotes."""
+    """Return a value as Python code in ruff's format: strings in double quotes."""
     if not isinstance(value, str):
         return repr(value)
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')

@@ -1,11 +1,11 @@
-"""The cross-entropy method, as a plugin: a complete algorithm to copy and change.
+"""The cross-entropy method as a plugin: a complete algorithm to copy and modify.
 
-It draws the weights of a small network from a normal distribution, plays episodes with each draw, and moves the
-distribution to the best of them (de Boer et al. 2005; noise on the deviation as in Szita and Lőrincz 2006). Everything
-around it comes from the framework: the command line, the log, checkpoints, evaluation, plots and comparison.
+It samples the weights of a small network from a normal distribution, plays episodes with each sample, and moves the
+distribution to the best ones (de Boer et al. 2005; noise on the deviation as in Szita and Lőrincz 2006). The framework
+provides everything else: the command line, the log, checkpoints, evaluation, plots and comparison.
 
-To make a distribution of it, put the two parts into two modules: the record at the end is the plugin, and its module is
-what the entry point names::
+To package it as a distribution, put the two parts into two modules. The record at the end is the plugin, and the entry
+point names its module::
 
     [project.entry-points.frobs]
     my_algorithms = "my_package.plugin"
@@ -37,13 +37,13 @@ class CrossEntropyConfig(BaseModel):
     """Settings.
 
     Attributes:
-        population: Draws of an iteration.
-        elite: Share of them that the distribution moves to.
-        episodes: Of each draw; its reward is their mean.
+        population: Number of samples per iteration.
+        elite: Fraction of the samples that the distribution moves to.
+        episodes: Number of episodes per sample, whose mean reward counts.
         hidden: Width of the hidden layer; 0: a linear policy.
-        initial_deviation: Of each weight, at the start.
-        extra_deviation: Added to the deviation of the elite, falling to 0 over the first half of the training: else the
-            distribution closes before it has looked around.
+        initial_deviation: Initial deviation of each weight.
+        extra_deviation: Added to the deviation of the elite, decreasing to 0 over the first half of the training run.
+            Without it, the distribution would narrow before it has explored enough.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -72,13 +72,15 @@ class CrossEntropy(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Check settings and fill in the defaults."""
+        """Validate settings and add the defaults."""
         return _settings(config).model_dump(mode="json")
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Learn until ``steps`` environment steps were taken; an iteration that has begun is finished."""
+        """Train until ``steps`` environment steps were taken. The current iteration is always completed."""
         if self._env is None:
-            raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
+            raise RunError(
+                "this algorithm was loaded for prediction only; load it with an environment to continue training."
+            )
         while self._steps < steps:
             draws = self._rng.normal(self._mean, self._deviation, (self._config.population, self._num_weights))
             rewards = self._play(self._env, draws)
@@ -86,7 +88,7 @@ class CrossEntropy(Algorithm):
             if not monitor.is_due(self._steps) and self._steps < steps:
                 continue
             go_on = monitor.on_progress(self._steps, metrics)
-            # All that the next iteration depends on stands in self and in the environment: it may be saved here.
+            # The next iteration only depends on self and on the environment, so they may be saved here.
             monitor.offer_checkpoint(self._steps, self.save)
             if not go_on:
                 return
@@ -98,10 +100,10 @@ class CrossEntropy(Algorithm):
         episode_start: np.ndarray[Any, Any] | None = None,
         deterministic: bool = True,
     ) -> tuple[Any, None]:
-        """Act with the middle of the distribution, or with a draw for each observation."""
+        """Act with the mean of the distribution, or with a random sample for each observation."""
         seen = np.asarray(observation, np.float64)  # (n, k)
         weights = np.broadcast_to(self._mean, (len(seen), self._num_weights))
-        if not deterministic:  # not from the generator of the training, which others shall not disturb
+        if not deterministic:  # does not use the generator of the training run, which predictions must not affect
             weights = np.random.default_rng().normal(weights, self._deviation)
         return self._act(weights, seen), None
 
@@ -121,12 +123,12 @@ class CrossEntropy(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote; with an environment, to train on from there."""
+        """Read what :meth:`save` wrote. With an environment, training can continue."""
         self = cls.__new__(cls)
         try:
             told = json.loads((folder / "algorithm.json").read_text("utf-8"))
             if told["format"] != FORMAT:
-                raise CheckpointError(f"{folder} has format {told['format']}, and {FORMAT} is needed.")
+                raise CheckpointError(f"{folder} has format {told['format']}, but {FORMAT} is required.")
             observed, acted = _space_from_json(told["observation_space"]), _space_from_json(told["action_space"])
             self._build(observed, acted, _settings(told["config"]))
             self._env, self._steps = env, told["steps"]
@@ -141,30 +143,28 @@ class CrossEntropy(Algorithm):
     def _build(
         self, observation_space: gym.Space[Any], action_space: gym.Space[Any], config: CrossEntropyConfig
     ) -> None:
-        """Set what follows from the spaces and the settings."""
+        """Set the values that depend on the spaces and the settings."""
         if not isinstance(observation_space, gym.spaces.Box) or len(observation_space.shape) != 1:
             raise IncompatibleSpaceError(
-                self.name, observation_space, f"needs flat observations, and these are {observation_space}."
+                self.name, observation_space, f"requires flat observations, not {observation_space}."
             )
         if isinstance(action_space, gym.spaces.Box) and not action_space.is_bounded():
-            raise IncompatibleSpaceError(
-                self.name, action_space, f"needs actions with bounds, and these are {action_space}."
-            )
+            raise IncompatibleSpaceError(self.name, action_space, f"requires actions with bounds, not {action_space}.")
         self.observation_space, self.action_space, self._config = observation_space, action_space, config
         choices = action_space.n if isinstance(action_space, gym.spaces.Discrete) else None
         outputs = int(np.prod(action_space.shape or ()) if choices is None else choices)
         widths = [observation_space.shape[0], *([config.hidden] if config.hidden else []), outputs]
-        self._layers = [(above + 1, below) for above, below in pairwise(widths)]  # + 1: the bias
+        self._layers = [(above + 1, below) for above, below in pairwise(widths)]  # + 1 for the bias
         self._num_weights = sum(rows * columns for rows, columns in self._layers)
 
     def _play(self, env: gym.vector.VectorEnv[Any, Any, Any], draws: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Return the mean reward of each draw's episodes; (draws,).
+        """Return the mean reward of each sample's episodes, (draws,).
 
-        Each environment plays one episode after another; an episode belongs to the draw that is next when it begins.
+        Each environment plays one episode after another. When an episode begins, it is assigned to the next sample.
         """
-        episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # the draw of each
+        episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # the sample of each episode
         rewards = np.zeros(len(episodes))
-        playing = np.arange(env.num_envs)  # the episode that each environment plays; beyond the last: it waits
+        playing = np.arange(env.num_envs)  # the episode that each environment plays; after the last one, it waits
         begun, ended = env.num_envs, 0
         observation, _ = env.reset()
         while ended < len(episodes):
@@ -174,7 +174,7 @@ class CrossEntropy(Algorithm):
             observation, reward, terminated, truncated, _ = env.step(actions)
             self._steps += env.num_envs
             rewards[playing[busy]] += reward[busy]
-            done = busy & (terminated | truncated)  # the environment has begun its next episode in the same step
+            done = busy & (terminated | truncated)  # in the same step, the environment has begun its next episode
             count = int(done.sum())
             playing[done] = np.arange(begun, begun + count)
             begun, ended = begun + count, ended + count
@@ -182,7 +182,7 @@ class CrossEntropy(Algorithm):
         return means
 
     def _learn(self, draws: np.ndarray[Any, Any], rewards: np.ndarray[Any, Any], progress: float) -> dict[str, float]:
-        """Move the distribution to the elite, and return what is worth a line in the log."""
+        """Move the distribution to the elite, and return metrics for the log."""
         best = np.argsort(-rewards, kind="stable")[: max(1, round(self._config.elite * len(draws)))]
         self._mean = draws[best].mean(axis=0)
         extra = self._config.extra_deviation * max(0.0, 1.0 - 2.0 * progress)
@@ -194,7 +194,7 @@ class CrossEntropy(Algorithm):
         }
 
     def _act(self, weights: np.ndarray[Any, Any], observation: np.ndarray[Any, Any]) -> Any:
-        """Return the actions of networks, one for each observation: weights (n, weights), observation (n, k)."""
+        """Return the actions of one network per observation: weights (n, weights), observation (n, k)."""
         values, start = observation, 0
         for index, (rows, columns) in enumerate(self._layers):
             layer = weights[:, start : start + rows * columns].reshape(-1, rows, columns)
@@ -205,7 +205,7 @@ class CrossEntropy(Algorithm):
             return space.start + values.argmax(axis=1)  # (n,)
         middle, half = (space.high + space.low) / 2.0, (space.high - space.low) / 2.0
         actions = middle + half * np.tanh(values).reshape(-1, *space.shape)  # (n, …)
-        return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may leave the space
+        return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may exceed the space
 
 
 def _settings(config: Mapping[str, Any]) -> CrossEntropyConfig:
@@ -227,7 +227,7 @@ def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithm; this is the plugin, and a real one imports nothing heavy at its top."""
+    """Provide the algorithm. This is the plugin; a real one does not import anything heavy at its top."""
     return [
         AlgorithmRecord(
             name=CrossEntropy.name,

@@ -1,6 +1,6 @@
-"""The controller: it turns an action into a command for the joints, once per control step.
+"""The controller: it converts an action into a command for the joints, once per control step.
 
-Written for any number of environments at once: every array has a row for each.
+It handles any number of environments at once: every array has one row for each.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class MyController(Controller):
-    """Moves the commanded joint positions by a smoothed action: what jerks is filtered out.
+    """Moves the commanded joint positions by a smoothed action, which filters out jerky motion.
 
     Args:
-        max_delta: How far an action of 1 moves a joint in a control step [rad or m], if its velocity limit allows it.
-        smoothing: Share of the last step's action that goes on acting, in [0, 1).
+        max_delta: Motion of a joint in a control step for an action of 1 [rad or m], if its velocity limit allows it.
+        smoothing: Fraction of the previous step's action that is kept, in [0, 1).
     """
 
-    command_mode = CommandMode.POSITION  # of what apply() returns: joint positions
+    command_mode = CommandMode.POSITION  # type of the commands that apply() returns: joint positions
 
     def __init__(self, *, max_delta: float = 0.15, smoothing: float = 0.3) -> None:
         if not max_delta > 0.0:
@@ -37,35 +37,37 @@ class MyController(Controller):
         self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()  # (num_envs, dof)
         self._target: Floats = joints.home.copy()
         self._smooth: Floats = np.zeros_like(self._target)
-        self._step = np.minimum(self.max_delta, joints.velocity_limit * control_timestep)  # no faster than a joint may
+        self._step = np.minimum(
+            self.max_delta, joints.velocity_limit * control_timestep
+        )  # limited by the joint's velocity
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Forget: an episode starts where the task has placed the robot."""
+        """Reset the state, because an episode begins at the position where the task has placed the robot."""
         rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
         self._smooth[rows] = 0.0
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to, (num_envs, dof) [rad or m].
+        """Return the target joint positions, (num_envs, dof) [rad or m].
 
-        Steps add up on the commanded positions: an arm that started from the measured ones would sink, as gravity
-        pulls it a little below what is commanded.
+        Steps are added to the commanded positions. If they were added to the measured ones, an arm would sink, because
+        gravity pulls it slightly below the command.
         """
         self._smooth = self.smoothing * self._smooth + (1.0 - self.smoothing) * np.clip(action, -1.0, 1.0)
         self._target = np.clip(self._target + self._step * self._smooth, self._lower, self._upper)
         return self._target
 
     def snapshot(self) -> Snapshot:
-        """Return what ``apply`` depends on beside its argument, so that a training can be continued exactly."""
+        """Return the state that ``apply`` depends on besides its argument, so that training can continue exactly."""
         return {"target": self._target.copy(), "smooth": self._smooth.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._target, self._smooth = snapshot["target"].copy(), snapshot["smooth"].copy()
 
 
-if __name__ == "__main__":  # python my_controller.py: does it keep the contract of a controller?
+if __name__ == "__main__":  # python my_controller.py checks the controller's contract
     from frobs_core.specs import ControllerRecord
     from frobs_devkit.testing import check_controller, run_checks
 

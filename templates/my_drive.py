@@ -1,7 +1,7 @@
 """The task: a wheeled robot drives to a goal on the floor.
 
-Written for any number of environments at once: every array has a row for each. Keep to functions that work on rows, and
-use neither a product with a matrix nor a mean over the environments: environment i must not feel the others.
+It handles any number of environments at once: every array has one row for each. Only use functions that work on rows,
+and no products with a matrix or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rota
 
 
 def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
-    """Return vectors (num_envs, 3) of the world as a frame sees them that is turned by ``quat_wxyz`` (num_envs, 4)."""
+    """Convert vectors (num_envs, 3) from the world to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
-_BOUND = 1000.0  # [m, m/s, rad/s] more than a rover can be away, or as fast
+_BOUND = 1000.0  # [m, m/s, rad/s] more than the distance and speed of a rover
 
 
 class MyDrive(Task):
     """Drive to a goal on the floor. The episode ends there.
 
     Args:
-        tolerance: Distance that counts as reached [m].
-        goal_distance: Nearest and farthest goal [m].
-        progress_weight: Of the reward for each metre that the goal comes nearer [1/m].
-        time_penalty: In every step.
-        arrival_reward: At the goal.
+        tolerance: Distance at which the goal is reached [m].
+        goal_distance: Minimum and maximum distance of the goal [m].
+        progress_weight: Reward for each meter of progress toward the goal [1/m].
+        time_penalty: Penalty in every step.
+        arrival_reward: Reward at the goal.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
@@ -65,11 +65,11 @@ class MyDrive(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return everything that is not the robot: a floor, and a camera."""
+        """Return everything except the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(0.0, -2.6, 2.8), target=(0.0, 0.0, 0.0))})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: keep the robot's handle, and make buffers."""
+        """Prepare for a simulation: store the robot's handle and allocate buffers."""
         self._robot = robot = simulation.robots["robot"]
         self._start = [part.copy() for part in robot.base_pose]  # pos (num_envs, 3), quat_wxyz (num_envs, 4)
         self._goal: Floats = np.zeros((robot.num_envs, 3))
@@ -79,7 +79,7 @@ class MyDrive(Task):
         self._terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode in the n environments of the mask: turn the robot, choose a goal."""
+        """Begin an episode in the n environments of the mask: rotate the robot, choose a goal."""
         rows = rows_of(mask)
         heading = rng.uniform("heading", -np.pi, np.pi, mask=mask)  # (n,) [rad]
         self._robot.write_base_pose(
@@ -96,12 +96,12 @@ class MyDrive(Task):
         self._last_distance[rows] = self._distance[rows]
 
     def advance(self, context: StepContext) -> None:
-        """Measure, once in each control step; everything below uses it."""
+        """Measure, once in each control step, the quantities that the methods below use."""
         self._last_distance = self._distance
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the goal in the robot's frame, its distance, and forward and turning speed: 5 numbers."""
+        """Return the goal in the robot's frame, its distance, and the forward and angular velocities: 5 numbers."""
         bound = np.full(2, _BOUND)
 
         def velocity() -> Floats:
@@ -129,27 +129,27 @@ class MyDrive(Task):
         return np.asarray(sum(self._terms.values()))
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return what the reward is the sum of, (num_envs,) each, for logs and plots."""
+        """Return the terms that add up to the reward, (num_envs,) each, for logs and plots."""
         return self._terms
 
     def is_terminated(self) -> Mask:
-        """Return which episodes end here, with nothing to gain beyond, (num_envs,) bool: those at the goal."""
+        """Return which episodes end in this state, with no further reward, (num_envs,) bool: those at the goal."""
         return self.is_success()
 
     def is_success(self) -> Mask:
-        """Return where the robot is at the goal now, (num_envs,) bool."""
+        """Return which robots are at the goal now, (num_envs,) bool."""
         return self._distance <= self.tolerance
 
     def markers(self) -> Sequence[Marker]:
-        """Return what pictures show beside the scene: the goal."""
+        """Return markers to render in addition to the scene: the goal."""
         return (Marker(self._goal, self.tolerance),)
 
     def snapshot(self) -> Snapshot:
-        """Return what the task keeps between steps, so that a training can be continued exactly."""
+        """Return the state that the task keeps between steps, so that training can be continued exactly."""
         return {"goal": self._goal.copy(), "last_distance": self._last_distance.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._goal[:] = snapshot["goal"]
         self._last_distance = snapshot["last_distance"].copy()
         self._measure()
@@ -157,19 +157,19 @@ class MyDrive(Task):
     def _measure(self) -> None:
         pos, quat = self._robot.base_pose
         way = self._goal - pos
-        way[:, 2] = 0.0  # the goal is on the floor, wherever the robot's root link is
+        way[:, 2] = 0.0  # the goal is on the floor, regardless of the height of the robot's root link
         self._way = in_frame(quat, way)
         self._distance = np.sqrt((way**2).sum(axis=-1))
 
 
-if __name__ == "__main__":  # python my_drive.py: does it keep the contract of a task?
+if __name__ == "__main__":  # python my_drive.py checks the task's contract
     from my_rover import MY_ROVER
 
     from frobs_core.capabilities import Level
     from frobs_core.specs import TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
-    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from another state
+    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from a different state
     record = TaskRecord(name="my_drive", summary="a wheeled robot drives", entry_point="__main__:MyDrive", needs=needs)
     for result in run_checks(check_task(record, robot=MY_ROVER, controller="differential_drive")).results:
         print(result.status, result.name, result.message)

@@ -1,11 +1,12 @@
-"""A paced simulator: the world moves on by itself, by the wall clock, and FRobs waits for it.
+"""A paced simulator: the world runs by itself in real time, and FRobs waits for it.
 
-The world is another process, at the other end of a socket: put your robot, or your ROS graph, in its place. Here it is
-an engine that is stepped in real time, with drives that follow the commands that arrive, and hold the last one. Nobody
-can stop it, put its joints somewhere, save it or have two of it: the record does not claim ``pause``, ``teleport``,
-``snapshot`` or ``batched``. A reset drives the robots home.
+The world is a separate process at the other end of a socket; replace it with your robot or your ROS graph. Here it is
+an engine that is stepped in real time, with drives that follow the received commands and hold the last one. The world
+cannot be paused, teleported, saved or duplicated, so the record does not claim ``pause``, ``teleport``, ``snapshot`` or
+``batched``. A reset drives the robots home.
 
-``World`` is the other process. ``PacedRobot`` and ``MyPacedSimulator`` are its client: the required members of a simulator.
+``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are its client, with the required methods of
+a simulator.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from frobs_core.specs import SimulatorRecord
 
 RECORD = SimulatorRecord(
     name="my_paced_simulator",
-    summary="a world that runs by the wall clock, in a process of its own",
+    summary="a world that runs in real time in a separate process",
     entry_point=f"{__name__}:MyPacedSimulator",
     install_hint="pip install frobs-sim-mujoco",
     capabilities={"real_time": Level.APPROXIMATE, "drive": Level.APPROXIMATE},
@@ -47,20 +48,20 @@ RECORD = SimulatorRecord(
 
 _HOMING_SPEED = 1.0  # [rad/s or m/s]
 _HOMING_PERIOD = 0.02  # [s] between two commands on the way home
-_AT_HOME = 0.05  # [rad or m] that gravity may pull a joint off its home, and [rad/s or m/s] that it may still move
+_AT_HOME = 0.05  # [rad or m] maximum deflection by gravity at home, and [rad/s or m/s] maximum remaining velocity
 
 Ask = Callable[..., Any]
-"""Calls a method of the world and returns its answer."""
+"""Function that calls a method of the world and returns its result."""
 
 
 class World:
-    """The world: an engine that runs by the wall clock, and drives that follow what was commanded last.
+    """The world: an engine that runs in real time, with drives that follow the last command.
 
     Args:
-        engine: Name of the simulator that computes it.
-        robots: By name.
-        scene: Everything else.
-        timestep: Between two steps of the engine [s].
+        engine: Name of the simulator that computes the world.
+        robots: Robots, by name.
+        scene: The rest of the scene.
+        timestep: Duration of an engine step [s].
     """
 
     def __init__(self, engine: str, robots: Mapping[str, Placement], scene: Scene, timestep: float) -> None:
@@ -71,16 +72,16 @@ class World:
         self._rows: dict[str, list[Floats]] = {}
 
     def set_mode(self, robot: str, modes: Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
+        """Change the command mode, and hold."""
         self._rows[robot] = []
         self._simulation.robots[robot].set_command_mode(modes)
 
     def command(self, robot: str, rows: Floats) -> None:
-        """Follow some rows, one in each step, then hold the last; (k, dof)."""
+        """Follow the rows, one in each step, then hold the last one; (k, dof)."""
         self._rows[robot] = list(rows)
 
     def read(self) -> dict[str, dict[str, tuple[Floats, ...]]]:
-        """Return what is measured now of robots and bodies, by name."""
+        """Return the current measurements of robots and bodies, by name."""
         sim = self._simulation
         robots: dict[str, tuple[Floats, ...]] = {
             name: (one.joint_positions, one.joint_velocities, one.joint_efforts) for name, one in sim.robots.items()
@@ -88,7 +89,7 @@ class World:
         return {"robots": robots, "bodies": {name: (*body.pose, *body.twist) for name, body in sim.bodies.items()}}
 
     def run(self, connection: Connection) -> None:
-        """Step by the wall clock, and answer in between, until the other side is gone."""
+        """Step in real time, and handle requests in between, until the connection closes."""
         due = time.monotonic()
         while True:
             for name, rows in self._rows.items():
@@ -108,15 +109,15 @@ class PacedRobot(RobotHandle):
     """A robot of the world; its state is that at the end of the last step.
 
     Args:
-        name: In the simulation.
-        placement: Its description, its model and its place.
-        ask: How to reach the world.
+        name: Name in the simulation.
+        placement: Placement of the robot.
+        ask: Calls a method of the world.
     """
 
     def __init__(self, name: str, placement: Placement, ask: Ask) -> None:
         if placement.robot.base != "fixed":
-            raise ConfigurationError(f"robot '{placement.robot.name}' has a base that moves; it cannot be driven home.")
-        self.describe(name, placement, 1)  # name, joint names, limits, home and the like
+            raise ConfigurationError(f"robot '{placement.robot.name}' has a movable base, so it cannot be driven home.")
+        self.describe(name, placement, 1)  # sets name, joint names, limits, home and similar attributes
         self._ask = ask
         self.state: tuple[Floats, ...] = ()
 
@@ -136,17 +137,17 @@ class PacedRobot(RobotHandle):
         return read_only(self.state[2])
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
+        """Change the command mode, and hold."""
         self._set_modes(mode)
         self._ask("set_mode", self.name, self.command_modes)
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow: (1, dof), or a row for each physics step."""
+        """Set the targets of the drives: (1, dof), or one row for each physics step."""
         self._rows_given = values.shape[1] if values.ndim == 3 else None
         self._ask("command", self.name, values[0] if values.ndim == 3 else values)
 
     def check_rows(self, decimation: int) -> None:
-        """Raise SimulationError unless the last command fits a step."""
+        """Raise SimulationError unless the last command fits the step."""
         given, self._rows_given = self._rows_given, None
         if given not in (None, decimation):
             raise SimulationError(f"the command of robot '{self.name}' has {given} rows, not {decimation}.")
@@ -155,10 +156,10 @@ class PacedRobot(RobotHandle):
 
 
 class PacedBody(BodyHandle):
-    """A body of the world, where it was seen at the end of the last step.
+    """A body of the world, as observed at the end of the last step.
 
     Args:
-        name: In the simulation.
+        name: Name in the simulation.
     """
 
     def __init__(self, name: str) -> None:
@@ -177,11 +178,11 @@ class PacedBody(BodyHandle):
 
 
 class MyPacedSimulator(Simulation):
-    """A world that runs by the wall clock, in a process of its own.
+    """A world that runs in real time in a separate process.
 
     Args:
         engine: Name of the simulator that computes the world.
-        homing_timeout: Longest time that the robots may take to get home [s].
+        homing_timeout: Maximum time for driving the robots home [s].
     """
 
     render_modalities = ()
@@ -215,7 +216,7 @@ class MyPacedSimulator(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Say what becomes of a robot's model file: what the usual engine makes of it."""
+        """Describe the translation of a robot's model file: that of the usual engine."""
         simulation: type[Simulation] = get_record("simulator", "mujoco").load()
         return simulation.translation(model)
 
@@ -224,7 +225,7 @@ class MyPacedSimulator(Simulation):
             self._connection.send((method, arguments))
             return self._connection.recv()
         except (EOFError, OSError) as error:
-            raise SimulationError(f"the world is gone: {error or 'it closed the connection'}.") from error
+            raise SimulationError(f"the world has ended: {error or 'it closed the connection'}.") from error
 
     def _read(self) -> None:
         measured = self._ask("read")
@@ -238,13 +239,13 @@ class MyPacedSimulator(Simulation):
         return read_only(self._pacer.time)
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Drive home, and return when all robots are there and at rest."""
+        """Drive home, and return when all robots have arrived and stopped."""
         if mask is None or mask.any():
             self._drive_home()
             self._pacer.restart()
 
     def _drive_home(self) -> None:
-        """Move the commanded positions home, no faster than the joints can.
+        """Move the commanded positions home, within the joints' velocity limits.
 
         Raises:
             SimulationError: The robots are not at home after the timeout.
@@ -277,26 +278,26 @@ class MyPacedSimulator(Simulation):
         )
 
     def step(self, decimation: int) -> None:
-        """Wait until the world has moved on, and read it."""
+        """Wait until the world has advanced, and read its state."""
         for robot in self._robots.values():
             robot.check_rows(decimation)
         self._pacer.wait(decimation * self.physics_timestep)
         self._read()
 
     def close(self) -> None:
-        """End the world."""
+        """End the process of the world."""
         self._connection.close()
         self._process.terminate()
         self._process.wait()
 
 
-if __name__ == "__main__" and len(sys.argv) == 2:  # the world
+if __name__ == "__main__" and len(sys.argv) == 2:  # the process of the world
     other_side = Connection(int(sys.argv[1]))
     World(*other_side.recv()).run(other_side)
     sys.exit()
 
 
-if __name__ == "__main__":  # python my_paced_simulator.py: does it do what its record claims?
+if __name__ == "__main__":  # python my_paced_simulator.py checks the claims of its record
     from frobs_devkit.testing import check_simulator, run_checks
 
     for result in run_checks(check_simulator(RECORD)).results:

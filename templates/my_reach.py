@@ -1,7 +1,7 @@
-"""The task: an arm brings its tool to a goal, and holds it there.
+"""The task: an arm moves its tool to a goal and holds it there.
 
-Written for any number of environments at once: every array has a row for each. Keep to functions that work on rows, and
-use neither a product with a matrix nor a mean over the environments: environment i must not feel the others.
+It handles any number of environments at once: every array has one row for each. Only use functions that work on rows,
+and no products with a matrix or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_rotate
 
-_POSTURES = 8192  # random postures; goals are where those above the floor put the tool, so each can be reached
+_POSTURES = 8192  # random postures; goals are tool positions of those above the floor, so that each can be reached
 _FLOOR_CLEARANCE = 0.05  # [m] between a goal's posture and the floor
-_OUTERMOST = 2.5  # [%] of the goals at either end of each axis, which only a stretched arm reaches: left out
+_OUTERMOST = 2.5  # [%] of the goals at both ends of each axis, which only a stretched arm reaches, are omitted
 
 
 def distance_to(goal: Floats, position: Floats) -> Floats:
-    """Return the distance of positions (num_envs, 3) from goals (num_envs, 3) [m]; (num_envs,) [m]."""
+    """Return the distances of positions (num_envs, 3) from goals (num_envs, 3) [m]; (num_envs,) [m]."""
     return np.asarray(np.sqrt(((goal - position) ** 2).sum(axis=-1)))
 
 
 def seen_from(quat_wxyz: Floats, vector: Floats) -> Floats:
-    """Return vectors (num_envs, 3) of the world as a link sees them that is turned by ``quat_wxyz`` (num_envs, 4)."""
+    """Convert vectors (num_envs, 3) from the world to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
 def closeness(distance: Floats, width: float) -> Floats:
-    """Return 1 at the goal and 0.37 at one ``width`` [m] from it; (num_envs,), in (0, 1]."""
+    """Return 1 at the goal and 0.37 at a distance of ``width`` [m] from it; (num_envs,), in (0, 1]."""
     return np.exp(-((distance / width) ** 2))
 
 
 class MyReach(Task):
-    """Bring the tool centre point to a goal, and hold it there until the time is up.
+    """Move the tool center point to a goal, and hold it there until the time limit.
 
     Args:
-        tolerance: Distance that counts as reached [m].
-        precision_weight: Of the reward for the last centimetres.
-        start_noise: By how much joints may be off home when an episode begins [rad or m].
+        tolerance: Distance at which the goal is reached [m].
+        precision_weight: Weight of the reward for the last centimeters.
+        start_noise: Maximum deviation of joints from home at the start of an episode [rad or m].
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
@@ -62,11 +62,11 @@ class MyReach(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return everything that is not the robot: a floor, and a camera."""
+        """Return everything except the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.0, 0.0, 0.35))})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: find out what can be reached, and make buffers."""
+        """Prepare for a simulation: determine the reachable positions and allocate buffers."""
         self._robot = robot = simulation.robots["robot"]
         self._reachable = self._survey()  # (k, 3) [m]
         self._shoulder = robot.model.actuated_joints[0].child
@@ -92,15 +92,15 @@ class MyReach(Task):
         self._measure()
 
     def advance(self, context: StepContext) -> None:
-        """Measure, once in each control step; everything below uses it."""
+        """Measure, once in each control step, the quantities that the methods below use."""
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, tool, goal, and the way from tool to goal, twice: dof + 12 numbers.
+        """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        The way is given in the world, then in the frame of the first link that moves: what the other
-        joints have to do looks the same whichever way that link has turned. A learner may multiply a
-        term by its scale, so that the differences that matter are about 1.
+        The vector is given in the world, and in the frame of the first moving link, where the task of the other joints
+        looks the same for every angle of that link. A learner may multiply a term by its scale, which makes relevant
+        differences about 1.
         """
         robot = self._robot
         reach = longest_reach(robot.model, robot.tcp)
@@ -138,25 +138,25 @@ class MyReach(Task):
         return np.asarray(sum(self._terms.values()))
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return what the reward is the sum of, (num_envs,) each, for logs and plots."""
+        """Return the terms that add up to the reward, (num_envs,) each, for logs and plots."""
         return self._terms
 
     def is_success(self) -> Mask:
-        """Return where the tool is at the goal now, (num_envs,) bool. The last step's counts for the episode."""
+        """Return which tools are at the goal now, (num_envs,) bool. The last step counts for the episode."""
         return self._distance <= self.tolerance
 
-    # An episode ends when the time is up. To end it earlier, say where in is_terminated().
+    # An episode ends at the time limit. To end it earlier, implement is_terminated().
 
     def markers(self) -> Sequence[Marker]:
-        """Return what pictures show beside the scene: the goal."""
+        """Return markers to render in addition to the scene: the goal."""
         return (Marker(self._goal, self.tolerance),)
 
     def snapshot(self) -> Snapshot:
-        """Return what the task keeps between steps, so that a training can be continued exactly."""
+        """Return the state that the task keeps between steps, so that training can be continued exactly."""
         return {"goal": self._goal.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._goal[:] = snapshot["goal"]
         self._measure()
 
@@ -165,29 +165,29 @@ class MyReach(Task):
         self._distance = distance_to(self._goal, self._tcp)
 
     def _survey(self) -> Floats:
-        """Return tool positions (k, 3) [m] of postures that keep the whole arm off the floor; always the same."""
+        """Return tool positions (k, 3) [m] of postures in which the whole arm is above the floor; always the same."""
         robot = self._robot
         low = np.where(np.isinf(robot.position_lower[0]), -np.pi, robot.position_lower[0])
         high = np.where(np.isinf(robot.position_upper[0]), np.pi, robot.position_upper[0])
         postures = RandomSource(1).uniform("survey", low, high, (_POSTURES, robot.dof))[0]
         lowest: Floats = np.full(_POSTURES, np.inf)
-        for joint in robot.model.actuated_joints[1:]:  # where the first link is, no joint decides
+        for joint in robot.model.actuated_joints[1:]:  # no joint affects the position of the first link
             lowest = np.minimum(lowest, robot.frame_pose(joint.child, postures)[0][:, 2])
         tool = robot.frame_pose("tcp", postures)[0].copy()
         clear = np.minimum(lowest, tool[:, 2]) > _FLOOR_CLEARANCE
         if not clear.any():
-            raise UnsuitableRobotError(robot.robot.name, f"is in the floor in all of {_POSTURES} postures.")
+            raise UnsuitableRobotError(robot.robot.name, f"penetrates the floor in all of {_POSTURES} postures.")
         tool = tool[clear]
         inner, outer = np.percentile(tool, (_OUTERMOST, 100.0 - _OUTERMOST), axis=0)
         return np.asarray(tool[((tool >= inner) & (tool <= outer)).all(axis=-1)])
 
 
-if __name__ == "__main__":  # python my_reach.py: does it keep the contract of a task?
+if __name__ == "__main__":  # python my_reach.py checks the task's contract
     from frobs_core.capabilities import Level
     from frobs_core.specs import TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
-    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from another state
+    needs = {"teleport": Level.APPROXIMATE}  # each episode starts from a different state
     record = TaskRecord(name="my_reach", summary="an arm reaches", entry_point="__main__:MyReach", needs=needs)
     for result in run_checks(check_task(record, robot="irb120", controller="joint_delta_position")).results:
         print(result.status, result.name, result.message)

@@ -1,4 +1,4 @@
-"""The robot: a description of what its model file does not say. Limits, masses and shapes are read from that file."""
+"""The robot: everything that its model file does not contain. Limits, masses and shapes are read from the file."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ MY_ROVER = Robot(
     model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
     name="my_rover",
     base="wheeled",  # it moves freely in the world
-    tcp="base_link",  # the link that tasks talk about
-    # Wheels follow a velocity, no position. Much more damping, and the tyres slip or swing at larger timesteps.
+    tcp="base_link",  # the tool center point, which tasks refer to
+    # Wheels follow a velocity, not a position. With much more damping, the tires slip or oscillate at larger timesteps.
     gains=DriveGains(stiffness=0.0, damping=0.2),
     differential_drive=DifferentialDrive(
         left=("left_wheel_joint",),
         right=("right_wheel_joint",),
         separation=0.3,  # [m]
         wheel_radius=0.06,  # [m]
-        max_linear_velocity=0.8,  # [m/s] of an action of 1
+        max_linear_velocity=0.8,  # [m/s] for an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
     friction={"front_foot": 0.0, "back_foot": 0.0},  # they glide
     # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
 )
 
-if __name__ == "__main__":  # python my_rover.py: is it a sound robot?
+if __name__ == "__main__":  # python my_rover.py checks the robot
     from frobs_devkit.testing import check_robot, run_checks
 
     for result in run_checks(check_robot(MY_ROVER)).results:

@@ -1,8 +1,8 @@
-"""The simulator: how robots and bodies move. This one is NumPy alone: each joint moves by itself, and nothing touches.
+"""The simulator: how robots and bodies move. It only uses NumPy: each joint moves independently, and nothing collides.
 
-Its joints follow the drive law exactly, against gravity and with the inertia that they carry at home. The motion of one
-joint does not disturb the others, which is what ``drive: approximate`` in its record says. Bodies and floating bases
-fly. There are no contacts, rays, wrenches or pictures: :class:`frobs_core.interfaces.Simulation` refuses them.
+Its joints follow the drive law exactly, including gravity, with the inertia that they carry at home. Joints do not
+affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts, rays, wrenches
+and rendering are not supported; the methods of :class:`frobs_core.interfaces.Simulation` raise an error.
 
 Arrays are batched: (num_envs, …).
 """
@@ -31,18 +31,18 @@ from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia
 from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
 
 _KEPT = "moving_joints fixed_joints mimic_joints position_limits velocity_limits effort_limits joint_damping armatures"
-"""Elements of a model file that are simulated unchanged."""
+"""Elements of a model file that are simulated without changes."""
 
 
 class FreeBody(BodyHandle):
-    """A pose and a twist: a body of the scene, or the base of a robot.
+    """A pose and a twist of a scene body or of a robot's base.
 
     Args:
-        name: In the simulation.
+        name: Name in the simulation.
         num_envs: ≥ 1.
-        pose: At reset.
-        flies: Whether gravity pulls at it.
-        moves: Whether it can be moved; a static body cannot.
+        pose: Pose at reset.
+        flies: Whether gravity acts on it.
+        moves: Whether it can be moved; static bodies cannot.
         twist: Linear and angular velocity at reset.
     """
 
@@ -65,27 +65,27 @@ class FreeBody(BodyHandle):
         return read_only(self.linear), read_only(self.angular)
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Put the body somewhere at once, at rest."""
+        """Teleport the body; its velocity becomes 0."""
         if not self._moves:
-            raise SimulationError(f"body '{self.name}' is static; give it a mass, or kinematic=True.")
+            raise SimulationError(f"body '{self.name}' is static; set a mass or kinematic=True.")
         rows = rows_of(mask)
         self.pos[rows], self.linear[rows], self.angular[rows] = pos, 0.0, 0.0
         if quat_wxyz is not None:
             self.quat[rows] = quat_wxyz
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free body a velocity at once."""
+        """Set the velocity of a free body."""
         if not self.flies:
-            raise SimulationError(f"'{self.name}' is fixed or kinematic; it has no velocity.")
+            raise SimulationError(f"'{self.name}' is fixed or kinematic, so it has no velocity.")
         self.linear[rows_of(mask)], self.angular[rows_of(mask)] = lin_vel_world, ang_vel_world
 
     def reset(self, rows: Mask | slice) -> None:
-        """Go back to where it was placed, with the velocity of the scene."""
+        """Return to the initial pose and velocity of the scene."""
         self.pos[rows], self.quat[rows] = self._start.pos, self._start.quat_wxyz
         self.linear[rows], self.angular[rows] = self._twist
 
     def step(self, seconds: float, gravity: Floats) -> None:
-        """Fly."""
+        """Move freely."""
         if self.flies:
             self.linear += seconds * gravity
             self.pos += seconds * self.linear
@@ -95,11 +95,11 @@ class FreeBody(BodyHandle):
 
 
 class JointRobot(RobotHandle):
-    """A robot whose joints move one by one.
+    """A robot whose joints move independently.
 
     Args:
-        name: In the simulation.
-        placement: Its description, its model and its place.
+        name: Name in the simulation.
+        placement: Placement of the robot.
         num_envs: ≥ 1.
         gravity: (3,) [m/s²]
     """
@@ -107,14 +107,16 @@ class JointRobot(RobotHandle):
     def __init__(self, name: str, placement: Placement, num_envs: int, gravity: Floats) -> None:
         robot = placement.robot
         if robot.base not in ("fixed", "floating"):
-            raise ConfigurationError(f"robot '{robot.name}': base '{robot.base}' needs contacts, which are not here.")
-        self.describe(name, placement, num_envs)  # name, joint names, limits, home and the like
+            raise ConfigurationError(
+                f"robot '{robot.name}': base '{robot.base}' needs contacts, which are not supported."
+            )
+        self.describe(name, placement, num_envs)  # sets name, joint names, limits, home and similar attributes
         self._friction = self.expand([joint.damping for joint in self.model.actuated_joints])  # [N·m·s/rad]
         self.base = self._root = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
         self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot that falls with its base is weightless
         self._q = self.home.copy()
         self._v, self._efforts = np.zeros((2, *self._q.shape))
-        carried = composite_inertia(self.model, self.home[0])  # of each joint alone, at home [kg·m² or kg]
+        carried = composite_inertia(self.model, self.home[0])  # by each joint alone, at home [kg·m² or kg]
         self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
         self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
@@ -131,32 +133,32 @@ class JointRobot(RobotHandle):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
         return read_only(self._efforts)
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Put the joints somewhere at once."""
+        """Set the joint state without simulating the motion."""
         self._q[rows_of(mask)], self._v[rows_of(mask)] = positions, velocities
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Put the root link somewhere at once."""
+        """Teleport the root link."""
         self._root.pos[rows_of(mask)], self._root.quat[rows_of(mask)] = pos, quat_wxyz
 
     def reset(self, rows: Mask | slice) -> None:
-        """Go home, at rest, and hold."""
+        """Return to home, at rest and holding."""
         self._root.reset(rows)
         self._q[rows], self._v[rows], self._efforts[rows] = self.home[rows], 0.0, 0.0
         self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None
 
     def step(self, seconds: float, decimation: int, gravity: Floats) -> None:
-        """Advance by ``decimation`` physics steps of so many seconds."""
+        """Advance by ``decimation`` physics steps of the given duration [s]."""
         commands, weight = self._take_commands(decimation), self._weight()
         for k in range(decimation):
             self._drive(commands[:, k], seconds, weight)
             self._root.step(seconds, gravity)
 
     def _drive(self, target: Floats, seconds: float, weight: Floats) -> None:
-        """Move by one physics step of the drive law: the damping is implicit, except for joints that saturate."""
+        """Advance by one physics step with the drive law. Damping is implicit, except for saturated joints."""
         kd = self._active_damping
         effort = self._factor * target - self._active_stiffness * self._q - kd * self._v
         implicit = np.where(np.abs(effort) > self.effort_limit, 0.0, kd) + self._friction
@@ -180,7 +182,7 @@ class JointRobot(RobotHandle):
 
 
 class MySimulator(Simulation):
-    """Joints that move one by one, and bodies that fly, in NumPy."""
+    """Independently moving joints and flying bodies, in NumPy."""
 
     render_modalities = ()
 
@@ -205,7 +207,7 @@ class MySimulator(Simulation):
         self.state: Snapshot = {
             "time": self._time,
             "diverged": self._diverged,
-        }  # of snapshots: every array that changes
+        }  # state for snapshots: every array that changes
         for kind, parts in (("robots", self._robots), ("bodies", self._bodies)):
             for name, part in parts.items():
                 self.state |= {f"{kind}/{name}/{key}": array for key, array in part.arrays.items()}
@@ -214,8 +216,8 @@ class MySimulator(Simulation):
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """List how each element of a robot's model file is simulated; ``frobs doctor robot`` shows it."""
         table = dict.fromkeys(_KEPT.split(), (Treatment.KEPT, ""))
-        table["inertias"] = Treatment.APPROXIMATED, "what each joint carries at home"
-        return translate(model, table, others=(Treatment.DROPPED, "joints move one by one, without it"))
+        table["inertias"] = Treatment.APPROXIMATED, "only those that each joint carries at home"
+        return translate(model, table, others=(Treatment.DROPPED, "joints move independently, without it"))
 
     @property
     def time(self) -> Floats:
@@ -224,11 +226,11 @@ class MySimulator(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Which environments are no longer numbers, or None."""
+        """Environments with invalid numbers, or None."""
         return self._diverged if self._diverged.any() else None
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Go back to the scene as it was built."""
+        """Return to the initial state of the scene."""
         rows = rows_of(mask)
         parts: list[JointRobot | FreeBody] = [*self._robots.values(), *self._bodies.values()]
         for part in parts:
@@ -249,7 +251,7 @@ class MySimulator(Simulation):
         self._time += decimation * self.physics_timestep
 
 
-if __name__ == "__main__":  # python my_simulator.py: does it do what its record claims?
+if __name__ == "__main__":  # python my_simulator.py checks the claims of its record
     from frobs_core.capabilities import Level
     from frobs_core.specs import SimulatorRecord
     from frobs_devkit.testing import check_simulator, run_checks
@@ -257,7 +259,7 @@ if __name__ == "__main__":  # python my_simulator.py: does it do what its record
     exact = dict.fromkeys(("determinism", "snapshot", "teleport", "pause", "batched"), Level.EXACT)
     record = SimulatorRecord(
         name="my_simulator",
-        summary="joints one by one, in NumPy",
+        summary="independent joints, in NumPy",
         entry_point="__main__:MySimulator",
         capabilities={**exact, "drive": Level.APPROXIMATE},
     )

@@ -1,4 +1,4 @@
-"""Removes what was not asked for, and copies the robot's file."""
+"""Removes files that are not needed, and copies the robot's file."""
 
 import importlib.util
 import json

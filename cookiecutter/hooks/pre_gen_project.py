@@ -1,4 +1,4 @@
-"""Refuses answers that cannot be used, before a file is written."""
+"""Rejects invalid answers before a file is written."""
 
 import importlib.util
 import json
@@ -10,12 +10,12 @@ CHECKS = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "plugins/frobs
 
 
 def refuse(problem):
-    """End with one line."""
+    """Exit with an error message in one line."""
     sys.exit(f"error: {problem}")
 
 
 def check_alone(answers):
-    """Check the answers by themselves; frobs-devkit need not be installed."""
+    """Check the answers on their own, without frobs-devkit."""
     spec = importlib.util.spec_from_file_location("answers", CHECKS)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -25,14 +25,14 @@ def check_alone(answers):
 
 
 def check_installed(answers):
-    """Check the answers against what is installed here, and the robot's file."""
+    """Check the answers against the installed packages and the robot's file."""
     try:
         from frobs_core.errors import FrobsError
         from frobs_devkit.scaffold.clashes import check_clashes
         from frobs_devkit.scaffold.robot_file import facts_for
     except ImportError:
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
-            refuse("reading the robot's file needs frobs-devkit beside cookiecutter: pip install frobs-devkit")
+            refuse("reading the robot's file requires frobs-devkit; install it next to cookiecutter: pip install frobs-devkit")
         return
     try:
         check_clashes(answers)

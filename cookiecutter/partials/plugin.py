@@ -1,6 +1,6 @@
 {% set has_robot = "robot" in kinds %}
 {% set has_task = "task" in kinds %}
-"""Records of this distribution: what it offers, by name. Nothing heavy is imported to say so."""
+"""Records of the parts that this distribution provides. This module does not import anything heavy."""
 
 {% if kinds in ("task", "simulator", "controller", "robot task") %}
 from frobs_core.capabilities import Level
@@ -18,7 +18,7 @@ from frobs_core.specs import {{ kinds.title() }}Record
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the robot."""
+    """Provide the robot."""
     return [
         RobotRecord(
             name="{{ cookiecutter.name }}",
@@ -39,14 +39,14 @@ def frobs_robots() -> list[RobotRecord]:
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Offer the task, and the Gymnasium ID that joins it with a robot and a controller."""
+    """Provide the task, and the Gymnasium ID that combines it with a robot and a controller."""
     return [
         TaskRecord(
             name="{{ cookiecutter.__task }}",
 {% if cookiecutter.example == "wheeled" %}
             summary="drive to a goal on the floor",
 {% else %}
-            summary="hold the tool centre point at a goal",
+            summary="hold the tool center point at a goal",
 {% endif %}
             entry_point="{{ package }}.task:{{ camel(cookiecutter.__task) }}",
             install_hint="pip install {{ distribution }}",
@@ -72,11 +72,11 @@ def frobs_tasks() -> list[TaskRecord]:
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Offer the simulator. It is paced, as ``real_time`` says, and claims no teleporting, snapshots or pause."""
+    """Provide the simulator. It is paced (``real_time``) and does not claim teleporting, snapshots or pause."""
     return [
         SimulatorRecord(
             name="{{ cookiecutter.name }}",
-            summary="a world that runs by the wall clock, in a process of its own",
+            summary="a world that runs in real time in a separate process",
             entry_point="{{ package }}.simulator:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
             capabilities={"real_time": Level.APPROXIMATE, "drive": Level.APPROXIMATE},
@@ -87,12 +87,12 @@ def frobs_simulators() -> list[SimulatorRecord]:
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Offer the simulator. What it does not claim here, nobody may ask of it; what it claims is checked."""
+    """Provide the simulator. Others can only use the capabilities that it claims, and the kit checks the claims."""
     exact = ("determinism", "snapshot", "teleport", "pause", "batched")
     return [
         SimulatorRecord(
             name="{{ cookiecutter.name }}",
-            summary="joints that move one by one, in NumPy",
+            summary="independently moving joints, in NumPy",
             entry_point="{{ package }}.simulator:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
             capabilities={**dict.fromkeys(exact, Level.EXACT), "drive": Level.APPROXIMATE},
@@ -104,7 +104,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
 
 @hookimpl
 def frobs_controllers() -> list[ControllerRecord]:
-    """Offer the controller."""
+    """Provide the controller."""
     return [
         ControllerRecord(
             name="{{ cookiecutter.name }}",
@@ -120,7 +120,7 @@ def frobs_controllers() -> list[ControllerRecord]:
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithm."""
+    """Provide the algorithm."""
     return [
         AlgorithmRecord(
             name="{{ cookiecutter.name }}",

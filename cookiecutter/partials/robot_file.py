@@ -1,5 +1,5 @@
 {% set robot = robot_file() %}
-"""The robot: a description of what its model file does not say. Limits, masses and shapes are read from that file.
+"""The robot: everything that its model file does not contain. Limits, masses and shapes are read from the file.
 
 The joints, in the order of every joint array (limits in rad or m):
 
@@ -18,14 +18,14 @@ from frobs_core.interfaces import Robot
     model=str(Path(__file__).with_name("{{ robot.model_name }}")),
     name="{{ cookiecutter.name }}",
 {% if robot.home %}
-    home={  # [rad or m] where episodes begin; a joint that is left out rests at 0, or in the middle of its limits
+    home={  # [rad or m] where episodes begin; joints you omit rest at 0, or in the middle of their limits
 {% for joint, position in robot.home.items() %}
         {{ joint | literal }}: {{ position }},
 {% endfor %}
     },
 {% else %}
-    home={},  # [rad or m] by joint, where episodes begin; what is left out rests at 0, or in the middle of its limits
+    home={},  # [rad or m] by joint, where episodes begin; by default 0, or the middle of the limits
 {% endif %}
-    tcp={{ robot.tcp | literal }},  # the link that tasks talk about
-    # gains=DriveGains(stiffness=…, damping=…): left out, each joint is critically damped for the inertia that it moves
+    tcp={{ robot.tcp | literal }},  # the tool center point, which tasks refer to
+    # gains=DriveGains(stiffness=…, damping=…): by default, each joint is critically damped for the inertia it moves
 )

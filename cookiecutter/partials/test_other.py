@@ -1,4 +1,4 @@
-"""The {{ kinds }} keeps its contract: the conformance kit, check by check, and what else you know of it."""
+"""Tests of the {{ kinds }}: the checks of the conformance kit, and your own."""
 
 {% if kinds != "algorithm" %}
 import gymnasium as gym

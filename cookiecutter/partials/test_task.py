@@ -1,4 +1,4 @@
-"""The task keeps its contract: the conformance kit, check by check, and what else you know of it."""
+"""Tests of the task: the checks of the conformance kit, and your own."""
 
 import gymnasium as gym
 
@@ -13,7 +13,7 @@ test_environment = pytest_checks(check_env(ID))
 test_task = pytest_checks(check_task("{{ cookiecutter.__task }}"))
 
 
-def test_the_goal_can_be_given() -> None:
+def test_the_goal_can_be_set() -> None:
     env = gym.make(ID)
     env.reset(seed=0, options={"goal": [0.3, 0.2, 0.4]})
     _, reward, _, _, info = env.step(env.action_space.sample())

@@ -21,8 +21,7 @@ class Chain:
     """The moving joints between the root and a link, with all fixed transforms merged into them.
 
     Each joint's frame is rotated so that the joint moves about or along z. The state that is carried from the tip to
-    the
-    root is (7, n): a point [m] and a quaternion. Each joint therefore takes three products of arrays of length n.
+    the root is (7, n): a point [m] and a quaternion. Each joint therefore takes three products of arrays of length n.
 
     Attributes:
         columns: (k,) actuated joint that each of the k joints follows.

@@ -1,10 +1,12 @@
 """Finding, loading and listing plugins, such that a broken plugin does not affect the others.
 
     discovery.py    reads the entry points of the installed distributions; imports nothing
-    loading.py      imports one plugin, calls its hooks, validates its records known.py        lists which distribution
-    of this project provides which names report.py       result of loading a plugin requirements.py requirements of a
-    distribution, including compatible versions of the core probe.py        imports a plugin in a separate process
-    (child.py) with a time limit collection.py   loads plugins in isolation, stores the reports, and looks names up
+    loading.py      imports one plugin, calls its hooks, validates its records
+    known.py        lists which distribution of this project provides which names
+    report.py       result of loading a plugin
+    requirements.py requirements of a distribution, including compatible versions of the core
+    probe.py        imports a plugin in a separate process (child.py) with a time limit
+    collection.py   loads plugins in isolation, stores the reports, and looks names up
 
 The functions below use one collection, that of all installed plugins. :func:`isolated` replaces it temporarily.
 """

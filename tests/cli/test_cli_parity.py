@@ -92,7 +92,7 @@ def test_a_run_belongs_to_one_id(frobs: Frobs) -> None:
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        ((ID, "--simulators", "mujoco"), "name at least two"),
+        ((ID, "--simulators", "mujoco"), "choose at least two"),
         ((ID, "--simulators", "mujoco,newton"), "no simulator is named 'newton'"),
         (("CartPole-v1", "--simulators", "mujoco,mujoco"), "not an environment of FRobs"),
         ((ID, "--simulators", "mujoco,mujoco", "--only", "lidars"), "Did you mean 'lidar'?"),

@@ -56,7 +56,7 @@ def test_each_is_told_apart_and_none_reaches_the_others(site, examine, monkeypat
     assert facts["hanging"].cause == "its import had not ended after 2 s"
     assert "in forever" in facts["hanging"].traceback
     assert facts["hanging"].disabled
-    assert findings(facts["hanging"])["hanging"].advice == "leave it out: FROBS_DISABLE_PLUGINS=hanging-dist:hanging"
+    assert findings(facts["hanging"])["hanging"].advice == "disable it: FROBS_DISABLE_PLUGINS=hanging-dist:hanging"
     assert facts["dying"].cause == "its import ended the process with exit code 7"
 
 
@@ -116,8 +116,8 @@ def test_clashes_are_told_to_both(site, examine):
     site.add_robot("first-dist", "first", requires=CORE)
     site.add_robot("second-dist", "second", version="2.0", requires=CORE)
     facts = examine()
-    assert findings(facts["first"])["clash"].problem == "it is offered by 'second' of second-dist 2.0 too"
-    assert findings(facts["second"])["clash"].advice == "ask for 'second-dist:arm', or uninstall one of them"
+    assert findings(facts["first"])["clash"].problem == "it is also provided by 'second' of second-dist 2.0"
+    assert findings(facts["second"])["clash"].advice == "request 'second-dist:arm', or uninstall one of them"
     assert facts["first"].sound
 
 
@@ -133,7 +133,7 @@ def test_a_plugin_for_another_core_is_told(site, examine):
     site.add_robot("late-dist", "late", "arm_l", requires=("frobs-core>=7,<8",))
     site.add_robot("vague-dist", "vague", "arm_v", requires=("frobs-core",))
     facts = examine()
-    assert findings(facts["late"])["other-core"].problem.startswith("it is made for frobs-core >=7,<8, and this is ")
+    assert findings(facts["late"])["other-core"].problem.startswith("it requires frobs-core >=7,<8, but ")
     assert "without an end" in findings(facts["vague"])["no-core-versions"].problem
 
 

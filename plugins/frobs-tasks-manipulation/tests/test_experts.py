@@ -117,5 +117,5 @@ def test_the_kit_finds_an_expert_that_always_fails(monkeypatch: pytest.MonkeyPat
     (check,) = [each for each in check_env(LIFT) if each.name == "success_comes_and_goes"]
     check.run()
     monkeypatch.setattr("frobs_tasks_manipulation.lift.Lift.expert", f"{__name__}:Lazy")
-    with pytest.raises(CheckFailure, match="succeeds in none of 5 episodes"):
+    with pytest.raises(CheckFailure, match="does not succeed in any of 5 episodes"):
         check.run()

@@ -98,7 +98,7 @@ def test_a_read_only_folder_is_told_and_evaluates(small_disk: Path, caplog: pyte
     try:
         with pytest.raises(RunError, match=r"the run folder .* cannot be written: Read-only file system"):
             resume(run, steps=200)
-        with pytest.raises(RunError, match=r"cannot be made: Read-only file system"):
+        with pytest.raises(RunError, match=r"cannot be created: Read-only file system"):
             train(config(), small_disk / "other")
         assert evaluate(run, 3).episodes == 3
         assert "Read-only" in caplog.text

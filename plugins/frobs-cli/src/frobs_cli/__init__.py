@@ -1,7 +1,8 @@
 """The ``frobs`` command, and modules that the commands of other distributions share.
 
-    commands.py   records in which a distribution declares its commands program.py    builds the program from these
-    records; imports a command's module when the command runs group.py      errors, Ctrl-C and unknown commands
+    commands.py   records in which a distribution declares its commands
+    program.py    builds the program from these records; imports a command's module when the command runs
+    group.py      errors, Ctrl-C and unknown commands
     providers.py  additions of other distributions to ``frobs list`` and ``frobs show``
     output.py, facts.py, formats.py, options.py, model_options.py   for commands of any distribution
 

@@ -127,7 +127,7 @@ def test_what_was_not_measured_is_no_number_in_json() -> None:
 
 @pytest.mark.parametrize(
     ("simulator", "measurement", "reason"),
-    [("blind", "lidar", "does not claim 'rays'"), ("fixed", "replay", "task 'reach' needs 'teleport'")],
+    [("blind", "lidar", "does not support 'rays'"), ("fixed", "replay", "task 'reach' needs 'teleport'")],
 )
 def test_what_a_simulator_cannot_do_is_skipped_with_the_reason(
     simulator: str, measurement: str, reason: str, isolated_plugins: Callable[..., object]
@@ -172,7 +172,7 @@ def test_an_engine_that_raises_fails_and_the_rest_goes_on(isolated_plugins: Call
 
 @pytest.mark.parametrize("simulators", [["mujoco"], []])
 def test_one_simulator_is_not_enough(simulators: list[str]) -> None:
-    with pytest.raises(ConfigurationError, match="name at least two"):
+    with pytest.raises(ConfigurationError, match="choose at least two"):
         measure_parity(ID, simulators)
 
 

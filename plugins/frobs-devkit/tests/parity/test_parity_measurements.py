@@ -140,8 +140,8 @@ def test_approximate_drives_may_be_off_by_a_share_of_the_step(subjects: Compare)
 def test_approximate_drives_at_their_limits_may_be_off_by_what_the_step_size_does(subjects: Compare) -> None:
     exact, rough = saturated_step_response(subjects("fine")), saturated_step_response(subjects("rough_fine"))
     assert failed(exact) == ["joint positions", "drive efforts"]
-    assert "what the step size does" not in exact.facts
-    assert "mujoco is off by about so much itself: joint_1" in rough.facts["what the step size does"]
+    assert "effect of the step size" not in exact.facts
+    assert "The reference mujoco has about this error itself: joint_1" in rough.facts["effect of the step size"]
     joints = rough.comparisons[0]
     assert joints.status is Status.PASSED
     assert joints.tolerance == pytest.approx(2.0 * joints.error)  # the other half is the finer engine's own

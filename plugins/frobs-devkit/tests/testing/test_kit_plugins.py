@@ -62,7 +62,7 @@ def add(line: str) -> Callable[[str], str]:
 FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "nothing_offered": ("loads", lambda _: EMPTY, "offers no record"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
-    "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "and so does every command"),
+    "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "which slows down every command"),
     "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is offered by"),
     "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints when it is imported: hello"),
     "complains": (
@@ -115,7 +115,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
         "DeprecationWarning: it goes",
     ),
     "entry_point_of_nothing": ("entry_points_load", change(":ROBOT", ":ROBOTS"), "ROBOTS"),
-    "entry_point_of_another_kind": ("entry_points_load", change(":TASK", ":ALGORITHM"), "no subclass of Task"),
+    "entry_point_of_another_kind": ("entry_points_load", change(":TASK", ":ALGORITHM"), "not a subclass of Task"),
     "taken_name": ("names_are_free", change('name="kit_algorithm"', 'name="ppo"'), "frobs-algos-sb3"),
     "no_summary": ("summaries_are_one_line", change('"a task"', '""'), "has no summary"),
     "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "no short line"),

@@ -1,9 +1,13 @@
 """Facts and findings of ``frobs doctor`` about a robot's file or a plugin.
 
-report.py       the facts and the findings, as data reading.py      reads the file, tolerating more problems than a
-simulation joints.py       limits, drives, weight bodies.py       masses, inertias, shapes tools.py        possible tool
-links and their reach simulators.py   how each installed simulator represents the robot robot.py        combines
-everything plugins.py      the installed plugins, each imported in its own process
+report.py       the facts and the findings, as data
+reading.py      reads the file, tolerating more problems than a simulation
+joints.py       limits, drives, weight
+bodies.py       masses, inertias, shapes
+tools.py        possible tool links and their reach
+simulators.py   how each installed simulator represents the robot
+robot.py        combines everything
+plugins.py      the installed plugins, each imported in its own process
 """
 
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins

@@ -1,17 +1,17 @@
-"""The certificate that a task means the same on another simulator.
+"""Certificates of how closely simulators agree on a task.
 
 The modules::
 
-    measure.py          which measurements there are, and what each needs
-    subject.py          a simulator that is compared, and what it is compared on
-    tolerances.py       every tolerance, with its reason
-    kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · sliding.py · fall.py · slip.py · lidar.py ·
-    rewards.py · policy.py
-                        one measurement each: from subjects to numbers that are judged, and curves
-    free_bodies.py      how sliding.py, fall.py and slip.py place the bodies of the task's scene
-    certificate.py      all of it, and its files; report.py writes the Markdown, draw.py the pictures
+    measure.py          the measurements, and what each requires
+    subject.py          a simulator to compare, and the environment to compare it on
+    tolerances.py       all tolerances with their reasons
+    kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · sliding.py · fall.py ·
+    slip.py · lidar.py · rewards.py · policy.py
+                        one measurement each: turns subjects into judged numbers and curves
+    free_bodies.py      placement of the scene's bodies for sliding.py, fall.py and slip.py
+    certificate.py      all results and files; report.py writes the Markdown, draw.py the images
 
-Imported by those who compare, never by ``import frobs_core``.
+``import frobs_core`` does not import this package.
 """
 
 from frobs_devkit.parity.actions import ActionFile, read_actions

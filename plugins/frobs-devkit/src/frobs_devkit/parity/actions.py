@@ -1,4 +1,4 @@
-"""Action files: what is played through an environment on every simulator, step by step."""
+"""Action files: actions to replay in an environment on every simulator, step by step."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from frobs_core.files import write_aside, write_json
 from frobs_devkit.parity.errors import ActionFileError
 
 SUFFIXES = (".json", ".npz")
-"""Endings of an action file."""
+"""Suffixes of action files."""
 
-_AMPLITUDE = 0.5  # of the action space: room enough that an arm stays where it is free
+_AMPLITUDE = 0.5  # fraction of the action space; leaves an arm enough room to move freely
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,9 +27,9 @@ class ActionFile:
 
     Attributes:
         id: Gymnasium ID of the environment.
-        seed: Of its reset.
+        seed: Seed of the reset.
         actions: (steps, …) in the action space.
-        controller: What the actions mean; ``""``: whatever the environment's controller takes.
+        controller: Controller that the actions are for; ``""``: the environment's controller.
     """
 
     id: str
@@ -38,10 +38,10 @@ class ActionFile:
     controller: str = ""
 
     def write(self, path: Path) -> None:
-        """Write a file, whose ending, ``.json`` or ``.npz``, says the form.
+        """Write a file in the format of its suffix, ``.json`` or ``.npz``.
 
         Raises:
-            ConfigurationError: It has another ending.
+            ConfigurationError: The suffix is not supported.
         """
         content = {"id": self.id, "seed": self.seed, "controller": self.controller, "actions": self.actions}
         match path.suffix:
@@ -50,14 +50,14 @@ class ActionFile:
             case ".npz":
                 write_aside(path, lambda aside: np.savez(aside, **content))  # type: ignore[arg-type]
             case _:
-                raise ActionFileError(path, f"an action file ends in {' or '.join(SUFFIXES)}.")
+                raise ActionFileError(path, f"an action file must have the suffix {' or '.join(SUFFIXES)}.")
 
 
 def read_actions(path: Path) -> ActionFile:
-    """Read an action file, executing nothing that it holds.
+    """Read an action file, without executing code in it.
 
     Raises:
-        ConfigurationError: It cannot be read, or lacks something.
+        ConfigurationError: It cannot be read or is incomplete.
     """
     try:
         if path.suffix == ".npz":
@@ -66,23 +66,24 @@ def read_actions(path: Path) -> ActionFile:
         elif path.suffix == ".json":
             found = json.loads(path.read_text("utf-8"))
         else:
-            raise ActionFileError(path, f"an action file ends in {' or '.join(SUFFIXES)}.")
+            raise ActionFileError(path, f"an action file must have the suffix {' or '.join(SUFFIXES)}.")
     except FileNotFoundError as error:
         raise ActionFileError(path, "the file does not exist.") from error
-    except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: no JSON, or a pickle
+    except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: not JSON, or a pickle
         raise ActionFileError(path, f"this is not an action file: {error}") from error
     missing = [name for name in ("id", "seed", "actions") if not isinstance(found, dict) or name not in found]
     if missing:
         raise ActionFileError(
             path,
-            f"{', '.join(missing)} missing; an action file has 'id', 'seed' and 'actions' (steps, …), and optionally 'controller'.",
+            f"{', '.join(missing)} missing; an action file contains 'id', 'seed' and 'actions' (steps, …), and "
+            "optionally 'controller'.",
         )
     try:
         seed = int(found["seed"])
         actions = np.asarray(found["actions"])
         if not np.issubdtype(actions.dtype, np.number):
             raise ValueError(f"actions are {actions.dtype}, not numbers")
-    except (TypeError, ValueError) as error:  # ragged lists, texts
+    except (TypeError, ValueError) as error:  # ragged lists, strings
         raise ActionFileError(path, f"seed or actions are not numbers: {error}") from error
     return ActionFile(
         id=str(found["id"]), seed=seed, actions=actions, controller=str(found.get("controller", "") or "")
@@ -90,30 +91,31 @@ def read_actions(path: Path) -> ActionFile:
 
 
 def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, where: str) -> None:
-    """Refuse actions that are not for an environment.
+    """Check that actions fit an environment.
 
     Args:
         file: The actions.
-        env: The environment that they are to be played in.
-        id: Its ID.
+        env: Environment for the replay.
+        id: ID of the environment.
         controller: Name of its controller.
-        where: What the message begins with.
+        where: Beginning of error messages.
 
     Raises:
         ConfigurationError: The ID, the controller, the shape or a number does not fit.
     """
     space, actions = env.action_space, file.actions
     if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
-        raise ActionFileError(where, f"it is for '{file.id}', not for '{id}': frobs parity {file.id} --actions …")
+        raise ActionFileError(where, f"it is for '{file.id}', not for '{id}'; use frobs parity {file.id} --actions …")
     if file.controller and file.controller != controller:
         raise ActionFileError(
-            where, f"it is for the controller '{file.controller}', not '{controller}': --controller {file.controller}"
+            where,
+            f"it is for the controller '{file.controller}', not '{controller}'; use --controller {file.controller}",
         )
     if file.seed < 0:
         raise ActionFileError(where, f"seed is {file.seed}; it must be at least 0.")
     wanted = space.shape or ()
     if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
-        raise ActionFileError(where, f"actions have the shape {actions.shape}; '{id}' takes {('steps', *wanted)}.")
+        raise ActionFileError(where, f"actions have the shape {actions.shape}; '{id}' requires {('steps', *wanted)}.")
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():
             step = int(np.argwhere(~np.isfinite(actions))[0][0])
@@ -125,12 +127,12 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
 
 
 def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:
-    """Return actions (steps, …) that swing to and fro, each number with its own period; random ones of a space without.
+    """Return actions (steps, …) that oscillate, each element with its own period; random ones for other spaces.
 
     Args:
-        space: Of one environment's actions.
+        space: Action space of a single environment.
         steps: ≥ 1.
-        seed: Of the periods.
+        seed: Seed of the periods.
     """
     if not isinstance(space, gym.spaces.Box):
         space.seed(seed)
@@ -138,7 +140,7 @@ def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[A
     rng = np.random.default_rng(seed)
     cycles, signs = rng.uniform(2.0, 5.0, space.shape), rng.choice((-1.0, 1.0), space.shape)
     time = np.linspace(0.0, 2.0 * math.pi, steps, endpoint=False).reshape(steps, *(1 for _ in space.shape))
-    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # where a space has no bounds
-    # A cosine, because the way of actions that are added up is then a sine: to both sides of where it began.
+    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # if the space has no bounds
+    # A cosine, so that the integral of the actions is a sine, which moves to both sides of the start.
     swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.cos(cycles * time)
     return swing

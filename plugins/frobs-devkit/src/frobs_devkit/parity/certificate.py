@@ -1,4 +1,4 @@
-"""The certificate: what all measurements found, with all versions, as files."""
+"""The certificate: all results and versions, and the files it is written to."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from frobs_devkit.parity.report import markdown
 from frobs_devkit.parity.result import Measurement, Status
 
 FORMAT = 1
-"""Raised when what ``certificate.json`` holds changes its meaning."""
+"""Version of the format; it increases when the meaning of ``certificate.json`` changes."""
 
 NAME = "certificate.json"
-"""Removed first and written last: where it is, everything is."""
+"""Removed first and written last, so that a folder with this file is complete."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """What parity found for one environment.
+    """Results for one environment.
 
     Attributes:
         id: Gymnasium ID.
         reference: Label of the simulator that the others are compared with.
-        simulators: Labels of all, the reference first.
-        facts: About the environment: robot, controller, timesteps, …
-        measurements: In the order in which they were made.
-        versions: Of Python, NumPy, the engines and every distribution of FRobs, and the machine.
-        actions: What the replay played; None: it was not made.
+        simulators: Labels of all simulators, reference first.
+        facts: Facts about the environment: robot, controller, timesteps, …
+        measurements: Measurements in the order in which they were made.
+        versions: Versions of Python, NumPy, the engines and every distribution of FRobs, and the machine.
+        actions: Actions of the replay; None if it was not made.
     """
 
     id: str
@@ -52,19 +52,19 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is over its tolerance, and anything was compared."""
+        """Whether at least one comparison was made and none exceeds its tolerance."""
         statuses = {measurement.status for measurement in self.measurements}
         return Status.FAILED not in statuses and Status.PASSED in statuses
 
     @property
     def verdict(self) -> str:
-        """``"18 passed, 1 failed, 2 skipped"``, of the comparisons."""
+        """Summary of the comparisons: ``"18 passed, 1 failed, 2 skipped"``."""
         statuses = [comparison.status for m in self.measurements for comparison in m.comparisons]
         counts = {status: statuses.count(status) for status in Status}
         return ", ".join(f"{count} {status}" for status, count in counts.items() if count)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold; a number that was not measured is None."""
+        """Return the certificate as JSON types; numbers that were not measured are None."""
         return {
             "format": FORMAT,
             "id": self.id,
@@ -92,10 +92,10 @@ class Certificate:
         """Write ``certificate.json``, ``certificate.md``, a PNG for each measurement, the curves and the actions.
 
         Everything is drawn before the first file is touched. ``certificate.json`` is removed first and written last, so
-        that a folder that holds one is complete.
+        that a folder with this file is complete.
 
         Raises:
-            ConfigurationError: The folder cannot be made.
+            ConfigurationError: The folder cannot be created.
             RunError: matplotlib is not installed.
         """
         pictures = {f"{m.name}.png": draw(m, self.simulators) for m in self.measurements if m.panels}
@@ -103,7 +103,7 @@ class Certificate:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(
-                f"the folder {folder} cannot be made: {error.strerror}; choose another with --out."
+                f"the folder {folder} cannot be created: {error.strerror}; choose another with --out."
             ) from error
         stale = _pictures_of(folder / NAME) - pictures.keys()
         (folder / NAME).unlink(missing_ok=True)
@@ -129,7 +129,7 @@ def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
 
 
 def _pictures_of(path: Path) -> set[str]:
-    """Return the pictures of the certificate that is replaced."""
+    """Return the images of the certificate that is replaced."""
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         pictures = {m["picture"] for m in json.loads(path.read_text("utf-8"))["measurements"] if m["picture"]}
         return {name for name in pictures if Path(name).name == name and name.endswith(".png")}

@@ -1,4 +1,4 @@
-"""The picture of a measurement, as a PNG."""
+"""Draws a measurement as a PNG."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import numpy as np
 from frobs_devkit.parity.result import Line, Measurement, Panel
 from frobs_train import COLORS, INK, dress, make_figure
 
-_BAD = "#C22E2E"  # of the tolerance
-_BOTTOM = 1e-17  # where a logarithmic axis shows zeros: below a rounding of anything near 1
+_BAD = "#C22E2E"  # color of the tolerance
+_BOTTOM = 1e-17  # position of zeros on a logarithmic axis: below the rounding error of numbers near 1
 _STROKES: tuple[Any, ...] = ("-", (0, (3, 2)), (0, (1, 1.5)), (0, (5, 1, 1, 1)))
 _MARKS = ("o", "x", "+", "d")
 
@@ -20,8 +20,8 @@ _MARKS = ("o", "x", "+", "d")
 def draw(measurement: Measurement, simulators: Sequence[str]) -> bytes:
     """Draw the panels of a measurement side by side.
 
-    The reference is a broad pale stroke, the others are thin and dark upon it: where they agree, each dark line runs in
-    the middle of its pale one.
+    The reference is a broad pale line, the others are thin dark lines on top of it. If they agree, each dark line runs
+    in the middle of its pale one.
 
     Raises:
         RunError: matplotlib is not installed.
@@ -86,7 +86,7 @@ def _stroke(line: Line, panel: Panel) -> dict[str, Any]:
 
 
 def _legend(axis: Any, panel: Panel, simulators: Sequence[str], errors: bool) -> None:
-    """Name the colours, and the strokes where several simulators share a colour."""
+    """Add legend entries for the colors, and for the line styles if several simulators share a color."""
     from matplotlib.lines import Line2D
 
     by_label = {line.label: line for line in panel.lines}

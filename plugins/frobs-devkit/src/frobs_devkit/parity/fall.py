@@ -1,4 +1,4 @@
-"""The bodies of a task fall on its floor and come to rest."""
+"""Compares how the bodies of a task fall on its floor and come to rest."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from frobs_devkit.parity.subject import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (
-    "Each free body of the task's scene falls flat from its own height onto the floor of the task. The rest height is that of "
-    "its lowest point; a negative one is the penetration at rest."
+    "Each free body of the task's scene falls flat from its own height onto the floor of the task. The rest height is "
+    "that of its lowest point; a negative one is the penetration at rest."
 )
 
 
@@ -53,6 +53,6 @@ def _fall(subject: Subject, body: Bounded) -> Fall:
 
 
 def _bounce(lowest: Floats) -> float:
-    """Return the largest height of the lowest point after it first turned upward, ≥ 0 [m]; 0: it never did."""
+    """Return the largest height of the lowest point after it first moved upward, ≥ 0 [m]; 0 if it never did."""
     rising = np.flatnonzero(np.diff(lowest) > 0.0)
     return float(max(0.0, lowest[rising[0] :].max())) if len(rising) else 0.0

@@ -1,4 +1,4 @@
-"""Where the measurements of a task's own bodies place them."""
+"""Placement of a task's own bodies for measurements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, jud
 from frobs_devkit.parity.subject import Subject
 
 AWAY = 5.0
-"""[m] between the robot and a body on the floor: out of its reach."""
+"""Distance between the robot and a body on the floor, beyond its reach [m]."""
 
 
 class Bounded:
@@ -30,7 +30,7 @@ class Bounded:
     Attributes:
         name: Name of the body in the scene.
         points: (k, 3) [m] points of its surface in its frame.
-        edges: (3,) [m] edges of its bounding box, the shortest first.
+        edges: (3,) [m] edges of its bounding box, shortest first.
         mass: Its mass [kg].
     """
 
@@ -45,27 +45,27 @@ class Bounded:
         self.edges = size[self._order]
 
     def turned(self, shortest: Literal["y", "z"]) -> Floats:
-        """Return the orientation in which the longest edge is along the x axis, (4,).
+        """Return the orientation with the longest edge along the x axis, (4,).
 
         Args:
-            shortest: The axis along which the shortest edge is.
+            shortest: Axis of the shortest edge.
         """
         matrix = np.zeros((3, 3))
-        rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # of the shortest, the middle and the longest edge
+        rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows of the shortest, the middle and the longest edge
         matrix[rows, self._order] = 1.0
-        matrix[0] *= np.linalg.det(matrix)  # no mirror image
+        matrix[0] *= np.linalg.det(matrix)  # avoids a mirror image
         return np.asarray(quat_from_matrix(matrix))
 
     def origin(self, center: Floats, quat_wxyz: Floats) -> Floats:
-        """Return where its frame is when the middle of its bounding box is at a place, (3,) [m]."""
+        """Return the position of the body's frame when the center of its bounding box is at a point, (3,) [m]."""
         return np.asarray(center - quat_rotate(quat_wxyz, self._center))
 
     def put_on_floor(self, env: RobotEnv, height: float = 0.0) -> None:
-        """Place the body flat, far from the robot.
+        """Place the body flat on the floor, far from the robot.
 
         Args:
             env: The environment.
-            height: Of its lowest point above the floor [m].
+            height: Height of its lowest point above the floor [m].
         """
         x, y, _ = env.robot.base_pose[0][0]
         quat = self.turned("z")
@@ -74,7 +74,7 @@ class Bounded:
 
 
 def bodies_of(subject: Subject) -> list[Bounded]:
-    """Return the free bodies of a task's scene that can touch something; of equal ones only the first."""
+    """Return the free bodies of a task's scene that collide. Equal bodies are only returned once."""
     found: dict[str, Body] = {}
     for name, body in subject.free_bodies.items():
         alike = replace(body, pose=Pose(), twist=AT_REST, rgba=(0.0, 0.0, 0.0, 1.0))
@@ -86,7 +86,7 @@ def bodies_of(subject: Subject) -> list[Bounded]:
 def compare_bodies(
     subjects: Sequence[Subject], summary: str, compare: Callable[[Bounded], tuple[list[Comparison], Panel]]
 ) -> Measurement:
-    """Return the measurement of all free bodies of the task: what ``compare`` returns for each body."""
+    """Return the measurement of all free bodies of the task, from the result of ``compare`` for each body."""
     bodies = bodies_of(subjects[0])
     if not bodies:
         return not_applicable(subjects, summary, "the task has no free body")
@@ -112,13 +112,13 @@ def compare_values(
     Args:
         subjects: The simulators.
         name: Name of the tolerance.
-        quantity: What the value is.
+        quantity: Name of the value.
         values: One value for each simulator; NaN if there is none.
-        scale: Value in which the tolerance is a share.
-        unknown: Why the first simulator may have no value. The comparisons are skipped then.
-        unit: Unit in which the values are shown.
-        factor: Values times this factor are in this unit.
-        missing: What is shown for a value of NaN.
+        scale: Value that the tolerance is relative to.
+        unknown: Reason why the first simulator may have no value. The comparisons are skipped then.
+        unit: Displayed unit of the values.
+        factor: Factor that converts values to this unit.
+        missing: Text that is displayed for NaN.
     """
 
     def show(value: float) -> str:
@@ -145,7 +145,7 @@ def compare_values(
 def draw_curves(
     subjects: Sequence[Subject], title: str, x_label: str, y_label: str, curves: Iterable[tuple[Floats, Floats]]
 ) -> Panel:
-    """Return the panel with one curve for each simulator. A simulator without points has no curve."""
+    """Return a panel with one curve for each simulator. Simulators without points are omitted."""
     lines = tuple(
         Line(subject.label, x, y, i, i)
         for i, (subject, (x, y)) in enumerate(zip(subjects, curves, strict=True))

@@ -1,4 +1,4 @@
-"""Bodies that spin, roll and slide on the floor until friction stops them."""
+"""Compares bodies that spin, roll and slide on the floor until friction stops them."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from frobs_core.models import Box, Pose, Sphere
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 
-_AWAY = 5.0  # [m] from the robot, out of its reach
+_AWAY = 5.0  # [m] from the robot, beyond its reach
 _DURATION = 2.0  # [s]
-_HALF, _STOPPED = 0.5, 0.02  # shares of the speed at the start; at the second a body has stopped
-_PAIR = 0.5, 0.8  # sliding friction of the plate and of the floor: every rule makes another coefficient of them
+_HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; at the second one a body counts as stopped
+_PAIR = 0.5, 0.8  # sliding friction of the plate and of the floor; every combination rule gives a different result
 _RULES = {
     "the larger": max(_PAIR),
     "the smaller": min(_PAIR),
@@ -71,8 +71,9 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
         panels.append(Panel(title=quantity.capitalize(), x_label="s", y_label=y_label, lines=tuple(lines)))
     facts |= {f"sliding friction of {_PAIR[0]:g} on {_PAIR[1]:g}, {s.label}": _combination(s) for s in subjects}
     return Measurement(
-        summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding coefficients are 1, which every engine "
-        "combines to 1. The rule for other coefficients and the time to full rest are listed, but not judged.",
+        summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding coefficients are 1, which "
+        "each engine combines to 1. The rule for other coefficients and the time to full rest are listed, but not "
+        "judged.",
         comparisons=tuple(comparisons),
         facts=facts,
         panels=tuple(panels),
@@ -80,7 +81,7 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _move(subject: Subject, period: float, body: Body, floor_friction: float = 1.0) -> _Motion | None:
-    """Return how a body moves; None: the simulator rejects it."""
+    """Return the motion of a body, or None if the simulator rejects it."""
     x, y, _ = subject.placement.pose.pos
     placed = replace(body, pose=Pose((x + _AWAY, y, body.pose.pos[2])))
     steps, samples = max(1, round(period / subject.physics_timestep)), round(_DURATION / period)
@@ -103,17 +104,17 @@ def _move(subject: Subject, period: float, body: Body, floor_friction: float = 1
 
 
 def _number(name: str, motion: _Motion, share: float) -> float:
-    """Return the time or distance after which a share of the initial speed is left; NaN if it never falls so low."""
+    """Return the time or distance until a fraction of the initial speed is left; NaN if this does not happen."""
     times, speeds, ways = motion
     slow = np.flatnonzero(speeds < share * speeds[0])
     return float((times if name == "spin_time" else ways)[slow[0]]) if len(slow) else float("nan")
 
 
 def _combination(subject: Subject) -> str:
-    """Return the coefficient that stops a plate, and the rule that combines the two materials to it."""
+    """Return the coefficient that stops a plate, and the rule that combines the two coefficients to this value."""
     motion = _move(subject, subject.physics_timestep, replace(_PLATE, friction=_PAIR[0]), _PAIR[1])
     assert motion is not None
-    distance = motion[2][-1]  # of a plate that starts at 1 m/s
+    distance = motion[2][-1]  # of a plate with an initial speed of 1 m/s
     coefficient = 1.0 / (2.0 * float(np.linalg.norm(subject.gravity)) * distance)
     rule = min(_RULES, key=lambda rule: abs(_RULES[rule] - coefficient))
     return f"{coefficient:.2f}: {rule}, {_RULES[rule]:.2g}"

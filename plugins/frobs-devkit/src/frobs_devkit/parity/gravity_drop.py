@@ -1,4 +1,4 @@
-"""The robot falls with its drives off: masses, inertias, damping and gravity, without the drive law."""
+"""Compares a fall with the drives off: masses, inertias, damping and gravity, without the drive law."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 DURATION = 1.0
-"""[s] of the fall, unless a joint comes to its limit before."""
+"""Duration of the fall, unless a joint reaches its limit before [s]."""
 
-_LEAST_FALL = 1e-3  # [rad or m]: below it, there was no fall to compare
+_LEAST_FALL = 1e-3  # [rad or m]: smaller motions are not compared
 
 
 def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the fall from home, until a joint comes to its limit in the reference."""
+    """Compare the fall from home until a joint reaches its limit in the reference."""
     reference, unit = subjects[0], subjects[0].joint_unit
     names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
     off = np.zeros((1, 1, dof))
@@ -38,7 +38,9 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
     comparisons = []
     for subject, fall in zip(subjects[1:], falls[1:], strict=True):
         if reached < _LEAST_FALL:
-            comparisons.append(skip(subject.label, reference.label, "gravity moves no joint of this robot from home"))
+            comparisons.append(
+                skip(subject.label, reference.label, "gravity does not move any joint of this robot from home")
+            )
             continue
         errors = differences(falls[0], fall)
         where = worst_joint(errors, names, first.times)
@@ -59,14 +61,14 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
         for i, (subject, fall) in enumerate(zip(subjects[1:], falls[1:], strict=True), 1)
     )
     return Measurement(
-        summary="The robot falls from home with its drives off, its base held, touching nothing, until a joint comes to "
-        f"its limit, or for {DURATION:g} s.",
+        summary="The robot falls from home with its drives off, its base held, and without collisions, until a joint "
+        f"reaches its limit, or for {DURATION:g} s.",
         comparisons=tuple(comparisons),
         facts={
             "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} {unit}"
         },
         panels=(
-            Panel(title="Each joint, its drive off", x_label="s", y_label=unit, lines=lines),
+            Panel(title="Each joint with its drive off", x_label="s", y_label=unit, lines=lines),
             Panel(
                 title="Largest difference of any joint",
                 x_label="s",

@@ -1,4 +1,4 @@
-"""Forward kinematics at random poses, against the model file's own."""
+"""Compares forward kinematics at random poses with those of the model file."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 POSES = 20
 FILE = "model file"
-"""What every simulator is compared with: kinematics needs no reference engine."""
+"""Reference of the comparison; kinematics does not need a reference engine."""
 
 _UNLIMITED = np.pi  # [rad or m] on both sides of 0, for joints without limits
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare where every link is, for joint vectors that are given and for joint states that are written.
+    """Compare the poses of all links, for given joint vectors and for written joint states.
 
     Args:
         subjects: The simulators.
-        poses: Random joint vectors inside the limits.
-        seed: Of the joint vectors.
+        poses: Number of random joint vectors inside the limits.
+        seed: Seed of the joint vectors.
     """
     placement = subjects[0].placement
     model, links = placement.model, [link.name for link in placement.model.links]
@@ -65,12 +65,12 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
         comparisons += [worst(rows) for rows in judged.values()]
     return Measurement(
-        summary=f"Where each of the {len(links)} links is, at {poses} random joint vectors inside the limits: for joint "
-        "vectors that are given, and read back after the joint state was written.",
+        summary=f"Poses of all {len(links)} links at {poses} random joint vectors inside the limits: computed for "
+        "given joint vectors, and read back after the joint state was written.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(
-                title="Largest distance of a link from where the file has it",
+                title="Largest distance of a link from its position in the file",
                 x_label="joint vector",
                 y_label="m",
                 lines=tuple(distances),

@@ -1,4 +1,4 @@
-"""A planar scan of one scene, before and after one of its bodies is moved."""
+"""Compares a planar scan of a scene, before and after one of its bodies is moved."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, jud
 from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES
 
-_HEIGHT = 0.3  # [m] of the rays above the robot's root link
+_HEIGHT = 0.3  # [m] height of the rays above the robot's root link
 _RAYS = 180
 _RANGE = 4.0  # [m]
-_OWN = "parity"  # name of the scanner that a robot without one is given
+_OWN = "parity"  # name of the scanner that is added to a robot without one
 
 
 def lidar(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the ranges of a scanner amid bodies of every shape; it is the robot's own, or one on its root link."""
+    """Compare the ranges of a scanner among bodies of every shape. It is the robot's lidar, or one on its root link."""
     reference = subjects[0]
     scans = [_scan(subject) for subject in subjects]
     comparisons: list[Comparison] = []
@@ -43,8 +43,8 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
             )  # fmt: skip
     name, scanner = _scanner(reference)
     return Measurement(
-        summary=f"{scanner.rays} rays of {'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} amid "
-        "boxes, a sphere, a cylinder and a capsule, as the scene was built and after a body was moved.",
+        summary=f"{scanner.rays} rays of {'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} "
+        "among boxes, a sphere, a cylinder and a capsule, in the initial scene and after a body was moved.",
         comparisons=tuple(comparisons),
         panels=_panels(subjects, scans, scanner),
     )
@@ -60,7 +60,7 @@ def _scanner(subject: Subject) -> tuple[str, Lidar]:
 
 
 def _bodies(subject: Subject) -> Mapping[str, Body]:
-    """Return what is scanned: walls on two sides, and one body of each shape, as tall as any scanner."""
+    """Return the bodies to scan: walls on two sides, and one body of each shape, all higher than any scanner."""
     x, y, _ = subject.placement.pose.pos
 
     def at(dx: float, dy: float, yaw: float = 0.0) -> Pose:
@@ -77,7 +77,7 @@ def _bodies(subject: Subject) -> Mapping[str, Body]:
 
 
 def _scan(subject: Subject) -> dict[str, Floats]:
-    """Return the ranges, (rays,) [m], by when they were measured."""
+    """Return the ranges, (rays,) [m], by the time of the measurement."""
     name, scanner = _scanner(subject)
     alone = subject.alone()
     placement = replace(alone, robot=replace(alone.robot, sensors={name: scanner}))
@@ -96,13 +96,13 @@ def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], 
     points, errors = [], []
     for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):
         ranges = found.get(moment, found["as built"])
-        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # nothing is drawn where nothing was hit
+        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # draw nothing where nothing was hit
         points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
         if i and moment in found:
             errors.append(Line(subject.label, np.degrees(angles), np.abs(found[moment] - scans[0][moment]), i))
     exact = all(subject.level("rays") == Level.EXACT for subject in subjects)
     return (
-        Panel(title=f"What the scanner sees, {moment}", x_label="m", y_label="m", lines=tuple(points), map=True),
+        Panel(title=f"Scan, {moment}", x_label="m", y_label="m", lines=tuple(points), map=True),
         Panel(
             title="Difference of each ray",
             x_label="degrees",

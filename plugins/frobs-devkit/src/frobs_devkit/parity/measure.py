@@ -1,4 +1,4 @@
-"""Making a certificate: which measurements there are, what each needs, and in what order."""
+"""Creates a certificate: the measurements, what each requires, and their order."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ from frobs_devkit.parity.subject import Subject, make_subjects
 from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)
-_LONGEST_REPLAY = 200  # steps of the actions that are made where none are given
+_LONGEST_REPLAY = 200  # number of generated actions if none are given
 
 
 @dataclass(frozen=True)
 class Plan:
-    """One measurement that can be made.
+    """A measurement that can be made.
 
     Attributes:
-        title: For people.
-        measure: Makes it.
+        title: Human-readable title.
+        measure: Function that makes it.
         needs: Capabilities that a simulator must have.
-        environment: Whether it needs the whole environment.
+        environment: Whether it needs the complete environment.
     """
 
     title: str
@@ -65,28 +65,29 @@ def measure_parity(
     keywords: Mapping[str, Any] | None = None,
     on_measurement: Callable[[str], None] = lambda _: None,
 ) -> Certificate:
-    """Measure whether an environment means the same on several simulators.
+    """Measure how closely several simulators agree on an environment.
 
     Args:
-        environment: Gymnasium ID of ours.
-        simulators: Names, the reference first; one that stands twice is compared with itself.
-        run: Whose policy is evaluated, and whose keywords the environment is given; None: no policy.
-        actions: Action file to replay; None: smooth actions of our own.
+        environment: Gymnasium ID of FRobs.
+        simulators: Names, reference first. A simulator that is listed twice is compared with itself.
+        run: Run whose policy is evaluated and whose keywords the environment uses; None: no policy.
+        actions: Action file to replay; None: generated smooth actions.
         only: Names of the measurements to make; None: all.
-        episodes: Of the policy's evaluation, ≥ 1.
-        keywords: Of the environment.
+        episodes: Number of episodes for evaluating the policy, ≥ 1.
+        keywords: Keywords of the environment.
         on_measurement: Called with the title of each measurement before it is made.
 
     Raises:
-        UnknownNameError: No such ID, simulator or measurement.
-        ConfigurationError: Fewer than two simulators, an ID that is not ours, or a file or run that does not fit.
-        CapabilityError: The environment cannot be made on the reference.
+        UnknownNameError: The ID, a simulator or a measurement does not exist.
+        ConfigurationError: There are fewer than two simulators, the ID is not one of FRobs, or a file or run does not
+            fit.
+        CapabilityError: The reference cannot run the environment.
         CheckpointError: The run has no usable checkpoint.
     """
     given = {**(_keywords_of(run, environment) if run else {}), **(keywords or {})}
     file = read_actions(actions) if actions else None
     if run:
-        run.newest_checkpoint()  # one that is damaged says so now, not after a minute
+        run.newest_checkpoint()  # reports a damaged one now, not after a minute
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]
     with reference.make() as env:
@@ -122,7 +123,7 @@ def measure_parity(
 
 
 def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
-    """Return the measurements by name, in the order in which they are made; the policy's needs a run."""
+    """Return the measurements by name, in their order. The policy's measurement requires a run."""
     plans = {
         "forward_kinematics": Plan("Forward kinematics", forward_kinematics),
         "step_response": Plan("Step response", step_response, needs=("drive",)),
@@ -155,7 +156,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
     elif len(able) > 1:
         try:
             found = plan.measure(able)
-        except Exception as error:  # what one engine does wrong must not hide what was found about the others
+        except Exception as error:  # an error of one engine must not hide the results of the others
             _log.debug("%s failed", name, exc_info=True)
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             failed = [replace(skip(s.label, reference.label, reason), status=Status.FAILED) for s in able[1:]]
@@ -166,7 +167,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
 def _missing(plan: Plan, subject: Subject) -> str:
     for need in plan.needs:
         if subject.level(need) == Level.UNSUPPORTED:
-            return f"it does not claim '{need}' ({abilities()[need].summary})"
+            return f"it does not support '{need}' ({abilities()[need].summary})"
     return subject.lacks if plan.environment else ""
 
 
@@ -197,7 +198,7 @@ def _facts(subject: Subject, control_timestep: float, controller: str) -> dict[s
 
 
 def _versions(subjects: Sequence[Subject]) -> dict[str, Any]:
-    """Return the versions of everything that decides over numbers, with the engines that the simulators are made of."""
+    """Return the versions of everything that affects the numbers, including the engines of the simulators."""
     engines: dict[str, str] = {}
     for subject in subjects:
         distribution = plugins.get_report("simulator", subject.simulator).distribution

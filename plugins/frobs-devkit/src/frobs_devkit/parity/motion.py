@@ -1,4 +1,4 @@
-"""Recording how joints move, and comparing two recordings sample by sample."""
+"""Records the motion of joints, and compares two recordings sample by sample."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from frobs_core.models import home_positions
 from frobs_devkit.parity.result import Line
 from frobs_devkit.parity.subject import Subject
 
-_EDGE = 0.02  # share of a joint's range at either end that free motion keeps out of
-_INSIDE = 0.1  # share of a joint's range that it begins away from its limits
+_EDGE = 0.02  # fraction of a joint's range at both ends that free motion must not enter
+_INSIDE = 0.1  # minimum distance of the start from a joint's limits, as a fraction of its range
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What joints did.
+    """Recorded motion of the joints.
 
     Attributes:
         times: (samples,) [s], the first one sample after the start.
@@ -34,39 +34,38 @@ class Motion:
     efforts: Floats
 
     def until(self, samples: int) -> Motion:
-        """Return the first so many samples."""
+        """Return the first ``samples`` samples."""
         return Motion(*(array[:samples] for array in (self.times, self.positions, self.velocities, self.efforts)))
 
 
 def position_bounds(subject: Subject) -> tuple[Floats, Floats]:
-    """Return between which positions, (dof,) each [rad or m], no joint feels its limits."""
+    """Return the positions between which no joint is affected by its limits, (dof,) each [rad or m]."""
     return _limits(subject, _EDGE)
 
 
 def start_positions(subject: Subject) -> Floats:
-    """Return where free motion begins, (dof,) [rad or m]: home, or a little inside where home is at a limit."""
+    """Return the start of free motion, (dof,) [rad or m]: home, or slightly inside the limits if home is at a limit."""
     model = subject.placement.model
     inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), *_limits(subject, _INSIDE))
     return inside
 
 
 def _limits(subject: Subject, share: float) -> tuple[Floats, Floats]:
-    """Return the position limits, (dof,) each [rad or m], moved inwards by a share of the range where it is finite."""
+    """Return the position limits, (dof,) each [rad or m], moved inward by a fraction of the range if it is finite."""
     lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     margin = np.where(np.isfinite(upper - lower), share * (upper - lower), 0.0)
     return lower + margin, upper - margin
 
 
 def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
-    """Record the motion from :func:`start_positions` that each of some commands makes.
+    """Record the motion from :func:`start_positions` for each of several commands.
 
     Args:
         subject: The simulator.
-        placement: The robot, which stands in a scene without contacts.
-        commands: (motions, phases, dof): each phase is held for its share of the time; a position command counts from
-            the start.
+        placement: The robot. The scene must not have contacts.
+        commands: (motions, phases, dof). All phases last equally long. Position commands are relative to the start.
         duration: [s]
-        period: Between two samples [s]; a whole multiple of the subject's ``physics_timestep``.
+        period: Time between two samples [s]; a multiple of the subject's ``physics_timestep``.
     """
     steps, samples = max(1, round(period / subject.physics_timestep)), round(duration / period)
     motions = []
@@ -91,17 +90,17 @@ def record(subject: Subject, placement: Placement, commands: Floats, duration: f
 
 
 def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
-    """Return how far joints are apart in two recordings of the same commands, (motions, samples, dof)."""
+    """Return the joint differences of two recordings with the same commands, (motions, samples, dof)."""
     return np.stack([np.abs(a.positions - b.positions) for a, b in zip(reference, other, strict=True)])
 
 
 def apart(found: Floats, expected: Floats, samples: int) -> Floats:
-    """Return how far each sample is from the range of what is expected so many samples around it, (n,).
+    """Return the distance of each sample from the range of expected values around it, (n,).
 
     Args:
         found: (n,)
         expected: (n,)
-        samples: Before and after; 0: plain differences.
+        samples: Number of expected samples before and after; 0: plain differences.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
@@ -109,7 +108,7 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
 
 
 def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
-    """Return ``"joint elbow at 0.214 s"``, where errors (…, samples, dof) are largest."""
+    """Return the place of the largest error (…, samples, dof): ``"joint elbow at 0.214 s"``."""
     place = np.unravel_index(int(np.argmax(np.nan_to_num(errors, nan=np.inf))), errors.shape)
     return f"joint {names[int(place[-1])]} at {times[int(place[-2])]:.3f} s"
 

@@ -1,4 +1,4 @@
-"""What a run has learned, evaluated on every simulator."""
+"""Evaluates the policy of a run on every simulator."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from frobs_devkit.parity.subject import Subject
 from frobs_train import Evaluation, Run, evaluate
 
 EPISODES = 200
-_TOGETHER = 64  # environments that are stepped together, where every simulator can
+_TOGETHER = 64  # number of environments stepped together, if every simulator supports it
 
 
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
-    """Compare the success of a run's policy, unchanged, on the same episodes.
+    """Compare the success of a run's unmodified policy on the same episodes.
 
-    The same number of environments is stepped together on every simulator, so that the goals are the same.
+    All simulators step the same number of environments together, so that the goals are the same.
 
     Args:
-        subjects: The simulators, the reference first.
-        run: The run; what is found is written into its ``evaluations/`` too.
+        subjects: The simulators, reference first.
+        run: The run. Results are also written to its ``evaluations/``.
         episodes: ≥ 1.
 
     Raises:
         CheckpointError: No checkpoint is usable.
-        RunError: The environment is not the one of the training.
+        RunError: The environment differs from that of the training run.
     """
     reference = subjects[0]
     batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
@@ -35,7 +35,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
     comparisons: list[Comparison] = []
     for subject, other in zip(subjects[1:], found[1:], strict=True):
         if first.success_rate is None or other.success_rate is None:
-            comparisons.append(skip(subject.label, reference.label, "the environment does not say what success is"))
+            comparisons.append(skip(subject.label, reference.label, "the environment does not define success"))
         elif not first.success_rate:
             comparisons.append(skip(subject.label, reference.label, "the policy has no success on the reference"))
         else:
@@ -52,8 +52,8 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         if result.success_rate is not None and result.success_interval is not None
     }
     return Measurement(
-        summary=f"The policy of the run '{run.path.name}' after {first.steps:,} steps of training, unchanged, on {episodes} "
-        "episodes that it has never seen, the same on every simulator; with Wilson's 95 % interval.",
+        summary=f"The policy of the run '{run.path.name}' after {first.steps:,} training steps, unmodified, on "
+        f"{episodes} unseen episodes, which are the same on every simulator; with Wilson's 95 % interval.",
         comparisons=tuple(comparisons),
         facts={
             subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"

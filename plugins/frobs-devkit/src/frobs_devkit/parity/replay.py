@@ -1,4 +1,4 @@
-"""One action file through the whole environment, on every simulator."""
+"""Replays one action file in the complete environment on every simulator."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 
 def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
-    """Compare joints and tool after each control step, and when the episode ends."""
+    """Compare joints and tool after each control step, and the end of the episode."""
     names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
     rollouts = [play(subject, [(file.seed, file.actions)])[0] for subject in subjects]
     first = rollouts[0]
@@ -35,7 +35,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
         tool_errors.append(Line(subject.label, rollout.times[:n], _apart(first, rollout), i))
     exact = follows_exactly(*subjects)
     return Measurement(
-        summary=f"The {len(file.actions)} actions of actions.json, from a reset with seed {file.seed}, through the whole "
+        summary=f"The {len(file.actions)} actions of actions.json, from a reset with seed {file.seed}, in the complete "
         "environment: controller, drives, robot, scene and task.",
         comparisons=tuple(comparisons),
         facts={
@@ -65,7 +65,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
 
 
 def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout, free: int) -> Iterator[Comparison]:
-    """Yield what is off while the robot moved freely, and after it touched something."""
+    """Yield the comparisons while the robot moved freely, and after it touched something."""
     exact, n = follows_exactly(reference, subject), min(first.steps, second.steps) + 1
     errors = np.abs(first.joints[:n] - second.joints[:n])  # (steps + 1, dof)
     apart, times = _apart(first, second), first.times

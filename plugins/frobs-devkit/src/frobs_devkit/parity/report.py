@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from frobs_devkit.parity.certificate import Certificate
 
 SIGNS: Mapping[Status, str] = {Status.PASSED: "✓", Status.FAILED: "✗", Status.SKIPPED: "–"}
-"""What tables show for each outcome."""
+"""Symbols of the outcomes in tables."""
 
 
 def markdown(certificate: Certificate) -> str:
-    """Return the certificate as a page: verdict, table, what was measured, tolerances and versions."""
+    """Return the certificate as a page: verdict, table, descriptions, tolerances and versions."""
     others = ", ".join(certificate.simulators[1:])
     sections = [
         f"# Parity of {certificate.id}",
@@ -34,7 +34,7 @@ def markdown(certificate: Certificate) -> str:
 
 
 def number(value: float, unit: str = "") -> str:
-    """Return an error or a tolerance as people read it: ``"1.2e-14 rad"``, ``"0"``, ``"–"``."""
+    """Format an error or a tolerance: ``"1.2e-14 rad"``, ``"0"``, ``"–"``."""
     if math.isnan(value):
         return "–"
     if value == 0.0:
@@ -105,5 +105,5 @@ def _flat(versions: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _anchor(title: str) -> str:
-    """Return the anchor that Markdown gives a heading."""
+    """Return the anchor that Markdown generates for a heading."""
     return "".join(c for c in title.lower().replace(" ", "-") if c.isalnum() or c == "-")

@@ -1,4 +1,4 @@
-"""What a measurement gives: numbers that are judged, facts, and curves to draw."""
+"""Results of a measurement: judged numbers, facts, and curves to draw."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 
 class Status(StrEnum):
-    """How a comparison came out."""
+    """Outcome of a comparison."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -23,19 +23,19 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One number by which a simulator differs from what it is compared with.
+    """One number by which a simulator differs from its reference.
 
     Attributes:
-        quantity: What differs, in words.
-        simulator: The one that is judged.
-        against: What it is compared with: another simulator, or ``"model file"``.
-        status: How it came out.
-        error: Largest difference; NaN where nothing was measured.
-        tolerance: Largest error that passes; NaN where nothing was measured.
-        unit: Of both.
-        where: At which joint, frame or time the error is largest.
+        quantity: Name of the quantity.
+        simulator: Simulator that is judged.
+        against: Reference: another simulator, or ``"model file"``.
+        status: Outcome.
+        error: Largest difference; NaN if nothing was measured.
+        tolerance: Largest error that passes; NaN if nothing was measured.
+        unit: Unit of both.
+        where: Joint, frame or time of the largest error.
         tolerance_name: Key of ``TOLERANCES``.
-        reason: Why it was skipped, or failed without a number.
+        reason: Why it was skipped, or why it failed without a number.
     """
 
     quantity: str
@@ -55,12 +55,12 @@ class Line:
     """One line of a panel.
 
     Attributes:
-        label: In the legend; lines of one label and colour share an entry.
+        label: Text in the legend; lines with the same label and color share an entry.
         x: (n,)
         y: (n,)
-        color: Which colour of the palette; −1: that of text.
-        simulator: Which simulator it is of: 0 is the reference. It decides the stroke.
-        points: Draw points rather than a stroke.
+        color: Index in the palette; −1: the text color.
+        simulator: Index of the simulator; 0 is the reference. It determines the line style.
+        points: Whether to draw points instead of a line.
     """
 
     label: str
@@ -76,15 +76,15 @@ class Panel:
     """One set of axes.
 
     Attributes:
-        title: Above it.
-        x_label: With the unit.
-        y_label: With the unit.
-        lines: What it shows.
-        tolerance: Drawn as a horizontal line.
+        title: Title above the axes.
+        x_label: Label with unit.
+        y_label: Label with unit.
+        lines: Lines to draw.
+        tolerance: Value of a horizontal line.
         log: Whether y is logarithmic; zeros are drawn at the bottom.
-        rows: Names of the rows 0, 1, …, for lines that tell when something is so.
-        map: Whether x and y are a place [m], drawn to one scale.
-        bars: For a panel of bars instead of lines: label to (value, low, high).
+        rows: Names of the rows 0, 1, …, for lines that show when a condition holds.
+        map: Whether x and y are positions [m], drawn to the same scale.
+        bars: Bars to draw instead of lines: label to (value, low, high).
     """
 
     title: str
@@ -100,15 +100,15 @@ class Panel:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """What one measurement found.
+    """Result of one measurement.
 
     Attributes:
-        summary: What was done, in one or two sentences.
-        comparisons: What was judged; what a simulator cannot do is in it as skipped.
-        facts: What else there is to know, by what it is.
-        panels: What its picture shows.
-        name: Lower case with underscores; unique in a certificate, which sets it.
-        title: For people; the certificate sets it.
+        summary: Description of the measurement in one or two sentences.
+        comparisons: Judged comparisons; those that a simulator does not support are skipped.
+        facts: Additional facts, by name.
+        panels: Panels of its image.
+        name: Lowercase with underscores; unique in a certificate, which sets it.
+        title: Human-readable title; the certificate sets it.
     """
 
     summary: str
@@ -120,7 +120,7 @@ class Measurement:
 
     @property
     def status(self) -> Status:
-        """Failed if any comparison did, skipped if all were."""
+        """Failed if any comparison failed, skipped if all were skipped."""
         found = {comparison.status for comparison in self.comparisons}
         return next((s for s in (Status.FAILED, Status.PASSED) if s in found), Status.SKIPPED)
 
@@ -138,23 +138,23 @@ def judge(
     where: str = "",
     unit: str = "",
 ) -> Comparison:
-    """Return a comparison of the largest of some errors with its tolerance; NaN fails.
+    """Compare the largest of some errors with its tolerance; NaN fails.
 
     Args:
         tolerance_name: Key of ``TOLERANCES``.
-        quantity: What differs, in words.
-        simulator: The one that is judged.
-        against: What it is compared with.
+        quantity: Name of the quantity.
+        simulator: Simulator that is judged.
+        against: Reference.
         errors: Absolute differences, of any shape.
-        exact: Whether what both simulators claim makes the exact tolerance right.
-        scale: What an approximate tolerance is a share of, where it is one.
-        least: What an approximate tolerance is at least, in ``unit``.
-        where: At which joint, frame or time the error is largest.
-        unit: In place of the tolerance's.
+        exact: Whether the exact tolerance applies, according to the claims of both simulators.
+        scale: Value that an approximate tolerance is relative to, if it is relative.
+        least: Minimum of an approximate tolerance, in ``unit``.
+        where: Joint, frame or time of the largest error.
+        unit: Unit that replaces the tolerance's.
     """
     tolerance = TOLERANCES[tolerance_name]
     allowed = tolerance.allowed(exact, scale) if exact else max(tolerance.allowed(exact, scale), least)
-    error = float(np.max(np.asarray(errors, np.float64)))  # a NaN stays one
+    error = float(np.max(np.asarray(errors, np.float64)))  # keeps NaN
     return Comparison(
         quantity=quantity,
         simulator=simulator,
@@ -169,7 +169,7 @@ def judge(
 
 
 def worst(comparisons: Sequence[Comparison]) -> Comparison:
-    """Return the comparison that comes nearest to its tolerance, or exceeds it most."""
+    """Return the comparison that is closest to its tolerance or exceeds it most."""
 
     def strain(comparison: Comparison) -> float:
         if math.isnan(comparison.error):
@@ -180,5 +180,5 @@ def worst(comparisons: Sequence[Comparison]) -> Comparison:
 
 
 def skip(simulator: str, against: str, reason: str, quantity: str = "") -> Comparison:
-    """Return a comparison that was not made, and why."""
+    """Return a skipped comparison with its reason."""
     return Comparison(quantity=quantity, simulator=simulator, against=against, status=Status.SKIPPED, reason=reason)

@@ -1,4 +1,4 @@
-"""The reward and each of its terms, over random actions."""
+"""Compares the reward and its terms under random actions."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 EPISODES = 3
-_CANDIDATES = 40  # episodes that are tried on the reference
-_MOST_STEPS = 200  # of an episode
-_STANDS = 1e-6  # range of a term below which there was nothing to compare
+_CANDIDATES = 40  # number of episodes to try on the reference
+_MOST_STEPS = 200  # maximum number of steps in an episode
+_STANDS = 1e-6  # if the range of a term is smaller, there is nothing to compare
 
 
 def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0) -> Measurement:
-    """Compare reward and terms in episodes of random actions.
+    """Compare the reward and its terms in episodes of random actions.
 
-    Many episodes are tried on the reference; those are compared in which the terms move most: a reward for the last
-    centimetres says nothing far from the goal.
+    Many episodes are tried on the reference, and those in which the terms vary most are compared. For example, a reward
+    for the last centimeters does not vary far from the goal.
 
     Args:
-        subjects: The simulators, the reference first.
-        episodes: How many are compared; each has its own seed, and so its own goal.
-        seed: Of the first episode, and of the actions.
+        subjects: The simulators, reference first.
+        episodes: Number of episodes to compare; each has its own seed and therefore its own goal.
+        seed: Seed of the first episode and of the actions.
     """
     reference = subjects[0]
     steps = min(reference.max_episode_steps, _MOST_STEPS)
@@ -50,8 +50,8 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
-        summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each from its own seed: of "
-        f"{_CANDIDATES} such episodes on {reference.label}, those in which the terms move most.",
+        summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each from its own seed: "
+        f"of {_CANDIDATES} such episodes on {reference.label}, those in which the terms vary most.",
         comparisons=tuple(comparisons),
         facts={
             "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
@@ -72,7 +72,7 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
 
 
 def _liveliest(rollouts: Sequence[Rollout], episodes: int) -> list[int]:
-    """Return which episodes to take: for each term in turn the one in which it moves most, then the next."""
+    """Return the episodes to use: for each term in turn the one in which it varies most, then the next."""
     orders = [
         np.argsort([-float(np.ptp(rollout.rewards[name])) for rollout in rollouts], kind="stable").tolist()
         for name in reversed(list(rollouts[0].rewards))  # the terms before their sum
@@ -82,7 +82,7 @@ def _liveliest(rollouts: Sequence[Rollout], episodes: int) -> list[int]:
 
 
 def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
-    """Return the rewards of all episodes, one after the other, with a gap between."""
+    """Return the rewards of all episodes, concatenated with gaps."""
     gap = np.array([np.nan])
     return {
         name: np.concatenate([part for rollout in rollouts for part in (rollout.rewards[name], gap)][:-1])
@@ -91,7 +91,7 @@ def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
 
 
 def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Floats]:
-    """Return the differences of each term in all episodes; NaN at the end of one that ended elsewhere, or lacks the term."""
+    """Return the differences of each term in all episodes; NaN at the end if length or terms of an episode differ."""
 
     def differ(a: Rollout, b: Rollout, name: str) -> Floats:
         n = min(a.steps, b.steps)
@@ -107,7 +107,7 @@ def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Fl
 def _judge(
     reference: Subject, subject: Subject, played: tuple[Sequence[Rollout], Sequence[Rollout]], free: Sequence[int]
 ) -> Iterator[Comparison]:
-    """Yield how far each term is off while the robot moved freely, and after it touched something."""
+    """Yield the errors of each term while the robot moved freely, and after it touched something."""
     exact = follows_exactly(reference, subject)
     steps = [min(a.steps, b.steps) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
     moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]
@@ -116,7 +116,7 @@ def _judge(
         what = "reward" if name == "reward" else f"term {name}"
         span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))
         if span < _STANDS and not (errors != 0.0).any():
-            yield skip(subject.label, reference.label, "it does not move in these episodes", what)
+            yield skip(subject.label, reference.label, "it does not vary in these episodes", what)
             continue
         for part, chosen in (("", freely), (AFTER_A_TOUCH, ~freely)):
             if chosen.any():

@@ -1,4 +1,4 @@
-"""Playing the same actions through an environment on several simulators."""
+"""Plays the same actions in an environment on several simulators."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from frobs_devkit.parity.subject import Subject
 
 _PREFIX = "frobs/reward/"
 AFTER_A_TOUCH = ", after a touch"
-"""What the name of a quantity ends in where contacts decide over it: each engine has its own."""
+"""Suffix of quantities that depend on contacts, which each engine models differently."""
 
-_SAME = 1e-9  # [rad or m]: farther apart, two motions on one engine are not the same
+_SAME = 1e-9  # [rad or m]: motions on one engine that differ by more are different
 
 
 @dataclass(frozen=True)
 class Rollout:
-    """What one episode did.
+    """Recorded data of one episode.
 
     Attributes:
         times: (steps + 1,) [s], the reset first.
         joints: (steps + 1, dof) [rad or m]
         tool: (steps + 1, 3) [m] in the world.
         rewards: ``"reward"`` and each of its terms, (steps,).
-        ended: Whether the episode terminated, or the engine gave up.
-        commands: What the controller told the drives, (steps, rows, dof): a row for a command that is held.
+        ended: Whether the episode terminated, or the engine failed.
+        commands: Commands of the controller to the drives, (steps, rows, dof); a held command has a single row.
     """
 
     times: Floats
@@ -41,12 +41,12 @@ class Rollout:
 
     @property
     def steps(self) -> int:
-        """How many steps were taken."""
+        """Number of steps."""
         return len(self.times) - 1
 
 
 def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]]) -> list[Rollout]:
-    """Play episodes, each until it ends or its actions do."""
+    """Play episodes, each until it ends or its actions are used up."""
     with subject.make() as env:
         return [_play(env, seed, actions) for seed, actions in episodes]
 
@@ -85,16 +85,16 @@ def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
 
 
 def free_steps(subject: Subject, rollout: Rollout) -> int:
-    """Return how many steps of an episode the robot moved freely for: it touched nothing, and no joint was at a limit.
+    """Return for how many steps the robot moved freely: it touched nothing, and no joint was at a limit.
 
-    The same commands are given to the robot alone, in a scene where it cannot touch anything. As long as it moves there as
-    it did in the environment, it was free.
+    The same commands are played with the robot in an empty scene. It moved freely as long as the motion is the same
+    there.
     """
     lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
-            for k in range(subject.decimation):  # one by one, because a joint may touch its limit between two actions
+            for k in range(subject.decimation):  # one by one, because a joint may reach its limit between two actions
                 if k < len(command):
                     robot.command(command[k : k + 1])
                 simulation.step(1)

@@ -1,4 +1,4 @@
-"""A box falls on the floor and comes to rest."""
+"""Compares a box that falls on the floor and comes to rest."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, jud
 from frobs_devkit.parity.subject import Subject
 
 EDGE = 0.1
-"""[m] of the box."""
+"""Edge length of the box [m]."""
 
 DURATION = 2.0
-"""[s] for which a fall is recorded."""
+"""Recorded duration of a fall [s]."""
 
 Fall: TypeAlias = tuple[Floats, Floats, Floats]
 """Times [s], heights of the lowest point above the floor [m] and speeds [m/s], (samples,) each."""
 
 _MASS = 0.5  # [kg]
-_CLEARANCE = 0.1  # [m] that it falls
-_AWAY = 5.0  # [m] from the robot, out of its reach
-_STILL = 0.01  # [m/s] below which the box rests
+_CLEARANCE = 0.1  # [m] height of the fall
+_AWAY = 5.0  # [m] from the robot, beyond its reach
+_STILL = 0.01  # [m/s] below this speed, the box rests
 _QUANTITIES = {"rest_height": "rest height", "rest_time": "time to rest", "penetration": "deepest penetration"}
-_END = 0.2  # [s] at the end, over which the rest height is the mean
+_END = 0.2  # [s] interval at the end over which the rest height is averaged
 
 
 def settling(subjects: Sequence[Subject]) -> Measurement:
@@ -54,18 +54,18 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     )
     near = tuple(_near_the_floor(line) for line in lines)
     return Measurement(
-        summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the floor. "
-        "Contact models differ by nature; the tolerances say what a task may rely on.",
+        summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the "
+        "floor. Contact models differ inherently; the tolerances define what a task may rely on.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(title="Lowest corner", x_label="s", y_label="mm above the floor", lines=lines),
-            Panel(title="The same, at the floor", x_label="s", y_label="mm above the floor", lines=near),
+            Panel(title="Detail near the floor", x_label="s", y_label="mm above the floor", lines=near),
         ),
     )
 
 
 def _near_the_floor(line: Line) -> Line:
-    """Return what of a line is no higher than a tenth of the fall, from shortly before the impact."""
+    """Return the part of a line below a tenth of the fall's height, from shortly before the impact."""
     near = (line.x > 0.1) & (line.x < 0.6)
     return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
@@ -86,7 +86,7 @@ def watch_fall(simulation: Simulation, body: BodyHandle, points: Floats, length:
         simulation: One environment.
         body: The body that falls.
         points: (k, 3) [m] in its frame; the lowest of them is recorded.
-        length: Of the body [m], by which its angular velocity is multiplied to add it to the linear one.
+        length: Length of the body [m], by which its angular velocity is multiplied to add it to the linear one.
         period: Time between two samples [s].
     """
     steps, samples = max(1, round(period / simulation.physics_timestep)), round(DURATION / period)
@@ -105,7 +105,7 @@ def settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
 
     The time to rest is NaN if the body never rests.
     """
-    moving = np.flatnonzero(~(speed < _STILL))  # a NaN moves
+    moving = np.flatnonzero(~(speed < _STILL))  # NaN counts as moving
     rests = len(moving) == 0 or moving[-1] + 1 < len(times)
     return {
         "rest_height": float(lowest[times > DURATION - _END].mean()),

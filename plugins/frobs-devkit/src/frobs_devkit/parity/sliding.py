@@ -1,4 +1,4 @@
-"""The bodies of a task slide on its floor until friction stops them."""
+"""Compares how far the bodies of a task slide on its floor until friction stops them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def sliding(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _slide(subject: Subject, body: Bounded) -> tuple[Floats, Floats, float]:
-    """Return times [s] and distances [m], (samples,), and the distance at which it stops [m]; NaN: it does not stop."""
+    """Return times [s] and distances [m], (samples,), and the stopping distance [m] (NaN: it does not stop)."""
     with subject.make() as env:
         env.reset(seed=0)
         simulation, handle = env.simulation, env.simulation.bodies[body.name]

@@ -1,4 +1,4 @@
-"""The gripper holds a body of the task, and a growing force pulls it out."""
+"""Compares the force that pulls a body of the task out of the gripper."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.subject import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
-_PRESS = 5.0  # normal force of each finger, in weights of the body
-_GROWTH, _MOST = 10.0, 100.0  # pulling force: weights per second, and at most
+_PRESS = 5.0  # normal force of each finger, in multiples of the body's weight
+_GROWTH, _MOST = 10.0, 100.0  # pulling force: body weights per second, and maximum
 _SLIPPED = 0.005  # [m]
-_FREE = 0.01  # share of the stroke of the fingers, next to open and to closed, in which they hold nothing
+_FREE = 0.01  # fraction of the fingers' stroke, next to open and to closed, in which they hold nothing
 _SUMMARY = (
-    f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the weight of the "
-    f"body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the faces of the fingers. "
-    f"The slip force is the one at which the body has moved by {1e3 * _SLIPPED:g} mm."
+    f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
+    f"weight of the body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the "
+    f"faces of the fingers. The slip force is the one at which the body has moved by {1e3 * _SLIPPED:g} mm."
 )
 
 
@@ -120,14 +120,14 @@ class _Grasp:
         command[:, fingers] = self._open
         robot.write_joint_state(command)
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
-        left = stroke / 2.0  # a first guess; then where the body stops the fingers
+        left = stroke / 2.0  # initial guess; later, the position at which the body stops the fingers
         for duration in (_CLOSING, _PRESSING):
-            # Virtual work: while the joints go the way that is left, the fingers approach each other by the body's width.
+            # Virtual work: as the joints move the remaining distance, the fingers approach by the body's width.
             command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
             robot.command(command)
             self._keep(duration)
             left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
-            if not _FREE < left / stroke < 1.0 - _FREE:  # nothing is between the fingers, or something too large
+            if not _FREE < left / stroke < 1.0 - _FREE:  # nothing, or something too large, is between the fingers
                 return False
         return True
 

@@ -1,4 +1,4 @@
-"""The drives' answer to a jump of each joint's command, in free motion: with room to spare, and at the effort limits."""
+"""Compares the responses to a step of each joint's command in free motion: without and with effort limits."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 DURATION = 2.0
-"""[s] that each response is compared for."""
+"""Compared duration of each response [s]."""
 
 SATURATED_SHARE = 0.2
-"""Of each joint's samples, at least, in the response at the effort limits."""
+"""Minimum fraction of each joint's samples at the effort limit, in the response with effort limits."""
 
-_MOST_SATURATED = 0.8  # of a joint's samples: beyond it, too little is seen of how drives leave their limits
-_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], where there is room
-_LEAVING = 2  # physics steps that an approximate drive may leave its effort limit too early or late
-_JUMPS = 4  # to and fro, in the response at the effort limits
-_LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] that a joint at its effort limit may take for its jump
+_MOST_SATURATED = 0.8  # maximum fraction of a joint's samples; if it is larger, leaving the limits is hardly visible
+_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], if there is enough room
+_LEAVING = 2  # number of physics steps by which an approximate drive may leave its effort limit too early or too late
+_JUMPS = 4  # alternating steps in the response with effort limits
+_LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
 
 
 def step_response(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the responses where no effort limit is in the way."""
+    """Compare the step responses without effort limits."""
     reference = subjects[0]
     commands = _jumps(reference)
     unlimited = np.full(len(commands), np.inf)
     motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
     return Measurement(
-        summary=f"Each joint's command jumps, one joint after the other, from home, while the others hold, for "
-        f"{DURATION:g} s, at every physics step. Effort limits are lifted, nothing touches anything.",
+        summary=f"The command of each joint in turn makes a step from home while the other joints hold, for "
+        f"{DURATION:g} s, compared at every physics step. There are no effort limits and no collisions.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
         panels=_panels(subjects, commands, motions, None),
@@ -53,19 +53,19 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
 
 
 def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the responses at the effort limits, which are chosen so that they are reached often enough."""
+    """Compare the step responses with effort limits, which are chosen such that they are reached often enough."""
     reference = subjects[0]
     commands = _to_and_fro(_jumps(reference))
     summary = (
-        f"Each joint's command jumps {_JUMPS} times, to and fro, with effort limits at which its drive is for at least "
-        f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples: what holds it "
-        "against gravity, and a little more."
+        f"Each joint's command makes {_JUMPS} alternating steps. Its effort limit is such that its drive is saturated "
+        f"in at least {100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples: "
+        "the effort that holds it against gravity, and slightly more."
     )
     found = choose_effort_limits(reference, commands)
     if found is None:
         reason = (
-            f"no effort limits were found at which every joint saturates in {100 * SATURATED_SHARE:.0f} % of the samples "
-            "and stays inside its position limits"
+            f"no effort limits were found at which every joint saturates in {100 * SATURATED_SHARE:.0f} % of the "
+            "samples and stays inside its position limits"
         )
         skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
         return Measurement(summary=summary, comparisons=skipped)
@@ -75,10 +75,10 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     own, facts = None, {}
     if not follows_exactly(*subjects):
         own = _error_of_the_step_size(reference, commands, limits, first)
-        facts["what the step size does"] = (
-            f"{reference.label} is off by about so much itself: {_list(reference, own)} {reference.joint_unit}. It is twice "
-            "the change at half the step, and no approximate engine has to agree better: where drives leave it to itself, "
-            "a joint swings freely, and what a step does to it grows"
+        facts["effect of the step size"] = (
+            f"The reference {reference.label} has about this error itself: {_list(reference, own)} "
+            f"{reference.joint_unit}. It is twice the change at half the step size, and no approximate engine has to "
+            "agree better. While a drive is saturated, its joint swings freely, and errors of the step size grow"
         )
     return Measurement(
         summary=summary,
@@ -95,8 +95,8 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
 def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, list[Motion]] | None:
     """Return effort limits (dof,) at which each joint's response saturates often enough, and those responses.
 
-    A limit is what holds the joint against gravity, before and after the jump, and what moves its inertia there within a
-    rise time, which is shortened for joints that come near a position limit, or hardly ever leave their effort limit.
+    A limit holds the joint against gravity, before and after the step, and moves its inertia within a rise time. The
+    rise time is shortened for joints that approach a position limit, or hardly ever leave their effort limit.
     """
     model, dof, period = subject.placement.model, len(commands), subject.physics_timestep
     unlimited = np.full(dof, np.inf)
@@ -117,7 +117,7 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
             beyond = (motion.positions <= lower) | (motion.positions >= upper)  # (samples, dof)
             if beyond.any():
                 inside = False
-                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first to go too far
+                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first to exceed it
         shorten &= rise > _SHORTEST_RISE
         if not shorten.any():
             return (limits, motions) if inside and (shares >= SATURATED_SHARE).all() else None
@@ -125,7 +125,7 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
 
 
 def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, found: Sequence[Motion]) -> Floats:
-    """Return how far integrating with the subject's step takes it from its own motion with very short ones.
+    """Return the distance between the subject's motion and its own motion with very short integration steps.
 
     Engines integrate to first order, so half the step has half the error, and the change is the other half.
     """
@@ -136,14 +136,14 @@ def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, 
 
 
 def _mode(subject: Subject) -> CommandMode:
-    """Return the mode in which the robot's drives follow something: wheels have no stiffness."""
+    """Return the command mode that the robot's drives follow: wheels have no stiffness."""
     gains = subject.placement.robot.gains
     stiff = gains is None or any(gains.of(name)[0] > 0.0 for name in subject.placement.model.joint_names)
     return CommandMode.POSITION if stiff else CommandMode.VELOCITY
 
 
 def _jumps(subject: Subject) -> Floats:
-    """Return what each run commands, (dof, 1, dof): one joint goes towards its farther limit, a quarter of the way."""
+    """Return the commands of each run, (dof, 1, dof): one joint moves a quarter of the way to its farther limit."""
     mode, start = _mode(subject), start_positions(subject)
     jumps = np.full(len(start), _STEP[mode])
     if mode is CommandMode.POSITION:
@@ -154,7 +154,7 @@ def _jumps(subject: Subject) -> Floats:
 
 
 def _to_and_fro(jumps: Floats) -> Floats:
-    """Return the same jumps, and back, (dof, phases, dof)."""
+    """Return the same steps with alternating signs, (dof, phases, dof)."""
     return np.concatenate([jumps, np.zeros_like(jumps)] * (_JUMPS // 2), axis=1)
 
 
@@ -163,7 +163,7 @@ def _record(subject: Subject, commands: Floats, limits: Floats, period: float) -
 
 
 def _saturated(motions: Sequence[Motion], limits: Floats) -> Floats:
-    """Return the share of samples, (dof,), in which the joint that jumps was at its effort limit."""
+    """Return the fraction of samples, (dof,), in which the stepping joint was at its effort limit."""
     return np.array(
         [(np.abs(m.efforts[:, j]) >= (1.0 - 1e-9) * limits[j]).mean() for j, m in enumerate(motions)], np.float64
     )
@@ -176,7 +176,7 @@ def _judge(
     motions: Sequence[Sequence[Motion]],
     own: Floats | None = None,
 ) -> Iterator[Comparison]:
-    """Yield positions and efforts of each other simulator, judged in the run in which it is worst."""
+    """Yield positions and efforts of each other simulator, judged in its worst run."""
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
     for other, found in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)
@@ -223,12 +223,10 @@ def _panels(
         if i:
             off.append(error_line(subject.label, differences(motions[0], found), found[0].times, i))
     what = "velocity" if mode is CommandMode.VELOCITY else "way"
-    panels = [
-        Panel(title="Each joint, as its command jumps", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))
-    ]
+    panels = [Panel(title="Step response of each joint", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))]
     if limits is not None:
         panels.append(
-            Panel(title="When its drive is at its limit", x_label="s", rows=tuple(names), lines=tuple(effort))
+            Panel(title="Times at which its drive is saturated", x_label="s", rows=tuple(names), lines=tuple(effort))
         )
     panels.append(
         Panel(
@@ -244,7 +242,7 @@ def _panels(
 
 
 def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
-    """Return a line in the joint's row, with gaps where its drive is not at its limit."""
+    """Return a line in the joint's row, with gaps while its drive is not saturated."""
     at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
     return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
 

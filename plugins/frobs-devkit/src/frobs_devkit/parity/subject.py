@@ -1,4 +1,4 @@
-"""A simulator that is compared, and what it is compared on."""
+"""A simulator to compare, and the environment to compare it on."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from frobs_train import make_env
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """One simulator, with the environment that it is compared on.
+    """One simulator and the environment for the comparison.
 
     Attributes:
-        label: What it is called in the certificate; unique.
-        simulator: Its name.
+        label: Unique name in the certificate.
+        simulator: Name of the simulator.
         record: Its record.
-        environment: Gymnasium ID of ours.
-        keywords: Of the environment, without the simulator.
-        placement: The environment's robot, where it stands.
-        gravity: Of the task [m/s²].
-        free_bodies: Free bodies of the task's scene that are attached to nothing, by name.
+        environment: Gymnasium ID of FRobs.
+        keywords: Keywords of the environment, without the simulator.
+        placement: Placement of the environment's robot.
+        gravity: Gravity of the task [m/s²].
+        free_bodies: Free bodies of the task's scene without attachments, by name.
         physics_timestep: [s]
-        decimation: Physics steps in a control step.
-        max_episode_steps: Control steps of an episode.
-        lacks: Why the environment cannot be made on this simulator, or ``""``.
+        decimation: Number of physics steps in a control step.
+        max_episode_steps: Number of control steps in an episode.
+        lacks: Why this simulator cannot run the environment, or ``""``.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Subject:
     lacks: str = ""
 
     def level(self, capability: str) -> Level:
-        """How well it claims to do something."""
+        """Level at which it claims to support a capability."""
         return self.record.capabilities.get(capability, Level.UNSUPPORTED)
 
     @contextmanager
@@ -68,7 +68,7 @@ class Subject:
         floor: bool = False,
         floor_friction: float = 1.0,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build a simulation of one robot in a scene of our own, reset; it is closed after the ``with`` block."""
+        """Build and reset a simulation of one robot in a custom scene. It is closed after the ``with`` block."""
         scene = Scene(
             floor=floor,
             floor_friction=floor_friction,
@@ -85,22 +85,22 @@ class Subject:
 
     @contextmanager
     def make(self) -> Iterator[RobotEnv]:
-        """Make the environment, without the time limit around it; it is closed after the ``with`` block."""
+        """Create the environment without a time limit. It is closed after the ``with`` block."""
         with closing(make_env(self.environment, {**self.keywords, "simulator": self.simulator})) as env:
             assert isinstance(env.unwrapped, RobotEnv)
             yield env.unwrapped
 
     @property
     def joint_unit(self) -> str:
-        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` where there are both."""
+        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` if there are both."""
         slides = {joint.type is JointType.PRISMATIC for joint in self.placement.model.actuated_joints}
         return "rad or m" if len(slides) > 1 else "m" if True in slides else "rad"
 
     def alone(self, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
-        """Return the robot as it moves freely: its base held, its links passing through each other.
+        """Return a robot that moves freely: its base is fixed, and its links do not collide with each other.
 
         Args:
-            effort_limits: (dof,) [N·m or N] in place of the model's; None: the model's.
+            effort_limits: (dof,) [N·m or N]; None: the model's.
         """
         model = self.placement.model
         if effort_limits is not None:
@@ -115,32 +115,32 @@ class Subject:
         return replace(self.placement, robot=robot, model=model)
 
     def driven(self, mode: CommandMode, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
-        """Return the robot as it moves freely, its drives following commands of one mode."""
+        """Return a robot that moves freely, with drives in the given mode."""
         return replace(self.alone(effort_limits), command_mode=mode)
 
 
 def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping[str, Any]) -> list[Subject]:
-    """Look up what is to be compared; the first simulator is the reference, on which the environment must run.
+    """Look up the simulators to compare. The first one is the reference, which must be able to run the environment.
 
     Args:
-        environment: Gymnasium ID of ours.
-        simulators: Names; one that stands twice is compared with itself.
-        keywords: Of the environment.
+        environment: Gymnasium ID of FRobs.
+        simulators: Names. A simulator that is listed twice is compared with itself.
+        keywords: Keywords of the environment.
 
     Raises:
-        UnknownNameError: No such ID or simulator.
-        ConfigurationError: Fewer than two simulators, or the ID is none of ours.
-        CapabilityError: The environment cannot be made on the reference.
+        UnknownNameError: The ID or a simulator does not exist.
+        ConfigurationError: There are fewer than two simulators, or the ID is not one of FRobs.
+        CapabilityError: The reference cannot run the environment.
     """
     if len(simulators) < 2:
         raise ConfigurationError(
-            f"parity compares simulators: name at least two, not {', '.join(simulators) or 'none'}. Installed: "
+            f"parity compares simulators: choose at least two, not {', '.join(simulators) or 'none'}. Installed: "
             f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares one with itself."
         )
     spec = find_spec(environment)
     if spec.entry_point != f"{RobotEnv.__module__}:{RobotEnv.__name__}":
         raise ConfigurationError(
-            f"'{environment}' is not an environment of FRobs: only those run on several simulators."
+            f"'{environment}' is not an environment of FRobs: only those can run on several simulators."
         )
     records = [_simulator(name) for name in simulators]
     given = {name: value for name, value in keywords.items() if name != "simulator"}
@@ -148,7 +148,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
         inner = env.unwrapped
         assert isinstance(inner, RobotEnv)
         if not inner.robot.dof:
-            raise UnsuitableRobotError(inner.robot.robot.name, "has no actuated joint: there is nothing to compare.")
+            raise UnsuitableRobotError(inner.robot.robot.name, "has no actuated joint, so there is nothing to compare.")
         scene = inner.task.scene()
         placement = Placement(
             robot=inner.robot.robot,
@@ -188,12 +188,12 @@ def _simulator(name: str) -> SimulatorRecord:
         hint = error.install_hint or f"pip install frobs-sim-{name}"
         raise UnknownNameError("simulator", name, error.available, error.failed, hint) from error
     assert isinstance(record, SimulatorRecord)
-    record.load()  # an engine that is not installed says so now, not after a minute
+    record.load()  # reports a missing engine now, not after a minute
     return record
 
 
 def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: Task) -> str:
-    """Return what the task or the controller needs and a simulator lacks."""
+    """Return the needs of the task or the controller that a simulator does not support."""
     needs = needs_of_task(find_record(TaskRecord, "task", names["task"]), task)
     controller = find_record(ControllerRecord, "controller", names["controller"])
     needs[f"controller '{controller.name}'"] = controller.needs
@@ -205,10 +205,10 @@ def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: T
 
 
 def follows_exactly(*subjects: Subject) -> bool:
-    """Tell whether free motion obeys the drive law exactly on all of some simulators.
+    """Return whether free motion follows the drive law exactly on all of some simulators.
 
-    The law speaks of joints that nothing but drives, damping and gravity act on: friction in a joint, and a joint that
-    mimics another, are constraints, which each engine solves in its own way.
+    The law only covers joints that are affected by drives, damping and gravity. Friction in a joint and mimic joints
+    are constraints, which each engine solves differently.
     """
     plain = all(joint.mimic is None and not joint.friction for joint in subjects[0].placement.model.joints)
     return plain and all(subject.level("drive") == Level.EXACT for subject in subjects)

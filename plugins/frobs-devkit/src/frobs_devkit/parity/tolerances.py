@@ -1,4 +1,4 @@
-"""Every tolerance of the certificate, with its reason: the one place to change one."""
+"""All tolerances of the certificate with their reasons. Change them only here."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """How much two simulators may differ in one quantity.
+    """Largest difference of two simulators in one quantity that passes.
 
     Attributes:
-        exact: Where both simulators claim the capability that decides as exact.
-        approximate: Where one of them claims it as approximate only.
-        unit: Of both.
-        share: Whether ``approximate`` is a share of how far the motion or the reward goes, instead of a number in
+        exact: Value if both simulators claim the relevant capability as exact.
+        approximate: Value if one of them only claims it as approximate.
+        unit: Unit of both.
+        share: Whether ``approximate`` is relative to the range of the motion or the reward, instead of a number in
             ``unit``.
-        reason: Why these.
+        reason: Reason for these values.
     """
 
     exact: float
@@ -29,8 +29,8 @@ class Tolerance:
         """Return the largest error that passes.
 
         Args:
-            exact: Whether both simulators are.
-            scale: How far the motion or the reward goes, in ``unit``.
+            exact: Whether both simulators are exact.
+            scale: Range of the motion or the reward, in ``unit``.
         """
         if exact:
             return self.exact
@@ -38,12 +38,13 @@ class Tolerance:
 
 
 _LAW = (
-    "engines that realise the drive law exactly solve the same equations in double precision; rounding, over 1,000 "
-    "physics steps, stays far below a micro-unit, and whatever is above it is another law, model or integrator."
+    "engines that implement the drive law exactly solve the same equations in double precision. Rounding over 1,000 "
+    "physics steps stays far below a micro-unit; larger errors indicate another law, model or integrator."
 )
 _FRICTION = (
-    "Coulomb friction stops a body after a time and a distance that follow from the coefficient. An engine that regularizes "
-    "contacts, or resolves them once in a physics step, is a few percent off; a tenth means another coefficient."
+    "Coulomb friction stops a body after a time and a distance that follow from the coefficient. An engine that "
+    "regularizes contacts, or resolves them once in a physics step, is off by a few percent; a tenth indicates another "
+    "coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {
@@ -51,13 +52,13 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-6,
         approximate=1e-6,
         unit="m",
-        reason="kinematics is geometry: whoever is off by more misread the file.",
+        reason="kinematics is pure geometry: a larger error means that the file was misread.",
     ),
     "frame_orientation": Tolerance(
         exact=1e-6,
         approximate=1e-6,
         unit="rad",
-        reason="as for positions; an arm of 1 m turns a micro-radian into a micrometre.",
+        reason="as for positions; for an arm of 1 m, a micro-radian corresponds to a micrometer.",
     ),
     "step_response": Tolerance(
         exact=1e-6,
@@ -65,16 +66,16 @@ TOLERANCES: Mapping[str, Tolerance] = {
         unit="rad or m",
         share=True,
         reason=f"{_LAW} An approximate drive may be off by 2 % of the step, and at the effort limits by as much as the "
-        "reference's own step size puts it off, which is measured: no engine can be held to what the reference does not "
-        "keep itself.",
+        "reference itself is off due to its step size, which is measured: no engine has to be more accurate than the "
+        "reference.",
     ),
     "drive_effort": Tolerance(
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="an effort is stiffness times a difference of angles, so a micro-radian is some thousandth of the peak. An "
-        "approximate drive may leave its limit two physics steps earlier or later, at which the effort changes by its whole "
-        "range; beyond that, a tenth.",
+        reason="an effort is stiffness times a difference of angles, so a micro-radian is about a thousandth of the "
+        "peak. An approximate drive may leave its limit two physics steps earlier or later, at which the effort "
+        "changes by its whole range; beyond that, a tenth.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,
@@ -88,45 +89,45 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.05,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 5 % of the largest motion of a joint. Where the motion "
-        "touches something, contacts decide, and the certificate shows by how much.",
+        reason=f"{_LAW} An approximate drive may be off by 5 % of the largest motion of a joint. If the motion "
+        "touches something, contacts determine the difference, which the certificate shows.",
     ),
     "replay_tool": Tolerance(
         exact=1e-6,
         approximate=0.02,
         unit="m",
-        reason="as for joints; 2 cm are within what a task that asks for 5 cm can bear.",
+        reason="as for joints; 2 cm are acceptable for a task that requires 5 cm.",
     ),
     "episode_end": Tolerance(
-        exact=0.0, approximate=0.0, unit="steps", reason="an episode that ends elsewhere is another episode."
+        exact=0.0, approximate=0.0, unit="steps", reason="an episode that ends at another step is another episode."
     ),
     "reward": Tolerance(
         exact=1e-5,
         approximate=0.1,
         unit="per step",
         share=True,
-        reason="a term may rise by 10 for each metre of the tool, so it may be off by 10 times as much as the tool; with "
-        "approximate drives by a tenth of the term's range.",
+        reason="a term may rise by 10 for each meter of the tool, so it may be off by 10 times as much as the tool; "
+        "with approximate drives by a tenth of the term's range.",
     ),
     "rest_height": Tolerance(
         exact=1e-3,
         approximate=1e-3,
         unit="m",
-        reason="no two engines share a contact model, and none is exact; but what lies on the floor lies on the floor, "
-        "within what a soft contact gives way to under the body's weight.",
+        reason="no two engines share a contact model, and none is exact; but a body on the floor stays on the floor, "
+        "except for the penetration of a soft contact under the body's weight.",
     ),
     "rest_time": Tolerance(
         exact=0.1,
         approximate=0.1,
         unit="s",
-        reason="stiffness, damping and restitution of contacts are the engine's own: how long a body bounces may differ by "
-        "two or three control steps.",
+        reason="stiffness, damping and restitution of contacts depend on the engine: the time for which a body bounces "
+        "may differ by two or three control steps.",
     ),
     "penetration": Tolerance(
         exact=0.01,
         approximate=0.01,
         unit="m",
-        reason="at the moment of the impact a soft contact gives way for a few milliseconds; a tenth of the box.",
+        reason="a soft contact is penetrated for a few milliseconds at the impact; a tenth of the box.",
     ),
     **{
         name: Tolerance(exact=0.1, approximate=0.1, unit=unit, share=True, reason=_FRICTION)
@@ -137,25 +138,26 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.1,
         unit="m",
         share=True,
-        reason="restitution follows from the stiffness and damping of the engine's contacts; a tenth of the height of the fall "
-        "is visible to a task that drops objects.",
+        reason="restitution depends on the stiffness and damping of the engine's contacts; a tenth of the height of "
+        "the fall is visible to a task that drops objects.",
     ),
     "slip_force": Tolerance(
         exact=0.2,
         approximate=0.2,
         unit="N",
         share=True,
-        reason="Coulomb friction holds until the force exceeds the coefficient times the normal forces of the fingers. Contacts "
-        "also creep below this force, differently on each engine; a fifth more or less means another coefficient.",
+        reason="Coulomb friction holds until the force exceeds the coefficient times the normal forces of the fingers. "
+        "Contacts also creep below this force, differently on each engine; a fifth more or less indicates another "
+        "coefficient.",
     ),
     "lidar": Tolerance(
-        exact=1e-3, approximate=0.02, unit="m", reason="a millimetre: the collision margins of an engine are smaller."
+        exact=1e-3, approximate=0.02, unit="m", reason="a millimeter; the collision margins of engines are smaller."
     ),
     "success": Tolerance(
         exact=0.05,
         approximate=0.05,
         unit="of the reference's",
-        reason="a policy keeps at least 95 % of its success, and does not gain more than that either.",
+        reason="a policy must keep at least 95 % of its success and must not gain more than 5 % either.",
     ),
 }
-"""By the name that comparisons carry."""
+"""Tolerances by name; comparisons refer to these names."""

@@ -1,8 +1,10 @@
 """Creation of plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter.
 
-    answers.py      the questions, and validation of the answers clashes.py      name clashes with installed plugins
-    robot_file.py   derives a robot's description from its model file rendering.py    renders the templates finish.py
-    cleans up after rendering
+    answers.py      the questions, and validation of the answers
+    clashes.py      name clashes with installed plugins
+    robot_file.py   derives a robot's description from its model file
+    rendering.py    renders the templates
+    finish.py       cleans up after rendering
 
 The templates are in ``cookiecutter/`` and ``templates/`` of the repository and are included in the wheel.
 """

@@ -1,12 +1,12 @@
-"""The conformance kit: checks that tell the author of a plugin whether it is right.
+"""The conformance kit: checks for authors of plugins.
 
-Each ``check_…`` function returns a list of named checks. Show them one by one with pytest::
+Each ``check_…`` function returns a list of named checks. Run them individually with pytest::
 
     from frobs_devkit.testing import check_env, pytest_checks
 
     test_conformance = pytest_checks(check_env("my_package:lab/MyReach-v0"))
 
-or run them with :func:`run_checks`, which is what ``frobs check`` does with what :func:`find_subject` finds.
+or run them with :func:`run_checks`, like ``frobs check``, which uses :func:`find_subject`.
 """
 
 from frobs_devkit.testing.algorithm import check_algorithm

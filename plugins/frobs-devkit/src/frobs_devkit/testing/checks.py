@@ -1,4 +1,4 @@
-"""What a check is: a name, a rule, and a function that returns if the rule holds and raises if not."""
+"""A check: a name, a rule, and a function that returns if the rule holds and raises otherwise."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from frobs_core.keywords import constructor_parameters
 
 
 class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest's word, and what an author sees
-    """A check did not hold; the message says what was expected, what there was, and what the rule is."""
+    """A check failed. The message contains the expectation, the finding and the rule."""
 
 
 class Inconclusive(Exception):  # noqa: N818 - an outcome, not an error
-    """The check ran and saw nothing that could have failed: no episode ended, nothing moved, a package is missing."""
+    """The check ran but nothing happened that could have failed: no episode ended, or nothing moved."""
 
 
 class NotApplicable(Exception):  # noqa: N818 - an outcome, not an error
-    """The check is about something that the subject does not claim to have."""
+    """The check does not apply, because the subject does not claim the feature."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Check:
     """One check of the conformance kit.
 
     Attributes:
-        name: Lower case with underscores; unique in its list.
-        description: One sentence: the rule.
-        run: Does it; raises :class:`CheckFailure`, :class:`Inconclusive`, :class:`NotApplicable`, or whatever the
-            subject raises.
-        capability: The simulator's capability that it verifies, or ``""``.
-        requires: Names of checks without which this one means nothing: if one of them failed, it is skipped.
+        name: Lowercase with underscores; unique in its list.
+        description: The rule in one sentence.
+        run: Runs the check; raises :class:`CheckFailure`, :class:`Inconclusive`, :class:`NotApplicable`, or any
+            exception of the subject.
+        capability: Capability of the simulator that it verifies, or ``""``.
+        requires: Names of checks that must pass first. If one of them fails, this one is skipped.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Check:
     requires: tuple[str, ...] = ()
 
     def under(self, prefix: str) -> Check:
-        """Return the check with a prefix and a dot before its name, and before those that it requires."""
+        """Return the check with a prefix and a dot before its name and before the names of required checks."""
         requires = tuple(f"{prefix}.{name}" for name in self.requires)
         return replace(self, name=f"{prefix}.{self.name}", requires=requires)
 
@@ -55,7 +55,7 @@ Function = TypeVar("Function", bound=Callable[[Any], None])
 
 
 def after(*names: str) -> Callable[[Function], Function]:
-    """Mark a check that means nothing if one of the checks with these names has failed."""
+    """Mark a check as meaningless if one of the named checks has failed."""
 
     def decorate(function: Function) -> Function:
         function.requires = names  # type: ignore[attr-defined]
@@ -65,7 +65,7 @@ def after(*names: str) -> Callable[[Function], Function]:
 
 
 def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
-    """Return the checks of modules: their public functions of one parameter, ``subject``, as they are ordered there."""
+    """Return the checks of modules: their public functions with a single parameter ``subject``, in source order."""
     return tuple(
         function
         for module in modules
@@ -78,7 +78,7 @@ def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
 
 
 def collect(subject: Any, functions: Iterable[Callable[[Any], None]]) -> list[Check]:
-    """Make checks of functions of one argument: the name is the function's, the description its docstring's first line."""
+    """Create checks from functions of one argument, named after them and described by their docstring's first line."""
     return [
         Check(
             name=function.__name__,
@@ -98,7 +98,7 @@ def expect(condition: object, message: str) -> None:
 
 
 def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> list[Check]:
-    """Return the only check of a subject that nothing can be checked of: it raises why."""
+    """Return the only check of a subject that cannot be checked further; it raises the outcome."""
 
     def run() -> None:
         raise outcome
@@ -107,11 +107,12 @@ def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> 
 
 
 def expect_keyword_only(cls: type) -> None:
-    """Raise CheckFailure unless a constructor takes keyword-only parameters, each with a default."""
+    """Raise CheckFailure unless a constructor takes keyword-only parameters with defaults."""
     for name, parameter in constructor_parameters(cls).items():
         expect(
             parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
-            f"the constructor's parameter '{name}' is not keyword-only with a default; users give it by name or not at all.",
+            f"the constructor's parameter '{name}' is not keyword-only with a default, but users may only pass it by "
+            "name or omit it.",
         )
 
 
@@ -120,16 +121,16 @@ def expect_raises(wanted: type[Exception] | tuple[type[Exception], ...], what: s
     """Raise CheckFailure unless the ``with`` block raises ``wanted``.
 
     Args:
-        wanted: The error, or several of which one is enough.
-        what: How the message begins: what should raise it.
-        naming: What the error's own message must contain.
+        wanted: The expected error, or alternatives.
+        what: Beginning of the message: what should raise it.
+        naming: Text that the error's message must contain.
     """
     name = (wanted if isinstance(wanted, type) else wanted[0]).__name__
     try:
         yield
     except wanted as error:
-        expect(naming in str(error), f"the error of {what} does not name '{naming}': {error}")
+        expect(naming in str(error), f"the error of {what} does not contain '{naming}': {error}")
         return
     except Exception as error:
         raise CheckFailure(f"{what} raises {type(error).__name__} ({error}), not {name}.") from error
-    raise CheckFailure(f"{what} passes; it must raise {name}.")
+    raise CheckFailure(f"{what} does not raise an error; it must raise {name}.")

@@ -1,4 +1,4 @@
-"""From a word that a user types to the checks that it means: an ID, a record of any kind, a plugin, a distribution."""
+"""Finds the checks for a user's argument: an ID, a record of any kind, a plugin, or a distribution."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from frobs_devkit.testing.task import check_task
 
 @dataclass(frozen=True)
 class Subject:
-    """What a word means.
+    """Object that an argument refers to.
 
     Attributes:
         kind: ``"environment"``, a kind of record, ``"plugin"`` or ``"distribution"``.
-        name: As it is written in full: ``"irb120"``, ``"frobs/Irb120Reach-v0"``, …
+        name: Full name: ``"irb120"``, ``"frobs/Irb120Reach-v0"``, …
     """
 
     kind: str
@@ -37,12 +37,12 @@ class Subject:
 
     @property
     def word(self) -> str:
-        """The word that means nothing else: ``"robot:irb120"``; an ID stays as it is."""
+        """Unambiguous argument: ``"robot:irb120"``; an ID stays unchanged."""
         return self.name if self.kind == "environment" else f"{self.kind}:{self.name}"
 
     @property
     def claims(self) -> Mapping[str, str]:
-        """The capabilities that it claims, with their levels; of simulators alone."""
+        """Capabilities that it claims, with their levels; only simulators have any."""
         if self.kind != "simulator":
             return {}
         record = plugins.get_record("simulator", self.name)
@@ -56,21 +56,21 @@ class Subject:
         settings: Mapping[str, Any] | None = None,
         steps: int | None = None,
     ) -> list[Check]:
-        """Return its checks; nothing is made before one runs.
+        """Return its checks. Nothing is created before a check runs.
 
         Args:
-            robot: What controllers, tasks and environments are tried on; None: their own, or one of the kit's.
-            simulator: What they are tried in; None: their own, or every one that is installed for a robot.
+            robot: Robot for checks of controllers, tasks and environments; None: their own, or one of the kit.
+            simulator: Simulator for the checks; None: their own, or all installed ones for a robot.
             settings: Settings of an algorithm; keywords of an environment, a task or a controller.
-            steps: Environment steps of an algorithm's training.
+            steps: Environment steps in the training run of an algorithm.
 
         Raises:
-            ConfigurationError: The settings or steps mean nothing for this kind.
+            ConfigurationError: This kind does not support the settings or steps.
         """
         if settings and self.kind not in ("environment", "task", "controller", "algorithm"):
-            raise CommandLineError("--set", f"a {self.kind} takes no settings; check an ID or a part of it.")
+            raise CommandLineError("--set", f"a {self.kind} has no settings; check an ID or a part of it.")
         if steps is not None and self.kind not in ("algorithm", "plugin", "distribution"):
-            raise CommandLineError("--steps", f"a {self.kind} is not trained; only algorithms take it.")
+            raise CommandLineError("--steps", f"a {self.kind} is not trained; only algorithms support this option.")
         options: dict[str, Any] = {"robot": robot, "simulator": simulator, "settings": settings or {}, "steps": steps}
         if self.kind == "plugin":
             (report,) = (report for report in plugins.reports() if _key(report) == self.name)
@@ -83,15 +83,15 @@ class Subject:
 
 
 def find_subject(word: str) -> Subject:
-    """Return what a word means.
+    """Return the object that an argument refers to.
 
     Args:
-        word: A Gymnasium ID (``"frobs/Irb120Reach-v0"``, ``"module:Id-v0"``); a record, ``"robot:irb120"`` or, where
-            nothing else has the name, ``"irb120"``; a plugin or a distribution by its name.
+        word: A Gymnasium ID (``"frobs/Irb120Reach-v0"``, ``"module:Id-v0"``); a record, ``"robot:irb120"`` or, if the
+            name is unique, ``"irb120"``; or the name of a plugin or a distribution.
 
     Raises:
-        UnknownNameError: It means nothing; the nearest is named.
-        AmbiguousNameError: It means several things; the ways to say which are named.
+        UnknownNameError: Nothing has this name; the message suggests the nearest one.
+        AmbiguousNameError: Several objects have this name; the message lists the unambiguous arguments.
     """
     kind, colon, rest = word.partition(":")
     known = {
@@ -115,7 +115,7 @@ def find_subject(word: str) -> Subject:
 
 def _named(kind: str, name: str, names: Iterable[str]) -> Subject:
     if kind in KINDS:
-        plugins.get_record(kind, name)  # which says what there is, and what failed to load
+        plugins.get_record(kind, name)  # raises an error that lists the existing names and the failed plugins
         return Subject(kind, name)
     if not _spelt(kind, name, names):
         raise UnknownNameError(kind, name, set(names))
@@ -150,8 +150,8 @@ def _of(
     if kind == "environment":
         found = registry.environments().get(name.rpartition(":")[2])
         if found is not None and not found[1].robot and robot is None:
-            reason = Inconclusive("the ID takes any robot; name one with --robot, or robot= of check_env")
-            return only("robot_is_given", "There is a robot to try it with.", reason)
+            reason = Inconclusive("the ID requires a robot; choose one with --robot, or robot= of check_env")
+            return only("robot_is_given", "A robot is given.", reason)
         return check_env(name, **given)
     if kind == "robot":
         return check_robot(name, None if simulator is None else [simulator])
@@ -165,20 +165,22 @@ def _of(
     record = plugins.get_record("task", name)
     assert isinstance(record, TaskRecord)
     if not record.environments and not {"robot", "controller"} <= given.keys():
-        reason = Inconclusive("the task registers no ID; name a robot with --robot, and --set controller=NAME")
-        return only("robot_is_given", "There is a robot to try it with.", reason)
+        reason = Inconclusive(
+            "the task does not register an ID; choose a robot with --robot, and a controller with --set controller=NAME"
+        )
+        return only("robot_is_given", "A robot is given.", reason)
     return check_task(name, **given)
 
 
 def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
-    """Return the checks of a plugin, then those of its records, then those of its IDs."""
+    """Return the checks of a plugin, of its records and of its IDs, in this order."""
     checks = check_plugin(_key(report))
     of_environments = {function.__name__ for function in ENVIRONMENT_CHECKS}
     for kind in KINDS:
         for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
             own = _of(kind, name, **options)
-            if isinstance(record, TaskRecord):  # what it shares with environments runs for each of its IDs
+            if isinstance(record, TaskRecord):  # checks that tasks share with environments run for each of its IDs
                 own = [check for check in own if not record.environments or check.name not in of_environments]
             checks += [check.under(f"{kind}:{record.name}") for check in own]
     for id in report.environment_ids:

@@ -1,6 +1,6 @@
-"""A fixture of pytest for tests of plugins.
+"""A pytest fixture for tests of plugins.
 
-To use it, say in ``conftest.py``::
+To use it, add this to ``conftest.py``::
 
     pytest_plugins = ["frobs_devkit.testing.fixtures"]
 """
@@ -20,22 +20,22 @@ from frobs_core.plugins import Plugins
 
 
 class Isolate(Protocol):
-    """What the fixture gives."""
+    """Type of the fixture."""
 
     def __call__(self, *, installed: bool = False, **entry_points: str) -> Plugins:
-        """Let nothing be installed but plugins of entry points that are given, until the test ends.
+        """Hide all installed plugins except the given ones until the test ends.
 
         Args:
-            installed: Whether what is really installed stays beside them.
+            installed: Whether to keep the installed plugins, too.
             **entry_points: Modules by the entry point's name: ``mine="my_package.plugin"``.
 
         Returns:
-            The collection that :mod:`frobs_core.plugins` asks from now on; a broken plugin in it raises.
+            The collection that :mod:`frobs_core.plugins` now uses. A broken plugin in it raises an error.
         """
 
 
 class _MadeDistribution(Distribution):
-    """A distribution that was never installed: the modules of its entry points are importable already."""
+    """A distribution that is not installed; the modules of its entry points are importable."""
 
     def __init__(self, entry_points: Mapping[str, str]) -> None:
         lines = "".join(f"{name} = {module}\n" for name, module in entry_points.items())
@@ -45,17 +45,17 @@ class _MadeDistribution(Distribution):
         }
 
     def read_text(self, filename: str) -> str | None:
-        """Return one of the two files that count."""
+        """Return the entry points or the metadata."""
         return self._texts.get(filename)
 
     def locate_file(self, path: str | PathLike[str]) -> PathLike[str]:  # type: ignore[override]
-        """Refuse: there are no files."""
+        """Raise an error, because there are no files."""
         raise FileNotFoundError(path)
 
 
 @pytest.fixture
 def isolated_plugins() -> Iterator[Isolate]:
-    """Return a function that puts an isolated collection of plugins in the place of the installed one.
+    """Return a function that replaces the installed plugins with an isolated collection.
 
     Example::
 

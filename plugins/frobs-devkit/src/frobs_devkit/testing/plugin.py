@@ -1,4 +1,4 @@
-"""Checks of a plugin as a whole: what it costs to import, and whether its records say what is true."""
+"""Checks of a plugin as a whole: the cost of its import, and whether its records are correct."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _BASES: dict[str, type] = {
     "task": Task,
     "algorithm": Algorithm,
 }
-_SLOWEST = 5.0  # [s] of an import, on the slowest of machines
+_SLOWEST = 5.0  # [s] of an import, even on a slow machine
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 
 
 @dataclass(frozen=True)
 class PluginUnderTest:
-    """A plugin by the name of its entry point."""
+    """A plugin, by the name of its entry point."""
 
     name: str
 
     @property
     def report(self) -> PluginReport:
-        """What became of it."""
+        """Report of loading it."""
         for report in plugins.reports():
             if self.name in (report.name, f"{report.distribution}:{report.name}"):
                 return report
@@ -56,7 +56,7 @@ class PluginUnderTest:
         )
 
     def expect_no(self, *codes: str) -> None:
-        """Raise CheckFailure if the doctor, who imports it in a process of its own, has a finding with one of the codes."""
+        """Raise CheckFailure if the doctor, which uses a separate process, has a finding with one of the codes."""
         facts = _examine(self.candidate)
         lines = facts.traceback.strip().splitlines() or [facts.cause]
         expect(facts.state == "loaded", f"importing '{facts.module}' fails: {lines[-1]}")
@@ -70,86 +70,89 @@ class PluginUnderTest:
 
 
 def loads(subject: PluginUnderTest) -> None:
-    """It is loaded, and offers something."""
+    """The plugin is loaded and provides at least one record."""
     report = subject.report
     expect(report.state == "loaded", f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
-    expect(subject.records, f"plugin '{report.name}' of {report.origin} offers no record; does a hook return them?")
+    expect(subject.records, f"plugin '{report.name}' of {report.origin} provides no record; do its hooks return any?")
 
 
 @after("loads")
 def import_is_cheap(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module loads no engine and no learning library, and takes a few seconds at most."""
+    """Importing the entry point's module loads no engines or learning libraries, and takes a few seconds at most."""
     subject.expect_no("heavy-import")
     seconds = _examine(subject.candidate).import_seconds
-    expect(seconds < _SLOWEST, f"importing '{subject.report.module}' takes {seconds:.1f} s, and so does every command.")
+    expect(
+        seconds < _SLOWEST,
+        f"importing '{subject.report.module}' takes {seconds:.1f} s, which slows down every command.",
+    )
 
 
 @after("loads")
 def import_is_silent(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module prints nothing, neither to stdout nor to stderr."""
+    """Importing the entry point's module prints nothing to stdout or stderr."""
     subject.expect_no("prints")
 
 
 @after("loads")
 def import_changes_nothing(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module leaves alone what belongs to the whole process: folder, seeds, warning filters and more."""
+    """Importing the entry point's module does not change global state: folder, seeds, warning filters and more."""
     subject.expect_no("global-state")
 
 
 @after("loads")
 def nothing_deprecated_is_used(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module and calling its hooks gives no warning of deprecation."""
+    """Importing the entry point's module and calling its hooks causes no deprecation warnings."""
     subject.expect_no("deprecated")
 
 
 def requirements_are_met(subject: PluginUnderTest) -> None:
-    """Everything that the distribution requires is installed, in a version that it allows."""
+    """All requirements of the distribution are installed in an allowed version."""
     lacking = missing(subject.candidate.requirements)
-    expect(not lacking, f"it requires what is not installed: {'; '.join(one.command for one in lacking)}.")
+    expect(not lacking, f"it has unmet requirements: {'; '.join(one.command for one in lacking)}.")
 
 
 @after("loads")
 def core_versions_are_stated(subject: PluginUnderTest) -> None:
-    """The distribution requires a range of versions of frobs-core with an end, and this version is in it."""
+    """The distribution requires a range of frobs-core versions with an upper bound, which includes this version."""
     if not subject.candidate.requirements and subject.candidate.version in ("0", "(no version)"):
-        raise Inconclusive("the plugin was not installed by pip; its metadata says nothing")
+        raise Inconclusive("the plugin was not installed by pip; it has no metadata")
     subject.expect_no("other-core", "no-core-versions")
 
 
 def entry_points_load(subject: PluginUnderTest) -> None:
-    """Every record's entry point can be imported, and is what its kind asks for."""
+    """Every record's entry point can be imported and has the type that its kind requires."""
     for kind, record in subject.records:
         if not record.entry_point:  # an ability or a parameter, which simulators implement
             continue
         implementation = record.load()
         if kind == "robot":
-            expect(isinstance(implementation, Robot), f"robot '{record.name}': {record.entry_point} is no Robot.")
+            expect(isinstance(implementation, Robot), f"robot '{record.name}': {record.entry_point} is not a Robot.")
             continue
         base = _BASES[kind]
         right = isinstance(implementation, type) and issubclass(implementation, base)
-        expect(right, f"{kind} '{record.name}': {record.entry_point} is no subclass of {base.__name__}.")
+        expect(right, f"{kind} '{record.name}': {record.entry_point} is not a subclass of {base.__name__}.")
         abstract = sorted(getattr(implementation, "__abstractmethods__", ()))
         expect(not abstract, f"{kind} '{record.name}': {record.entry_point} lacks {', '.join(abstract)}.")
 
 
 def names_are_free(subject: PluginUnderTest) -> None:
-    """No other installed distribution offers one of its names."""
+    """No other installed distribution provides one of its names."""
     for kind, record in subject.records:
         plugins.get_record(kind, record.name)
 
 
 def summaries_are_one_line(subject: PluginUnderTest) -> None:
-    """Every record says in one line what it is, and how it is installed."""
+    """Every record has a summary of one line and an install hint."""
     for kind, record in subject.records:
         environments = record.environments if isinstance(record, TaskRecord) else ()
         for name, summary in [(record.name, record.summary), *((e.id, e.summary) for e in environments)]:
             expect(summary.strip(), f"{kind} '{name}' has no summary.")
-            expect("\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is no short line.")
+            expect("\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is not a short line.")
         expect(record.install_hint.strip(), f"{kind} '{record.name}' has no install_hint: 'pip install …'.")
 
 
 def environments_are_complete(subject: PluginUnderTest) -> None:
-    """Every environment ID is ``namespace/Name-v0`` and nobody else's, and its robot, controller and simulator exist."""
+    """Every environment ID is unique and of the form ``namespace/Name-v0``, and the parts of each environment exist."""
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():
             expect(_ID.fullmatch(environment.id), f"the ID '{environment.id}' is not of the form namespace/Name-v0.")
@@ -164,18 +167,18 @@ def environments_are_complete(subject: PluginUnderTest) -> None:
 
 
 def tuned_settings_exist(subject: PluginUnderTest) -> None:
-    """Every file of tuned settings is there."""
+    """Every file of tuned settings exists."""
     for _, record in subject.records:
         for id, resource in record.tuned.items() if isinstance(record, AlgorithmRecord) else ():
             try:
                 there = resolve_path(resource).is_file()
             except ModelFileError as error:
                 raise CheckFailure(f"algorithm '{record.name}', tuned for '{id}': {error}") from error
-            expect(there, f"algorithm '{record.name}', tuned for '{id}': there is no file {resource}.")
+            expect(there, f"algorithm '{record.name}', tuned for '{id}': the file {resource} does not exist.")
 
 
 def pretrained_policies_fit(subject: PluginUnderTest) -> None:
-    """Every trained policy that comes with an ID is whole, and was trained in the ID as it is now."""
+    """Every trained policy of an ID is intact and was trained in the current environment."""
     from frobs_train import changes_since, open_pretrained
 
     for _, record in subject.records:
@@ -188,13 +191,13 @@ def pretrained_policies_fit(subject: PluginUnderTest) -> None:
                 raise CheckFailure(f"the policy of '{environment.id}', {environment.pretrained}: {error}") from error
             expect(
                 not changes,
-                f"the policy of '{environment.id}' was trained in another environment than the ID is now: "
-                f"{'; '.join(changes)}. Train it anew.",
+                f"the policy of '{environment.id}' was trained in a different environment than the current one: "
+                f"{'; '.join(changes)}. Train it again.",
             )
 
 
 CHECKS = checks_of(sys.modules[__name__])
-"""Every check of a plugin, in the order in which they run."""
+"""All checks of a plugin, in the order in which they run."""
 
 
 def check_plugin(plugin: str) -> list[Check]:
@@ -208,5 +211,5 @@ def check_plugin(plugin: str) -> list[Check]:
 
 @lru_cache(maxsize=1)
 def _examine(candidate: Candidate) -> PluginFacts:
-    """Examine a plugin once for the checks that follow each other."""
+    """Examine a plugin once for several consecutive checks."""
     return examine_plugins(only=[candidate.key])[0]

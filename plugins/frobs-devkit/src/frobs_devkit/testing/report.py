@@ -1,4 +1,4 @@
-"""Running checks, one after the other or as tests of pytest, and what came of it, as data."""
+"""Runs checks, one after another or as pytest tests, and returns the results as data."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from frobs_core.errors import UnknownNameError
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _DECIDING = ("gymnasium", "numpy")
-"""What of the core's requirements decides over numbers."""
+"""Requirements of the core that affect numbers."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What came of one check.
+    """Result of one check.
 
     Attributes:
-        name: The check's.
-        description: The check's.
-        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"skipped"`` (what it requires
-            failed, or it failed with the message of another), ``"inconclusive"`` or ``"not_applicable"``.
-        message: Why, where it has not passed.
-        seconds: How long it took [s].
-        capability: The simulator's capability that it verifies, or ``""``.
+        name: Name of the check.
+        description: Description of the check.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"skipped"`` (a required check failed, or it failed
+            with the same message as another), ``"inconclusive"`` or ``"not_applicable"``.
+        message: Reason if it has not passed.
+        seconds: Duration [s].
+        capability: Capability of the simulator that it verifies, or ``""``.
     """
 
     name: str
@@ -42,11 +42,11 @@ class Result:
 
 @dataclass(frozen=True)
 class Report:
-    """What came of a list of checks.
+    """Results of a list of checks.
 
     Attributes:
-        results: In the order of the checks.
-        versions: Of what they ran on, by package: the core, the plugins, and what those require.
+        results: Results in the order of the checks.
+        versions: Versions by package: the core, the plugins, and their requirements.
     """
 
     results: tuple[Result, ...]
@@ -59,23 +59,23 @@ class Report:
 
     @property
     def failed(self) -> tuple[Result, ...]:
-        """The results of the checks that failed."""
+        """Results of the failed checks."""
         return tuple(result for result in self.results if result.status == "failed")
 
     @property
     def inconclusive(self) -> tuple[Result, ...]:
-        """The results of the checks that saw nothing that could have failed."""
+        """Results of the checks in which nothing happened that could have failed."""
         return tuple(result for result in self.results if result.status == "inconclusive")
 
     @property
     def verified_capabilities(self) -> tuple[str, ...]:
-        """The capabilities of which at least one check passed and none failed or was inconclusive, by name."""
+        """Capabilities for which at least one check passed and none failed or was inconclusive, by name."""
         passed = {result.capability for result in self.results if result.status == "passed"}
         doubtful = {result.capability for result in self.results if result.status in ("failed", "inconclusive")}
         return tuple(sorted(passed - doubtful - {""}))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what ``--json`` prints: numbers, strings, lists and dictionaries."""
+        """Return the data that ``--json`` prints: numbers, strings, lists and dictionaries."""
         return {
             "ok": self.ok,
             "verified_capabilities": list(self.verified_capabilities),
@@ -89,15 +89,15 @@ def run_checks(
     on_result: Callable[[Result], None] | None = None,
     expected_failures: Mapping[str, str] | None = None,
 ) -> Report:
-    """Run checks; one that fails does not stop the others.
+    """Run checks; a failing check does not stop the others.
 
     Args:
-        checks: From the ``check_…`` functions.
-        on_result: Called after each, for a progress display.
-        expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
+        checks: Result of a ``check_…`` function.
+        on_result: Called after each check, for a progress display.
+        expected_failures: Reasons for expected failures, by check name. If such a check passes, that is a failure.
 
     Raises:
-        UnknownNameError: An expected failure names none of the checks.
+        UnknownNameError: An expected failure does not name one of the checks.
     """
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
@@ -105,8 +105,8 @@ def run_checks(
     for check in checks:
         result = _without_cause(check, results) or _run(check)
         same = next((one.name for one in results if one.status == "failed" and one.message == result.message), "")
-        if result.status == "failed" and same:  # one cause, one failure
-            result = replace(result, status="skipped", message=f"it fails as {same} does")
+        if result.status == "failed" and same:  # the same cause counts as one failure
+            result = replace(result, status="skipped", message=f"it fails for the same reason as {same}")
         if check.name in reasons:
             result = _expected(result, reasons[check.name])
         results.append(result)
@@ -124,17 +124,17 @@ def pytest_checks(
 
         test_conformance = pytest_checks(check_env("frobs_core:frobs/Irb120Reach-v0"))
 
-    A check that is inconclusive or not applicable is shown as skipped, with its reason.
+    Inconclusive and inapplicable checks are shown as skipped, with the reason.
 
     Args:
-        checks: From the ``check_…`` functions.
-        expected_failures: Why a check fails, by its name. It must fail: one that passes is a failure.
-        allow_inconclusive: False: an inconclusive check fails.
+        checks: Result of a ``check_…`` function.
+        expected_failures: Reasons for expected failures, by check name. If such a check passes, that is a failure.
+        allow_inconclusive: If False, inconclusive checks fail.
 
     Raises:
-        UnknownNameError: An expected failure names none of the checks.
+        UnknownNameError: An expected failure does not name one of the checks.
     """
-    import pytest  # the kit is also used by 'frobs check', where pytest need not be installed
+    import pytest  # imported here because 'frobs check' also uses this module, without pytest
 
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
@@ -168,7 +168,7 @@ def pytest_checks(
 
 
 def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
-    """Raise UnknownNameError where an expected failure names none of the checks."""
+    """Raise UnknownNameError if an expected failure does not name one of the checks."""
     names = [check.name for check in checks]
     for name in expected_failures:
         if name not in names:
@@ -176,7 +176,7 @@ def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -
 
 
 def _without_cause(check: Check, results: Iterable[Result]) -> Result | None:
-    """Return that a check is skipped because one that it requires has failed; None: it can run."""
+    """Return a skipped result if a required check has failed; None if the check can run."""
     causes = [one.name for one in results if one.status in ("failed", "skipped") and one.name in check.requires]
     if not causes:
         return None
@@ -187,7 +187,7 @@ def _expected(result: Result, reason: str) -> Result:
     if result.status == "failed":
         return replace(result, status="expected_failure", message=f"{reason}: {result.message}")
     if result.status == "passed":
-        return replace(result, status="failed", message=f"it passes, and was expected to fail: {reason}")
+        return replace(result, status="failed", message=f"it passes but was expected to fail: {reason}")
     return result
 
 
@@ -202,21 +202,21 @@ def _run(check: Check) -> Result:
         status, message = "inconclusive", str(reason)
     except NotApplicable as reason:
         status, message = "not_applicable", str(reason)
-    except Exception as error:  # a subject may raise anything; the other checks go on
+    except Exception as error:  # a subject may raise anything; continue with the other checks
         status, message = "failed", f"{type(error).__name__}: {error}"
     seconds = round(time.perf_counter() - start, 3)
     return Result(check.name, check.description, status, message, seconds, check.capability)
 
 
 def _versions() -> dict[str, str]:
-    """Return the versions of Python, the core, each plugin that is loaded, and what these require."""
+    """Return the versions of Python, the core, each loaded plugin, and their requirements."""
     loaded = sorted({report.distribution for report in plugins.reports() if report.state == "loaded"})
     found = {"python": platform.python_version()}
     for distribution in ("frobs-core", *loaded):
         try:
             found[distribution] = version(distribution)
             lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
-        except PackageNotFoundError:  # a plugin of a test, which was never installed
+        except PackageNotFoundError:  # a test's plugin that is not installed
             continue
         for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
             try:

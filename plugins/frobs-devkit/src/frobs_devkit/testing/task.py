@@ -1,4 +1,4 @@
-"""Checks of a task, in an environment that it is part of."""
+"""Checks of a task in an environment."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, achieved_goal
 
 @dataclass(frozen=True, eq=False)
 class TaskUnderTest(EnvUnderTest):
-    """An environment, with the record of its task."""
+    """An environment with the record of its task."""
 
     record: TaskRecord = field(kw_only=True)
 
 
 def record_is_sound(subject: TaskUnderTest) -> None:
-    """It is a Task whose constructor takes keyword-only parameters with defaults, and its needs are capabilities."""
+    """The implementation is a Task whose constructor takes keyword-only parameters with defaults; its needs exist."""
     cls = subject.record.load()
-    expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is no subclass of Task.")
+    expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
     for capability in subject.record.needs:
-        expect(capability in abilities(), f"it needs '{capability}', which is no capability.")
+        expect(capability in abilities(), f"it needs '{capability}', which is not a capability.")
     scene = cls().scene()
-    expect(isinstance(scene, Scene), "scene() returns no Scene.")
+    expect(isinstance(scene, Scene), "scene() does not return a Scene.")
     declared = "contacts" in subject.record.needs or not scene.contacts
     expect(
-        declared, f"its scene has the contacts {', '.join(scene.contacts)}, and its record does not need 'contacts'."
+        declared, f"its scene has the contacts {', '.join(scene.contacts)}, but its record does not need 'contacts'."
     )
 
 
 def reward_types_work(subject: TaskUnderTest) -> None:
-    """Every reward_type makes an environment; ``sparse`` takes two values at most; another is refused."""
+    """Every reward_type works; ``sparse`` has at most two values; other reward types are rejected."""
     for reward_type in subject.record.load().reward_types:
         with closing(subject.make(reward_type=reward_type)) as env:
             env.reset(seed=0)
@@ -65,14 +65,14 @@ def reward_types_work(subject: TaskUnderTest) -> None:
             expect(np.isfinite(list(seen)).all(), f"reward_type '{reward_type}' gives a reward that is not finite.")
             expect(
                 reward_type != "sparse" or len(seen) <= 2,
-                f"the sparse reward takes {len(seen)} values: {sorted(seen)}.",
+                f"the sparse reward has {len(seen)} values: {sorted(seen)}.",
             )
     with expect_raises(ConfigurationError, "reward_type='no_such_reward_type'"):
         subject.make(reward_type="no_such_reward_type").close()
 
 
 def reset_needs_are_stated(subject: TaskUnderTest) -> None:
-    """A reset writes no state, not even for the option ``joint_positions``, unless the task says that it needs ``teleport``."""
+    """Unless the task needs ``teleport``, a reset writes no states, even with the option ``joint_positions``."""
     with closing(subject.make()) as env:
         task, robot = inside(env).task, inside(env).robot
         ways: list[dict[str, Any]] = [{}]
@@ -88,7 +88,7 @@ def reset_needs_are_stated(subject: TaskUnderTest) -> None:
 
 
 def _without_writes(reset: Any, handles: list[Any], *arguments: Any) -> None:
-    """Call the reset of a task with handles that refuse to be written to, as those of some simulators do."""
+    """Call the reset of a task with handles that reject writes, like those of some simulators."""
     names = [(handle, name) for handle in handles for name in dir(handle) if name.startswith("write_")]
     for handle, name in names:
         setattr(handle, name, partial(_refuse, name))
@@ -100,11 +100,13 @@ def _without_writes(reset: Any, handles: list[Any], *arguments: Any) -> None:
 
 
 def _refuse(name: str, *arguments: Any, **keywords: Any) -> None:
-    raise CheckFailure(f"a reset calls {name}, and neither the task's record nor its reset_needs() names 'teleport'.")
+    raise CheckFailure(
+        f"a reset calls {name}, but neither the task's record nor its reset_needs() contains 'teleport'."
+    )
 
 
 def batch_has_its_shapes(subject: TaskUnderTest) -> None:
-    """Rewards, terms, ends and success have a row for each environment; marks have places."""
+    """Rewards, reward terms, terminations, success and markers have one row for each environment."""
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
@@ -123,7 +125,7 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> None:
 
 
 def observation_terms_are_sound(subject: TaskUnderTest) -> None:
-    """Every term has a unit and ordered bounds, reads the same twice, and is in its columns of the observation."""
+    """Every term has a unit and ordered bounds, can be read again, and fills its columns of the observation."""
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
@@ -132,7 +134,7 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
         for name, term in observations.terms.items():
             what = f"the observation term '{name}'"
             expect(isinstance(term.unit, str) and bool(term.unit), f"{what} has no unit; use '1' for a plain number.")
-            expect((term.low <= term.high).all(), f"{what} has a lowest value above its highest.")
+            expect((term.low <= term.high).all(), f"{what} has a lower bound above its upper bound.")
             value = term.read()
             expect(value.shape == (3, *term.low.shape), f"{what} reads {value.shape}, not {(3, *term.low.shape)}.")
             before = value.copy()
@@ -143,7 +145,7 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
 
 
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
-    """Reward, terms, ends, success and marks can be read again: the same numbers, and the episode goes on the same.
+    """Reward, terms, terminations, success and markers can be read again without affecting the episode.
 
     This also holds if the goal is achieved at the beginning of the episode.
     """
@@ -153,7 +155,7 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
             with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
                 trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
                 if there:
-                    with suppress(FrobsError, ValueError):  # where it cannot be a goal
+                    with suppress(FrobsError, ValueError):  # if it is not a valid goal
                         trace.append(deepcopy(env.reset(seed=4, options={"goal": achieved_goal(env, trace[0])})[0]))
                 for action in draw_actions(env.action_space, 12, seed=4):
                     trace.append(deepcopy(env.step(action)[:4]))
@@ -161,20 +163,20 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
                         _read_twice(inside(env), trace[-1][1])
                 plays.append(trace)
         for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
-            expect_same(quiet, read, f"step {k} where reward, ends and terms were read once more")
+            expect_same(quiet, read, f"step {k} in which reward, terminations and terms were read again")
 
 
 def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
-    """Once it is bound, a task computes with the ``control_timestep`` that ``bind`` was given, not with its class's."""
+    """Once bound, a task uses the ``control_timestep`` passed to ``bind``, not that of its class."""
     subject.require_pause()
     plays = []
     for other in (False, True):
         with closing(subject.make()) as env:
             task = inside(env).task
-            if other and "control_timestep" not in vars(task):  # else it is the one that bind has kept
+            if other and "control_timestep" not in vars(task):  # otherwise it is the one stored by bind
                 task.control_timestep = 2.0 * type(task).control_timestep
             plays.append(play(env, 4, draw_actions(env.action_space, 12, seed=4)))
-    what = "where the class's control_timestep is another once the task is bound (use the argument of bind)"
+    what = "with a different control_timestep in the class after bind (use the argument of bind)"
     expect_same_play(plays[0], plays[1], what)
 
 
@@ -206,20 +208,20 @@ CHECKS = (
     vector.same_step_equals_single,
     vector.disabled_equals_single,
 )
-"""Every check of a task, in the order in which they run."""
+"""All checks of a task, in the order in which they run."""
 
 
 def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
     """Return the checks of a task.
 
     Args:
-        task: Its name, or a record that is not installed yet.
-        **kwargs: Keywords of the environment that it is tried in: ``robot=``, ``controller=``, parameters. What is
-            left out is taken from the first environment ID that the task registers.
+        task: Name of the task, or a record that is not installed yet.
+        **kwargs: Keywords of the environment: ``robot=``, ``controller=``, parameters. Omitted ones come from the first
+            environment ID that the task registers.
 
     Raises:
         UnknownNameError: No task has this name.
-        ConfigurationError: The task registers no ID, and neither ``robot`` nor ``controller`` was given.
+        ConfigurationError: The task does not register an ID, and ``robot`` or ``controller`` is missing.
     """
     record = plugins.get_record("task", task) if isinstance(task, str) else task
     assert isinstance(record, TaskRecord)
@@ -228,5 +230,7 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         first = record.environments[0]
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
-        raise MissingSettingError("check_task", "robot= and controller=", f"task '{record.name}' registers no ID")
+        raise MissingSettingError(
+            "check_task", "robot= and controller=", f"task '{record.name}' does not register an ID"
+        )
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)

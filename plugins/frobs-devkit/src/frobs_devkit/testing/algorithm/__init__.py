@@ -12,7 +12,7 @@ from frobs_devkit.testing.algorithm.subject import ENVIRONMENTS, AlgorithmUnderT
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
 CHECKS = checks_of(learning, aiming, values, saving, continuing)
-"""Every check of an algorithm, in the order in which they run."""
+"""All checks of an algorithm, in the order in which they run."""
 
 
 def check_algorithm(
@@ -21,19 +21,19 @@ def check_algorithm(
     """Return the checks of an algorithm.
 
     Args:
-        algorithm: Its name, or a record that is not installed yet.
-        config: Its settings, for a short training.
-        id: What it is tried on; None: a small environment of Gymnasium's, by its action spaces.
-        steps: Environment steps of a training.
+        algorithm: Name of the algorithm, or a record that is not installed yet.
+        config: Settings for a short training run.
+        id: Environment for the checks; None: a small one of Gymnasium, chosen by the action spaces.
+        steps: Environment steps of a training run.
 
     Raises:
-        UnknownNameError: No algorithm has this name.
+        UnknownNameError: The algorithm does not exist.
     """
     record = plugins.get_record("algorithm", algorithm) if isinstance(algorithm, str) else algorithm
     assert isinstance(record, AlgorithmRecord)
     chosen = id or next((ENVIRONMENTS[kind] for kind in record.action_spaces if kind in ENVIRONMENTS), "")
     if not chosen:
         spaces = ", ".join(record.action_spaces)
-        none = NotApplicable(f"the kit has no environment with an action space {spaces}; give check_algorithm id=")
-        return only("environment_is_given", "There is an environment to try it on.", none)
+        none = NotApplicable(f"the kit has no environment with an action space {spaces}; pass id= to check_algorithm")
+        return only("environment_is_given", "An environment is given.", none)
     return collect(AlgorithmUnderTest(record, chosen, config or {}, steps), CHECKS)

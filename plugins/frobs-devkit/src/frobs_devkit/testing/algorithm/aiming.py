@@ -1,4 +1,4 @@
-"""A check that training does not make the policy worse, on a task that every algorithm can learn."""
+"""A check that training does not make the policy worse on a task that every algorithm can learn."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from gymnasium.envs.registration import EnvSpec
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_devkit.testing.checks import NotApplicable, expect
 
-_WORSE = 0.2  # of the reward of a step: untrained policies get −0.5 or so, the best 0, the worst below −1
+_WORSE = 0.2  # of the reward per step: untrained policies get about −0.5, the best 0, the worst less than −1
 _OBSERVATIONS = 256
 
 
 class Aim(gym.Env[Any, Any]):
-    """Show a number between −1 and 1 with each step; the reward is 0 where the action names it, or its sign, else less."""
+    """Shows a number in [−1, 1] in each step; the reward is 0 if the action equals it (or its sign), else lower."""
 
     def __init__(self, discrete: bool) -> None:
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
@@ -35,7 +35,7 @@ class Aim(gym.Env[Any, Any]):
         return self._show(), reward, False, False, {}
 
     def rewards(self, shown: Any, actions: Any) -> Any:
-        """Return the rewards (n,) of actions where numbers (n, 1) are shown."""
+        """Return the rewards (n,) of actions for shown numbers (n, 1)."""
         if isinstance(self.action_space, gym.spaces.Discrete):
             return -np.abs(np.asarray(actions).reshape(-1) - (shown[:, 0] > 0.0))
         return -np.abs(np.asarray(actions).reshape(-1) - shown[:, 0])
@@ -46,10 +46,10 @@ class Aim(gym.Env[Any, Any]):
 
 
 def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
-    """Where the best action can be read from the observation, a training does not lead to worse ones."""
+    """If the best action can be read from the observation, training does not lead to worse actions."""
     space = subject.untrained.action_space
     if not subject.has_kit_environment:
-        raise NotApplicable("how hard the given environment is, the kit does not know")
+        raise NotApplicable("the difficulty of the given environment is unknown")
     spec = EnvSpec(
         "frobs_kit/Aim-v0",
         f"{__name__}:Aim",
@@ -65,6 +65,6 @@ def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
         )
     expect(
         after > before - _WORSE,
-        f"a training of {aiming.enough} steps on a task that the observation solves takes the mean reward of a step from "
-        f"{before:.2f} to {after:.2f}; is something maximized that should be minimized?",
+        f"training for {aiming.enough} steps on a trivial task changes the mean reward per step from "
+        f"{before:.2f} to {after:.2f}; is a loss maximized instead of minimized?",
     )

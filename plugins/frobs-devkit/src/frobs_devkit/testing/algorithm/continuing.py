@@ -1,4 +1,4 @@
-"""Checks that an algorithm can be continued, and that its policy can be kept alone."""
+"""Checks that training can be continued, and that a policy can be saved separately."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_devkit.testing.compare import difference, expect_same
 
 
 class _SavingMonitor(Monitor):
-    """Takes the first checkpoint that is offered at or after some steps, with a copy of the environment."""
+    """Takes the first checkpoint that is offered after a number of steps, with a copy of the environment."""
 
     def __init__(self, env: Watched, folder: Path, when: int) -> None:
         super().__init__(env)
@@ -25,7 +25,7 @@ class _SavingMonitor(Monitor):
         self._folder, self._when = folder, when
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Take the first in the second half."""
+        """Take the first checkpoint in the second half."""
         super().offer_checkpoint(steps, save)
         if steps >= self._when and self.saved_at is None:
             save(self._folder, None)
@@ -34,7 +34,7 @@ class _SavingMonitor(Monitor):
 
 @after("same_seed_repeats", "load_equals_save")
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
-    """What was saved in the middle of a training and loaded learns on as if it had never been stopped."""
+    """A checkpoint from the middle of a training run continues exactly after it is loaded."""
     if not subject.record.exact_resume:
         raise NotApplicable("the record declares exact_resume=False")
     with closing(subject.make_env()) as env:
@@ -49,30 +49,30 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         assert isinstance(told, _SavingMonitor)
         saved_at = told.saved_at
         if saved_at is None or told.copied is None:
-            raise Inconclusive("no checkpoint is offered in the second half of the training; give smaller settings")
+            raise Inconclusive("no checkpoint is offered in the second half of the training run; use smaller settings")
         before, after = ([step for step in told.steps if (step > saved_at) == late] for late in (False, True))
         if len(before) < 2 or len(after) < 2:
             raise Inconclusive(
                 f"of {total} steps, {len(before)} iterations are before the checkpoint at {saved_at} and {len(after)} "
-                "after it; two on either side are needed: give smaller settings, or more steps"
+                "after it; at least two on either side are needed. Use smaller settings, or more steps"
             )
         started = type(whole).load(Path(folder))
         if difference(subject.untrained.predict(seen)[0], started.predict(seen)[0]) is None:
-            raise Inconclusive(f"nothing was learned before the checkpoint at {saved_at} steps; give smaller settings")
+            raise Inconclusive(f"nothing was learned before the checkpoint at {saved_at} steps; use smaller settings")
         with closing(told.copied) as copied:
             resumed = type(whole).load(Path(folder), copied)
             again = Monitor(copied)
             resumed.train(total, again)
     expect(again.steps == after, f"after it was loaded, it reports {again.steps} steps instead of {after}.")
-    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a training that was continued")
+    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a continued training run")
     for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
-        expect_same(row, found, f"the metrics at step {steps} of a training that was continued")
+        expect_same(row, found, f"the metrics at step {steps} of a continued training run")
 
 
 def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:
-    """What ``save_policy`` writes predicts the same once it is loaded without an environment."""
+    """A policy from ``save_policy`` predicts the same after it is loaded without an environment."""
     algorithm: Algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save_policy(Path(folder))
         seen, loaded = subject.observations(8), type(algorithm).load(Path(folder))
-        expect_same(algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the policy kept alone")
+        expect_same(algorithm.predict(seen)[0], loaded.predict(seen)[0], "predictions of the separately saved policy")

@@ -1,4 +1,4 @@
-"""Checks that an algorithm learns, stops, predicts, repeats, and knows its settings."""
+"""Checks of learning, stopping, predictions, reproducibility and settings."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
-_FARTHEST = 10.0  # of unbounded observations
+_FARTHEST = 10.0  # limit for unbounded observations
 
 
 class _Impatient(Monitor):
-    """Wants no more after the first word of progress."""
+    """Stops after the first progress report."""
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Keep the steps, and stop."""
+        """Store the steps, and stop."""
         super().on_progress(steps, metrics)
         return False
 
@@ -35,14 +35,14 @@ class _Curious(Monitor):
     seen: Any
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Ask, and go on."""
+        """Request predictions, and continue."""
         for deterministic in (True, False):
             self.algorithm.predict(self.seen, deterministic=deterministic)
         return super().on_progress(steps, metrics)
 
 
 def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
-    """Its spaces are those of one environment, not of the batch."""
+    """The algorithm's spaces are those of a single environment, not of the batch."""
     with closing(subject.make_env()) as env:
         for name, wanted in (("observation", env.single_observation_space), ("action", env.single_action_space)):
             found = getattr(subject.untrained, f"{name}_space")
@@ -50,11 +50,11 @@ def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
 
 
 def learns(subject: AlgorithmUnderTest) -> None:
-    """Training runs to its steps, tells of its progress in growing numbers, and changes the policy."""
+    """Training runs for its steps, reports progress with increasing steps, and changes the policy."""
     seen = subject.observations(8)
     algorithm, monitor = subject.trained
     expect(monitor.steps, "on_progress was never called.")
-    expect(monitor.steps == sorted(monitor.steps), f"the steps that are reported decrease: {monitor.steps}.")
+    expect(monitor.steps == sorted(monitor.steps), f"the reported steps decrease: {monitor.steps}.")
     expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
     expect(monitor.offers or len(monitor.steps) < 3, "offer_checkpoint is never called; no run could be resumed.")
     if difference(subject.untrained.predict(seen)[0], algorithm.predict(seen)[0]) is None:
@@ -62,46 +62,46 @@ def learns(subject: AlgorithmUnderTest) -> None:
 
 
 def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
-    """The steps of progress are those of all environments together; the actions of the training are in the space."""
+    """Reported steps are those of all environments together; training actions are in the action space."""
     monitor = subject.trained[1]
     env = monitor.env
     expect(
         monitor.steps == monitor.taken,
         f"{monitor.steps[:5]} steps are reported, but {env.num_envs} environments took {monitor.taken[:5]}.",
     )
-    expect(env.outside is None, f"the training steps with actions that are not in {env.action_space}: {env.outside}.")
+    expect(env.outside is None, f"training uses actions that are not in {env.action_space}: {env.outside}.")
 
 
 def stops_when_told(subject: AlgorithmUnderTest) -> None:
-    """Training ends when ``on_progress`` returns False, without another step or word of progress."""
+    """Training ends when ``on_progress`` returns False, without further steps or reports."""
     monitor = subject.train(subject.enough, monitor=_Impatient)[1]
     if not monitor.steps:
         raise Inconclusive("on_progress was never called")
     expect(
         len(monitor.steps) == 1 and monitor.env.taken == monitor.taken[0],
-        f"on_progress returned False at {monitor.steps[0]} steps, and training went on to "
+        f"on_progress returned False at {monitor.steps[0]} steps, but training continued to "
         f"{max(monitor.steps[-1], monitor.env.taken)}.",
     )
 
 
 def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
-    """Predictions for a batch are a batch of actions in the space; deterministic ones repeat; row i stands alone."""
+    """Predictions for a batch are in the space; deterministic ones are repeatable and do not depend on other rows."""
     extreme = _extreme_observations(subject.untrained.observation_space)
     for algorithm in (subject.untrained, subject.trained[0]):
         seen = subject.observations(5)
         actions, space = algorithm.predict(seen)[0], algorithm.action_space
-        expect(len(actions) == 5, f"5 observations give {len(actions)} actions.")
+        expect(len(actions) == 5, f"there are {len(actions)} actions for 5 observations.")
         sampled = algorithm.predict(seen, deterministic=False)[0]
         for action in (*actions, *sampled, *(() if extreme is None else algorithm.predict(extreme)[0])):
             typed = np.asarray(action).astype(space.dtype)
             expect(space.contains(typed), f"action {action!r} is not in {space}.")
-        expect_same(actions, algorithm.predict(seen)[0], "a deterministic prediction, again")
+        expect_same(actions, algorithm.predict(seen)[0], "a repeated deterministic prediction")
         alone = algorithm.predict(seen[2:3])[0]
-        expect(np.allclose(actions[2:3], alone, atol=1e-5), "row 2 alone has another action.")
+        expect(np.allclose(actions[2:3], alone, atol=1e-5), "row 2 alone gives a different action.")
 
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
-    """The same seed learns the same; another seed learns something else."""
+    """The same seed gives the same result; another seed gives a different one."""
     if not subject.record.reproducible:
         raise NotApplicable("the record declares reproducible=False")
     seen = subject.observations(8)
@@ -111,18 +111,18 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     )
     expect_same(expected, again, "predictions after training again with the same seed")
     if expected.dtype.kind == "f":
-        expect(difference(expected, other), "two seeds learn the same to the last bit.")
+        expect(difference(expected, other), "two seeds give bit-identical results.")
 
 
 def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
-    """The training resets its environment without a seed; with the same seed in every reset, the episodes would repeat."""
+    """Training resets its environment without a seed, because the episodes would otherwise repeat."""
     seeds = subject.trained[1].env.seeds
-    expect(not seeds, f"the training resets its environment with the seed {seeds[:1]}; call reset() without one.")
+    expect(not seeds, f"training resets its environment with the seed {seeds[:1]}; call reset() without one.")
 
 
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """Predictions during a training change neither the weights nor the random generators of the training."""
+    """Predictions during training do not affect the weights or the random generators."""
     if not subject.record.reproducible:
         raise NotApplicable("the record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
@@ -135,26 +135,26 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
         monitor.algorithm, monitor.seen = algorithm, seen
         algorithm.train(total, monitor)
     expected = trained.predict(seen)[0]
-    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training in which others were asked for")
+    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training run with additional predictions")
 
 
 def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:
-    """A setting that it does not know is refused, and named."""
+    """An unknown setting is rejected by name."""
     with expect_raises(UnknownParameterError, "a setting 'no_such_setting'", naming="no_such_setting"):
         subject.record.load().resolve_config({**subject.config, "no_such_setting": 1})
 
 
 def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
-    """Resolved settings are plain values that YAML can hold, and resolving them again changes nothing."""
+    """Resolved settings are plain YAML values, and resolving them again does not change them."""
     cls: type[Algorithm] = subject.record.load()
     resolved = cls.resolve_config(subject.config)
     expect(cls.resolve_config(resolved) == resolved, "resolving resolved settings changes them.")
     odd = [f"{key}: {value!r}" for key, value in resolved.items() if not is_plain(value)]
-    expect(not odd, f"YAML cannot hold {', '.join(odd)}.")
+    expect(not odd, f"YAML cannot represent {', '.join(odd)}.")
 
 
 def _extreme_observations(space: gym.Space[Any]) -> Any:
-    """Return the corners of flat observations, (4, k): far from where a policy was trained, and still in the space."""
+    """Return the corners of flat observation spaces, (4, k), far from the training data."""
     if not isinstance(space, gym.spaces.Box) or len(space.shape) != 1:
         return None
     low, high = np.maximum(space.low, -_FARTHEST), np.minimum(space.high, _FARTHEST)

@@ -1,4 +1,4 @@
-"""Checks of what an algorithm saves."""
+"""Checks of saved files."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ _SAFE_MODULES = ("torch", "collections", "_codecs", "numpy")
 
 
 def load_equals_save(subject: AlgorithmUnderTest) -> None:
-    """What was saved predicts the same once it is loaded, without an environment and with one."""
+    """A saved algorithm predicts the same after it is loaded, with and without an environment."""
     algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save(Path(folder))
         seen = subject.observations(8)
         expected = algorithm.predict(seen)[0]
         cls = type(algorithm)
-        expect_same(expected, cls.load(Path(folder)).predict(seen)[0], "predictions of what was loaded")
+        expect_same(expected, cls.load(Path(folder)).predict(seen)[0], "predictions of the loaded algorithm")
         with closing(subject.make_env()) as env:
             expect_same(expected, cls.load(Path(folder), env).predict(seen)[0], "predictions loaded with an env")
 
 
 def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
-    """Nothing that is saved builds Python objects when it is opened; tensors and numbers alone."""
+    """Saved files only contain tensors and plain values, and do not build Python objects when they are opened."""
     with tempfile.TemporaryDirectory() as folder:
         subject.trained[0].save(Path(folder))
         files = [path for path in sorted(Path(folder).rglob("*")) if path.is_file()]
@@ -47,15 +47,15 @@ def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
                     not builds,
                     f"{name} is a pickle that builds {', '.join(sorted(builds)[:5])}; save tensors and JSON.",
                 )
-                expect(b'":serialized:"' not in content, f"{name} holds a serialized Python object.")
+                expect(b'":serialized:"' not in content, f"{name} contains a serialized Python object.")
                 expect(
                     not _holds_objects(content),
-                    f"{name} is an array of Python objects, which is a pickle; save numbers.",
+                    f"{name} is an array of Python objects, which is stored as a pickle; save numbers.",
                 )
 
 
 def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
-    """Loading to continue from a folder with a missing or damaged file raises CheckpointError."""
+    """Loading a folder with a missing or damaged file to continue training raises CheckpointError."""
     algorithm = subject.untrained
     with tempfile.TemporaryDirectory() as folder, closing(subject.make_env()) as env:
         algorithm.save(Path(folder))
@@ -71,7 +71,7 @@ def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
 
 
 def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield the name and content of a file, or those of what it packs."""
+    """Yield the name and content of a file, or of the files in an archive."""
     data = path.read_bytes()
     if not zipfile.is_zipfile(io.BytesIO(data)):
         yield path.name, data
@@ -82,7 +82,7 @@ def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _holds_objects(content: bytes) -> bool:
-    """Return whether this is an array of NumPy's that holds Python objects."""
+    """Return whether this is a NumPy array that contains Python objects."""
     if not content.startswith(np.lib.format.MAGIC_PREFIX):
         return False
     try:
@@ -93,7 +93,7 @@ def _holds_objects(content: bytes) -> bool:
 
 
 def _what_a_pickle_builds(content: bytes) -> set[str]:
-    """Return what a pickle would import beside tensors and plain containers; nothing where it is no pickle."""
+    """Return the names that a pickle would import besides tensors and plain containers; empty if it is not a pickle."""
     if content[:1] != pickle.PROTO:
         return set()
     found, strings = set(), []

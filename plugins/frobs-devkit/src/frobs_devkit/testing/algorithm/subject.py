@@ -1,4 +1,4 @@
-"""The algorithm that is checked, on a small environment of Gymnasium's."""
+"""The algorithm to check, on a small environment of Gymnasium."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
 
 ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
-"""What an algorithm is tried on, by its action space."""
+"""Environments for the checks, by action space."""
 
 _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Counts the steps of every environment. Keeps the first actions outside the space, and the seeds of resets."""
+    """Counts the steps of all environments. Stores the first actions outside the space, and the seeds of resets."""
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
@@ -33,13 +33,13 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self.seeds: list[Any] = []
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Keep the seed, and reset."""
+        """Store the seed, and reset."""
         if seed is not None:
             self.seeds.append(seed)
         return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Count, compare, and step."""
+        """Count, check, and step."""
         self.taken += self.num_envs
         if self.outside is None and not self.action_space.contains(np.asarray(actions, self.action_space.dtype)):
             self.outside = np.array(actions)
@@ -47,21 +47,21 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
 
 class Monitor:
-    """Keeps what it is told: the rows of the log and the steps of checkpoints that are offered."""
+    """Stores the reported rows of the log and the steps of offered checkpoints."""
 
     def __init__(self, env: Watched) -> None:
         self.env = env
         self.steps: list[int] = []
-        self.taken: list[int] = []  # environment steps, as they were counted when the rows were told
+        self.taken: list[int] = []  # environment steps when the rows were reported
         self.rows: list[dict[str, float]] = []
         self.offers: list[int] = []
 
     def is_due(self, steps: int) -> bool:
-        """Always."""
+        """Return True."""
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Keep the row, and go on."""
+        """Store the row, and continue."""
         self.steps.append(steps)
         self.taken.append(self.env.taken)
         self.rows.append(dict(metrics))
@@ -71,13 +71,13 @@ class Monitor:
         """Ignore episodes of other environments."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Keep the steps, and want no checkpoint."""
+        """Store the steps without saving a checkpoint."""
         self.offers.append(steps)
 
 
 @dataclass(frozen=True, eq=False)
 class AlgorithmUnderTest:
-    """An algorithm by its record, with the ID and the settings that it is tried with."""
+    """An algorithm, by its record, with the ID and the settings for the checks."""
 
     record: AlgorithmRecord
     id: str | EnvSpec
@@ -86,11 +86,11 @@ class AlgorithmUnderTest:
 
     @property
     def has_kit_environment(self) -> bool:
-        """Whether nobody chose the environment."""
+        """Whether the environment is the kit's choice."""
         return self.id in ENVIRONMENTS.values()
 
     def make_env(self, max_episode_steps: int | None = None) -> Watched:
-        """Make the environment as a run does: same-step autoreset, seeded."""
+        """Create the environment like a run: same-step autoreset, seeded."""
         limit: dict[str, Any] = {} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}
         env = gym.make_vec(
             self.id,
@@ -103,14 +103,14 @@ class AlgorithmUnderTest:
         return Watched(env)
 
     def make(self, env: Watched, seed: int = 5) -> Algorithm:
-        """Make the algorithm, untrained."""
+        """Create the untrained algorithm."""
         cls: type[Algorithm] = self.record.load()
         return cls(env, cls.resolve_config(self.config), seed)
 
     def train(
         self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor
     ) -> tuple[Algorithm, Monitor]:
-        """Train a new algorithm, and return it with what it told."""
+        """Train a new algorithm; return it with its monitor."""
         with closing(self.make_env()) as env:
             algorithm, told = self.make(env, seed), monitor(env)
             algorithm.train(steps, told)
@@ -118,18 +118,18 @@ class AlgorithmUnderTest:
 
     @cached_property
     def untrained(self) -> Algorithm:
-        """An algorithm before its training."""
+        """The algorithm before training."""
         with closing(self.make_env()) as env:
             return self.make(env)
 
     @cached_property
     def trained(self) -> tuple[Algorithm, Monitor]:
-        """An algorithm after :attr:`steps`, and what it told; several checks look at this one."""
+        """The algorithm after :attr:`steps`, with its monitor; shared by several checks."""
         return self.train(self.steps)
 
     @property
     def enough(self) -> int:
-        """Environment steps in which at least four iterations begin, by what a first training told."""
+        """Environment steps in which at least four iterations begin, according to a first training run."""
         told = [0, *self.trained[1].steps]
         return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
 

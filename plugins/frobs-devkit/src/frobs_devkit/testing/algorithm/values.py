@@ -15,7 +15,7 @@ from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expe
 from frobs_devkit.testing.compare import difference
 
 _DISCOUNT = "gamma"
-_OTHER = 0.5  # a discount that no default has
+_OTHER = 0.5  # a discount that is not the default of any algorithm
 _EPISODE = 10  # [steps]
 
 
@@ -38,19 +38,19 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
 @after("same_seed_repeats")
 def discount_counts(subject: AlgorithmUnderTest) -> None:
-    """A training with another discount ``gamma`` has a different result: the setting reaches the learner."""
+    """Training with another discount ``gamma`` has a different result, because the setting is used."""
     _require_discount(subject)
     other = replace(subject, config={**subject.config, _DISCOUNT: _OTHER})
     expect(
         _differs(subject, subject.trained, other.trained),
-        f"a training with {_DISCOUNT}={_OTHER} learns the same as one with {_DISCOUNT}="
-        f"{_settings(subject)[_DISCOUNT]}; the setting must reach the learner.",
+        f"training with {_DISCOUNT}={_OTHER} gives the same result as with {_DISCOUNT}="
+        f"{_settings(subject)[_DISCOUNT]}; the setting has no effect.",
     )
 
 
 @after("same_seed_repeats")
 def final_observations_count(subject: AlgorithmUnderTest) -> None:
-    """Where an episode is truncated, the value of its final observation is bootstrapped, not that of the next episode's first.
+    """Truncated episodes bootstrap the value of the final observation, not that of the next episode's first one.
 
     With same-step autoreset the final observation is ``info["final_obs"]``, not what ``step`` returns.
     """
@@ -69,7 +69,7 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
         raise Inconclusive(f"no episode was truncated in {subject.steps} steps")
     expect(
         _differs(subject, *told),
-        f"{ends} episodes were truncated, and other final observations change nothing that is learned; bootstrap from "
+        f"{ends} episodes were truncated, but different final observations do not change the result; bootstrap from "
         "info['final_obs'], because step() returns the first observation of the next episode.",
     )
 
@@ -85,7 +85,7 @@ def _require_discount(subject: AlgorithmUnderTest) -> None:
 
 
 def _differs(subject: AlgorithmUnderTest, one: tuple[Any, Monitor], other: tuple[Any, Monitor]) -> bool:
-    """Return whether two trainings differ in what they learned or reported."""
+    """Return whether two training runs differ in their result or in their reports."""
     seen = subject.observations(8)
     learned = [algorithm.predict(seen)[0] for algorithm, _ in (one, other)]
     return one[1].rows != other[1].rows or difference(*learned) is not None

@@ -1,4 +1,4 @@
-"""Checks of a controller, on a robot that it can control."""
+"""Checks of a controller on a suitable robot."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_devkit.testing.controller import contract, motion
 from frobs_devkit.testing.controller.subject import ControllerUnderTest
 
 CHECKS = checks_of(contract, motion)
-"""Every check of a controller, in the order in which they run."""
+"""All checks of a controller, in the order in which they run."""
 
 
 def check_controller(
@@ -21,14 +21,14 @@ def check_controller(
     """Return the checks of a controller.
 
     Args:
-        controller: Its name, or a record that is not installed yet.
-        robot: What it is tried on, by name or description; None: a small arm, or a small rover where it cannot
-            control the arm.
-        simulator: What it is tried in, by name.
+        controller: Name of the controller, or a record that is not installed yet.
+        robot: Robot for the checks, by name or description; None: a small arm, or a small rover if the controller
+            cannot control the arm.
+        simulator: Simulator for the checks, by name.
         **kwargs: Keywords of the controller.
 
     Raises:
-        UnknownNameError: Nothing has one of the names.
+        UnknownNameError: A name does not exist.
     """
     record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
     simulator_record = plugins.get_record("simulator", simulator)

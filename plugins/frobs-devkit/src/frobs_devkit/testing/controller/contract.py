@@ -1,4 +1,4 @@
-"""Checks that a controller keeps its contract: keywords, spaces, masks, rows, snapshots."""
+"""Checks of a controller's contract: keywords, spaces, masks, rows, snapshots."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerU
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
-    """It is a Controller whose constructor takes keyword-only parameters, each with a default."""
+    """The implementation is a Controller whose constructor takes keyword-only parameters with defaults."""
     cls = subject.record.load()
-    expect(isinstance(cls, type) and issubclass(cls, Controller), f"{cls} is no subclass of Controller.")
+    expect(isinstance(cls, type) and issubclass(cls, Controller), f"{cls} is not a subclass of Controller.")
     expect_keyword_only(cls)
 
 
@@ -28,7 +28,10 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         space = bound.controller.action_space
         if isinstance(space, gym.spaces.Box):
-            expect(space.dtype == np.float32, f"the action space is {space.dtype}; float32 is what learners send.")
+            expect(
+                space.dtype == np.float32,
+                f"the action space is {space.dtype}; it must be float32, which learners send.",
+            )
             expect(space.low.min() >= -1 and space.high.max() <= 1, f"{space} is not within [−1, 1].")
         else:
             discrete = gym.spaces.Discrete | gym.spaces.MultiDiscrete | gym.spaces.MultiBinary
@@ -36,56 +39,56 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
 
 
 def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
-    """Bound to the same joints in reverse order, a controller commands the same joints the same, in that order."""
+    """If bound to the same joints in reverse order, a controller gives the same commands in reverse order."""
     commands = []
     for reverse in (False, True):
         try:
             with subject.bind(reverse=reverse) as bound:
                 if not isinstance(bound.controller.action_space, gym.spaces.Box):
-                    raise NotApplicable("each action of its own means one joint")
+                    raise NotApplicable("each action refers to a certain joint")
                 actions = [bound.constant(value) for value in (0.0, 1.0, -1.0)]
                 commands.append([np.array(bound.controller.apply(action)) for action in actions])
         except ConfigurationError as error:
-            raise NotApplicable(f"it controls some groups only: {error}") from error
+            raise NotApplicable(f"it only controls some groups: {error}") from error
     for straight, reversed_ in zip(*commands, strict=True):
         tolerance = 1e-9 * max(1.0, float(np.abs(straight).max()))
         expect_close(straight[..., ::-1], reversed_, tolerance, "command of a group in reverse order")
 
 
 def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
-    """If each number of an action moves one joint, number i moves joint i of the group, whatever the joints' names."""
+    """If each element of an action moves one joint, element i moves joint i of the group, regardless of the names."""
     for reverse in (False, True):
         try:
             with subject.bind(reverse=reverse) as bound:
                 space, names = bound.controller.action_space, bound.robot.joint_names[:: -1 if reverse else 1]
                 if not isinstance(space, gym.spaces.Box) or space.low.size != len(names):
-                    raise NotApplicable("the action is not one number for each joint")
+                    raise NotApplicable("the action does not have one element for each joint")
                 if all(joint.type is JointType.PRISMATIC for joint in bound.robot.joints):
-                    raise NotApplicable("joints that slide may be the axes of a tool's motion")
+                    raise NotApplicable("prismatic joints may be the axes of a tool's motion")
                 moved = [_moved_columns(bound, number) for number in range(len(names))]
         except ConfigurationError as error:
-            raise NotApplicable(f"it controls some groups only: {error}") from error
+            raise NotApplicable(f"it only controls some groups: {error}") from error
         if sorted(moved) != [[column] for column in range(len(names))]:
-            raise NotApplicable("the numbers of an action do not move one joint each")
+            raise NotApplicable("the elements of an action do not move one joint each")
         for number, [column] in enumerate(moved):
             expect(
                 number == column,
-                f"number {number} of an action moves joint '{names[column]}' in the group {', '.join(names)}, not "
-                f"'{names[number]}'; keep the order of the group, JointGroup.joint_names.",
+                f"element {number} of an action moves joint '{names[column]}' in the group {', '.join(names)}, not "
+                f"'{names[number]}'; use the order of the group, JointGroup.joint_names.",
             )
 
 
 def _moved_columns(bound: Bound, number: int) -> list[int]:
-    """Return the columns of the command that change with one number of an action."""
+    """Return the columns of the command that change with one element of an action."""
     commands = [bound.controller.apply(action).copy() for action in bound.extremes(number)]
     changed = (commands[0] != commands[1]).reshape(-1, bound.robot.dof).any(axis=0)
     return np.flatnonzero(changed).tolist()
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:
-    """Commands are finite, (num_envs, dof) or with a row for each physics step."""
+    """Commands are finite, (num_envs, dof) or with one row for each physics step."""
     with subject.bind() as bound:
-        expect(isinstance(bound.controller.command_mode, CommandMode), "command_mode is no CommandMode.")
+        expect(isinstance(bound.controller.command_mode, CommandMode), "command_mode is not a CommandMode.")
         n, dof = NUM_ENVS, bound.robot.dof
         for action in bound.actions(subject.count(20), seed=1):
             command = np.array(bound.controller.apply(action))
@@ -97,7 +100,7 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> None:
 
 
 def info_has_its_shape(subject: ControllerUnderTest) -> None:
-    """What it tells of a step are finite numbers, (num_envs,) each, with the same names in each step."""
+    """The reported metrics are finite numbers, (num_envs,) each, with the same names in each step."""
     if subject.record.load().info is Controller.info:
         raise NotApplicable("the controller reports no info keys")
     with subject.bind() as bound:
@@ -105,16 +108,18 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
         for action in bound.actions(subject.count(5), seed=13):
             bound.step(action)
             told = bound.controller.info()
-            expect(known in (None, set(told)), f"info() has the names {sorted(told)} after {sorted(known or ())}.")
+            expect(
+                known in (None, set(told)), f"info() has the keys {sorted(told)}, but had {sorted(known or ())} before."
+            )
             known = set(told)
             for name, values in told.items():
                 right = isinstance(values, np.ndarray) and values.shape == (NUM_ENVS,) and values.dtype.kind in "fiub"
-                expect(right, f"info()['{name}'] is no array of numbers of shape ({NUM_ENVS},): {values!r}.")
+                expect(right, f"info()['{name}'] is not an array of numbers of shape ({NUM_ENVS},): {values!r}.")
                 expect(bool(np.isfinite(values).all()), f"info()['{name}'] is not finite: {values}.")
 
 
 def actions_are_clipped(subject: ControllerUnderTest) -> None:
-    """An action outside of a Box counts as the nearest inside."""
+    """An action outside a Box has the same effect as the nearest one inside."""
     commands = []
     for scale in (1.0, 5.0):
         with subject.bind() as bound:
@@ -122,19 +127,19 @@ def actions_are_clipped(subject: ControllerUnderTest) -> None:
             if not isinstance(space, gym.spaces.Box):
                 raise NotApplicable("the action space is discrete")
             commands.append([bound.step(bound.constant(scale * space.high)) for _ in range(3)])
-    expect_same(commands[0], commands[1], "commands of actions five times too large, against the largest")
+    expect_same(commands[0], commands[1], "commands of actions five times too large, compared with the largest")
 
 
 def action_changes_are_followed(subject: ControllerUnderTest) -> None:
-    """An action that changes by ``max_action_change`` moves the command as far as the velocity limits allow in a step."""
+    """If the action changes by ``max_action_change``, the command moves as fast as the velocity limits allow."""
     with subject.bind() as bound:
         change, space, robot = bound.controller.max_action_change, bound.controller.action_space, bound.robot
         if change is None or not isinstance(space, gym.spaces.Box) or space.low.size != robot.dof:
-            raise NotApplicable("it states no max_action_change for its joints")
+            raise NotApplicable("it has no max_action_change for its joints")
         middle = (space.low.astype(np.float64) + space.high) / 2.0
         for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
-        share = np.minimum(0.5, (space.high - middle) / change)  # of the change: what stays in the space
+        share = np.minimum(0.5, (space.high - middle) / change)  # fraction of the change that stays in the space
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
         allowed = robot.velocity_limit * subject.control_timestep
@@ -144,13 +149,13 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
             wanted,
             np.abs(moved),
             1e-3 * float(allowed[:, limited].max(initial=1e-9)),
-            "command after an action that changed by half of max_action_change, against half of velocity_limit × "
+            "command after an action that changed by half of max_action_change, compared with half of velocity_limit × "
             "control_timestep",
         )
 
 
 def apply_reads_only(subject: ControllerUnderTest) -> None:
-    """``apply`` leaves the actions that it is given, and the simulation, as they are."""
+    """``apply`` does not modify its actions or the simulation."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(5), seed=6):
             given = 3 * action if isinstance(bound.controller.action_space, gym.spaces.Box) else action
@@ -164,14 +169,14 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 
 
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
-    """What the record says that it needs of a simulator are capabilities that there are, with levels."""
+    """The record's needs are existing capabilities with levels."""
     for capability, level in subject.record.needs.items():
-        expect(capability in abilities(), f"it needs '{capability}', which is no capability.")
-        expect(isinstance(level, Level), f"the level of '{capability}' that it needs is {level!r}, no Level.")
+        expect(capability in abilities(), f"it needs '{capability}', which is not a capability.")
+        expect(isinstance(level, Level), f"the needed level of '{capability}' is {level!r}, not a Level.")
 
 
 def controllers_share_nothing(subject: ControllerUnderTest) -> None:
-    """A second controller, at work in between, changes nothing for the first."""
+    """A second controller that works in between does not affect the first."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(8), seed=11)
         expected = [bound.step(action) for action in actions]
@@ -183,7 +188,7 @@ def controllers_share_nothing(subject: ControllerUnderTest) -> None:
 
 
 def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
-    """A reset forgets for the environments of its mask, and for no others."""
+    """A reset only affects the environments of its mask."""
     mask = np.arange(NUM_ENVS) == 0
     with subject.bind() as bound, subject.bind() as other, subject.bind() as fresh:
         history = bound.actions(subject.count(12), seed=4)
@@ -194,27 +199,27 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
         for action in bound.actions(subject.count(5), seed=5):
             found, kept, anew = bound.step(action), other.step(action), fresh.step(action)
             expect_same(kept[1:], found[1:], "commands of environments that were not reset")
-            expect_same(anew[0], found[0], "commands of the environment that was reset, against a fresh controller")
+            expect_same(anew[0], found[0], "commands of the reset environment, compared with a new controller")
 
 
 def rows_equal_singles(subject: ControllerUnderTest) -> None:
-    """Environment i of a batch is commanded as a single environment is that has the same actions."""
+    """Environment i of a batch gets the same commands as a single environment with the same actions."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(25), seed=7)
         expected = [bound.step(action) for action in actions]
     for i in range(NUM_ENVS):
         with subject.bind(num_envs=1) as bound:
             for k, action in enumerate(actions):
-                what = f"command of a single environment against row {i} of {NUM_ENVS}, step {k + 1}"
+                what = f"command of a single environment compared with row {i} of {NUM_ENVS}, step {k + 1}"
                 expect_same(expected[k][[i]], bound.step(action[[i]]), what)
 
 
 def snapshots_continue(subject: ControllerUnderTest) -> None:
-    """A controller that is restored, with its simulation, commands as before."""
+    """A restored controller, with its simulation, continues exactly."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(9), seed=8):
             bound.step(action)
-        state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be its own
+        state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be a copy
         expect_rows(state[1], NUM_ENVS, "snapshot()")
         actions = bound.actions(subject.count(9), seed=9)
         expected = [bound.step(action) for action in actions]

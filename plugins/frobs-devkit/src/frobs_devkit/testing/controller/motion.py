@@ -1,4 +1,4 @@
-"""Checks of what a controller makes a robot do."""
+"""Checks of how a controller moves a robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerU
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
-    """Different actions give different commands, also where one number of them differs, and the robot moves."""
+    """Different actions give different commands, even if only one element differs, and the robot moves."""
     with subject.bind() as bound:
         space = bound.controller.action_space
         start = bound.robot.joint_positions.copy()
@@ -22,40 +22,40 @@ def actions_matter(subject: ControllerUnderTest) -> None:
         for action in bound.opposites():
             bound.begin()
             traces.append([bound.step(action) for _ in range(subject.count(10))])
-        expect(not np.array_equal(traces[0], traces[1]), "the smallest and the largest action give the same commands.")
+        expect(not np.array_equal(traces[0], traces[1]), "the minimum and the maximum action give the same commands.")
         if isinstance(space, gym.spaces.Box):
             for number in range(space.low.size):
-                expect(_tells(bound, number), f"number {number} of an action makes no difference to the commands.")
+                expect(_tells(bound, number), f"element {number} of an action has no effect on the commands.")
         if np.abs(bound.robot.joint_positions - start).max() <= 1e-4:
             raise Inconclusive("nothing moved")
 
 
 def _tells(bound: Bound, number: int) -> bool:
-    """Return whether the smallest and the largest of one number of an action give different commands."""
+    """Return whether the minimum and the maximum of one element of an action give different commands."""
     traces = [[bound.step(action) for _ in range(2)] for action in bound.extremes(number)]
     return not np.array_equal(traces[0], traces[1])
 
 
 @after("actions_matter")
 def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
-    """The command of a control step follows from the action of that very step; ``randomize`` adds delays."""
+    """The command of a control step depends on the action of the same step; ``randomize`` adds delays."""
     commands = []
     with subject.bind() as bound:
         for action in bound.opposites():
             bound.begin()
-            commands.append((bound.step(action), bound.robot.joint_positions.copy()))  # which update() may have moved
+            commands.append((bound.step(action), bound.robot.joint_positions.copy()))  # update() may have moved it
     expect(
         difference(*commands) is not None,
-        "the first command of an episode is the same for opposite actions: it is that of the step before. Return the "
-        "command that the action of this call asks for.",
+        "the first command of an episode is the same for opposite actions, so it belongs to the previous step. Return "
+        "the command for the action of the current call.",
     )
 
 
 def zero_action_rests(subject: ControllerUnderTest) -> None:
-    """Without gravity the zero action brings the robot to rest, and keeps it there."""
+    """Without gravity, zero actions bring the robot to rest and keep it there."""
     with subject.bind() as bound:
         if not _has_zero(bound):
-            raise NotApplicable("the action space has no zero")
+            raise NotApplicable("the action space does not contain zero")
         for _ in range(subject.count(75)):
             bound.step(bound.constant(0.0))
         at_rest = np.zeros_like(bound.robot.joint_velocities)
@@ -63,9 +63,9 @@ def zero_action_rests(subject: ControllerUnderTest) -> None:
 
 
 def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
-    """Under gravity a position controller's zero action holds: nothing sinks a little with every step, or creeps back.
+    """Under gravity, a position controller's zero action holds the robot without drift.
 
-    Where the zero action holds what is there, it holds where other actions have led to, too.
+    If the zero action holds the current position, it must also hold positions that other actions have reached.
     """
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
         space = bound.controller.action_space
@@ -77,11 +77,15 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
         before = bound.robot.joint_positions.copy()
         for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
-        expect_close(before, bound.robot.joint_positions, 2e-3, "joint positions after 4 s, against those after 2 s")
+        expect_close(
+            before, bound.robot.joint_positions, 2e-3, "joint positions after 4 s, compared with those after 2 s"
+        )
         bound.begin()
         start = bound.robot.joint_positions.copy()
         bound.step(bound.constant(0.0))
-        if np.abs(bound.robot.joint_positions - start).max() < 0.02:  # else the zero action names a place
+        if (
+            np.abs(bound.robot.joint_positions - start).max() < 0.02
+        ):  # otherwise the zero action refers to a fixed position
             for _ in range(subject.count(12)):
                 bound.step(bound.constant(0.5 * space.high))
             led = bound.robot.joint_positions - start
@@ -90,14 +94,14 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
             kept = np.abs(bound.robot.joint_positions - start).max(axis=1)
             expect(
                 (kept >= 0.5 * np.abs(led).max(axis=1)).all(),
-                "the zero action takes back what other actions have done: the joints return towards where they began.",
+                "the zero action reverts other actions: the joints return towards their start.",
             )
 
 
 def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
-    """Whatever the actions, commands stay within the limits of the joints, and so does the robot.
+    """For any action, commands and the robot stay within the joint limits.
 
-    A position goes no farther in a step than the joint's velocity limit allows.
+    A position command changes by at most the joint's velocity limit in a step.
     """
     with subject.bind() as bound:
         space, robot = bound.controller.action_space, bound.robot
@@ -116,19 +120,19 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
         for action in extremes:
             command = bound.step(action).reshape(NUM_ENVS, -1, robot.dof)
             inside = (command >= lower[:, None] - 1e-9) & (command <= upper[:, None] + 1e-9)
-            expect(inside.all(), f"a {mode} command leaves the limits of joint "
+            expect(inside.all(), f"a {mode} command exceeds the limits of joint "
                    f"'{robot.joint_names[int(np.argwhere(~inside)[0][2]) if not inside.all() else 0]}': {command[:, -1]}.")  # fmt: skip
             if mode is CommandMode.POSITION:
                 reach = robot.velocity_limit * subject.control_timestep
                 expect(
                     (np.abs(command[:, -1] - before) <= reach * (1.0 + 1e-6)).all(),
-                    "a position command is farther from the one before than the velocity limit lets a joint move in a "
+                    "a position command differs from the previous one by more than the velocity limit allows in a "
                     "control step.",
                 )
                 before = command[:, -1]
                 q = robot.joint_positions
                 over = np.maximum(robot.position_lower - q, q - robot.position_upper)
-                expect(over.max() < 0.1, f"the robot leaves its joint limits by {over.max():.3g}.")
+                expect(over.max() < 0.1, f"the robot exceeds its joint limits by {over.max():.3g}.")
 
 
 def _has_zero(bound: Bound) -> bool:

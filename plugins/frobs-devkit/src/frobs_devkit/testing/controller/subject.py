@@ -1,4 +1,4 @@
-"""The controller that is checked, bound to a robot of a small simulation."""
+"""The controller to check, bound to a robot in a small simulation."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 NUM_ENVS = 3
 
 _PHYSICS_TIMESTEP = 0.002  # [s]
-_CONTROL_TIMESTEP = 0.04  # [s] where the record does not say
+_CONTROL_TIMESTEP = 0.04  # [s] if the record does not define it
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 
 
 @dataclass
 class Bound:
-    """A controller that is bound to a robot of a simulation."""
+    """A controller that is bound to a robot in a simulation."""
 
     simulation: Simulation
     robot: RobotHandle
@@ -37,38 +37,38 @@ class Bound:
     decimation: int
 
     def step(self, action: Any) -> Floats:
-        """Apply actions and advance by a control step; returns the command."""
+        """Apply actions and advance by one control step; return the command."""
         command = np.array(self.controller.apply(action))
         self.robot.command(command)
         self.advance()
         return command
 
     def advance(self) -> None:
-        """Advance by a control step."""
+        """Advance by one control step."""
         if self.controller.rate == "physics":
             self.simulation.step_with(self.decimation, lambda: self.robot.command(self.controller.update()))
         else:
             self.simulation.step(self.decimation)
 
     def begin(self, mask: Mask | None = None) -> None:
-        """Begin an episode, as environments do."""
+        """Begin an episode like an environment."""
         self.simulation.reset(mask)
         self.controller.reset(mask)
 
     def actions(self, steps: int, seed: int) -> list[Any]:
-        """Draw actions for all environments; row i is the same however many environments there are."""
+        """Draw actions for all environments; row i does not depend on the number of environments."""
         space = self.controller.action_space
         drawn = [draw_actions(space, steps, seed=1000 * seed + i) for i in range(self.simulation.num_envs)]
         dtype = np.float64 if isinstance(space, gym.spaces.Box) else np.int64
         return [np.stack(rows).astype(dtype) for rows in zip(*drawn, strict=True)]
 
     def constant(self, value: Any) -> Floats:
-        """Return an action of all environments, float64."""
+        """Return a constant action for all environments, float64."""
         shape = (self.simulation.num_envs, *(self.controller.action_space.shape or ()))
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
 
     def extremes(self, number: int) -> Iterator[Floats]:
-        """Yield two actions that differ in one number, its smallest and its largest, each at the beginning of an episode."""
+        """Yield actions with the minimum and the maximum of one element, each at the beginning of an episode."""
         space = self.controller.action_space
         assert isinstance(space, gym.spaces.Box)
         for bounds in (space.low, space.high):
@@ -78,10 +78,10 @@ class Bound:
             yield self.constant(action)
 
     def opposites(self) -> tuple[Floats, Floats]:
-        """Return two actions that differ: the smallest and the largest, or two that are drawn.
+        """Return two different actions: the minimum and the maximum, or two random ones.
 
         Raises:
-            Inconclusive: The action space holds one action.
+            Inconclusive: The action space contains only one action.
         """
         space = self.controller.action_space
         if isinstance(space, gym.spaces.Box):
@@ -89,14 +89,14 @@ class Bound:
         drawn = np.array(draw_actions(space, 30, seed=0))
         different = [action for action in drawn if not np.array_equal(action, drawn[0])]
         if not different:
-            raise Inconclusive("the action space holds one action")
+            raise Inconclusive("the action space contains only one action")
         first, second = (np.stack([action] * self.simulation.num_envs) for action in (drawn[0], different[0]))
         return first, second
 
 
 @dataclass(frozen=True)
 class ControllerUnderTest:
-    """A controller by its record."""
+    """A controller, by its record."""
 
     record: ControllerRecord
     simulator: SimulatorRecord
@@ -105,23 +105,23 @@ class ControllerUnderTest:
 
     @property
     def control_timestep(self) -> float:
-        """Between two actions [s]."""
+        """Time between two actions [s]."""
         return self.record.control_timestep or _CONTROL_TIMESTEP
 
     def count(self, steps: int) -> int:
-        """Return how many control steps a check takes: fewer, at least 3, where they are longer than usual."""
+        """Return the number of control steps for a check; fewer, but at least 3, if they are longer than usual."""
         return min(steps, max(3, round(steps * _CONTROL_TIMESTEP / self.control_timestep)))
 
     @contextmanager
     def bind(
         self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS, *, reverse: bool = False
     ) -> Iterator[Bound]:
-        """Bind a new controller to a new simulation; it is closed at the end of the ``with`` block.
+        """Bind a new controller to a new simulation. It is closed at the end of the ``with`` block.
 
         With ``reverse``, it is bound to a group of all joints in reverse order.
 
         Raises:
-            ConfigurationError: It cannot control the robot.
+            ConfigurationError: The controller cannot control the robot.
         """
         try:
             bound = self._bind(self.robot or ARM, num_envs, gravity, reverse)

@@ -1,4 +1,4 @@
-"""Checks of an environment ID: this project's own, or any of Gymnasium's."""
+"""Checks of an environment ID, of FRobs or of any other package."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from frobs_devkit.testing.environment import (
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
 CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, vector, randomization, pictures)
-"""Every check of an environment, in the order in which they run."""
+"""All checks of an environment, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")
-"""End of the IDs whose task ``frobs migrate`` could not translate."""
+"""Ending of IDs whose task ``frobs migrate`` could not translate."""
 
 
 def check_env(id: str, **kwargs: Any) -> list[Check]:
     """Return the checks of an environment ID.
 
-    Nothing is made until a check runs. What only this project's environments have (``snapshot``, reward terms, …) is
-    not applicable to others. For an ID that ends in ``Skeleton-v0``, an inconclusive check reports that its task is a
-    stand-in.
+    Nothing is created until a check runs. Checks of features that only environments of FRobs have (``snapshot``, reward
+    terms, …) are not applicable to others. For an ID that ends in ``Skeleton-v0``, an inconclusive check reports that
+    its task is a stand-in.
 
     Args:
         id: A Gymnasium ID, also in the self-importing form ``"frobs_core:frobs/Irb120Reach-v0"``.
@@ -45,14 +45,14 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
     checks = collect(EnvUnderTest(id, kwargs), map(_if_able, CHECKS))
     if SKELETON.search(id):
         reason = Inconclusive(
-            "the task is a stand-in that 'frobs migrate' made; complete it as MIGRATION.md says, and rename it"
+            "the task is a stand-in that 'frobs migrate' made; complete it as MIGRATION.md describes, and rename it"
         )
-        checks += only("task_is_complete", "The task is the one that the ID names, not a skeleton.", reason)
+        checks += only("task_is_complete", "The task is complete, not a skeleton.", reason)
     return checks
 
 
 def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest], None]:
-    """Return a check that is not applicable where it asks for abilities that the simulator does not claim."""
+    """Return a check that is not applicable if it needs abilities that the simulator does not claim."""
 
     @wraps(function)
     def check(subject: EnvUnderTest) -> None:

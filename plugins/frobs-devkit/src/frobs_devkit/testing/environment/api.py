@@ -1,4 +1,4 @@
-"""Checks of an environment from outside: the checkers of others, its spec, its keywords, other processes."""
+"""Checks of an environment from outside: third-party checkers, spec, keywords, other processes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from frobs_devkit.testing.compare import expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, require_ours
 
-_COLOUR = re.compile(r"\x1b\[\d+m")  # Gymnasium's logger paints its warnings
+_COLOUR = re.compile(r"\x1b\[\d+m")  # Gymnasium's logger colors its warnings
 
 _CHILD = """
 import pickle, sys
@@ -38,7 +38,7 @@ sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
 
 @after("spaces_hold")
 def gymnasium_checker(subject: EnvUnderTest) -> None:
-    """Gymnasium's own checker has nothing to say, not even a warning."""
+    """Gymnasium's environment checker reports nothing, not even a warning."""
     subject.require_pause()
     with closing(subject.make()) as env:
         _without_a_warning(lambda: gymnasium_check_env(env.unwrapped, skip_render_check=True))
@@ -46,7 +46,7 @@ def gymnasium_checker(subject: EnvUnderTest) -> None:
 
 @after("spaces_hold")
 def stable_baselines3_checker(subject: EnvUnderTest) -> None:
-    """The checker of stable-baselines3 has nothing to say, not even a warning."""
+    """The environment checker of stable-baselines3 reports nothing, not even a warning."""
     subject.require_pause()
     if importlib.util.find_spec("stable_baselines3") is None:
         raise Inconclusive("stable-baselines3 is not installed: pip install stable-baselines3")
@@ -57,18 +57,18 @@ def stable_baselines3_checker(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def spec_pickles(subject: EnvUnderTest) -> None:
-    """An environment's spec survives pickling, and makes the same environment again."""
+    """An environment's spec can be pickled, and then creates the same environment."""
     subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=3)
         expected = play(env, 3, actions)
         again = pickle.loads(pickle.dumps(env.spec))
     with closing(gym.make(again)) as env:
-        expect_same_play(expected, play(env, 3, actions), "the environment that the pickled spec makes")
+        expect_same_play(expected, play(env, 3, actions), "the environment from the pickled spec")
 
 
 def close_twice(subject: EnvUnderTest) -> None:
-    """Closing twice is harmless, before and after a reset."""
+    """Closing twice has no effect, before and after a reset."""
     for resets in (0, 1):
         env = subject.make()
         if resets:
@@ -78,12 +78,12 @@ def close_twice(subject: EnvUnderTest) -> None:
             env.close()
         except Exception as error:
             raise CheckFailure(
-                f"the second close() raises {type(error).__name__}: {error}; let it do nothing."
+                f"the second close() raises {type(error).__name__}: {error}; it must have no effect."
             ) from error
 
 
 def unknown_keyword_refused(subject: EnvUnderTest) -> None:
-    """A keyword that nothing takes is refused, and named."""
+    """An unknown keyword is rejected by name."""
     with closing(subject.make()) as env:
         require_ours(env)
     with expect_raises(UnknownParameterError, "make(no_such_parameter=1)", naming="no_such_parameter"):
@@ -92,7 +92,7 @@ def unknown_keyword_refused(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def fresh_process(subject: EnvUnderTest) -> None:
-    """A process that imported nothing but Gymnasium makes the environment, and it gives the same observations there."""
+    """A process that only imported Gymnasium can create the environment, and gets the same observations."""
     subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=11)
@@ -105,7 +105,8 @@ def fresh_process(subject: EnvUnderTest) -> None:
     if child.returncode:
         text = child.stderr.decode(errors="replace").strip().splitlines()
         raise CheckFailure(
-            f"gymnasium.make('{subject.self_importing_id}') fails in a fresh process: {text[-1] if text else 'no output'}"
+            f"gymnasium.make('{subject.self_importing_id}') fails in a fresh process: "
+            f"{text[-1] if text else 'no output'}"
         )
     _, _, data = child.stdout.partition(b"observations:")
     for k, (a, b) in enumerate(zip(expected, pickle.loads(data), strict=True)):

@@ -1,4 +1,4 @@
-"""Checks of what an environment returns: spaces, finite numbers, memory, elements that never change."""
+"""Checks of returned data: spaces, finite numbers, memory, constant elements."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ _SEEDS = range(20)
 
 
 def spaces_hold(subject: EnvUnderTest) -> None:
-    """Observations are in their space with its dtype and shape; rewards are numbers, ends are bool; also in the batch."""
+    """Observations match their space's dtype and shape; rewards are numbers, terminations are bool; also in a batch."""
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
             _expect_member(env.observation_space, observation, f"step {k}")
             if result is None:
                 continue
             reward, terminated, truncated, info = result
-            expect(isinstance(reward, float | int | np.floating), f"step {k}: the reward is {reward!r}, no number.")
+            expect(isinstance(reward, float | int | np.floating), f"step {k}: the reward is {reward!r}, not a number.")
             for name, end in (("terminated", terminated), ("truncated", truncated)):
-                expect(isinstance(end, bool | np.bool_), f"step {k}: {name} is {end!r}, no bool.")
-            expect(isinstance(info, dict), f"step {k}: the info is {type(info).__name__}, no dict.")
+                expect(isinstance(end, bool | np.bool_), f"step {k}: {name} is {end!r}, not a bool.")
+            expect(isinstance(info, dict), f"step {k}: the info is {type(info).__name__}, not a dict.")
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         observation, _ = env.reset(seed=0)
         for k, action in enumerate(draw_actions(env.action_space, _STEPS, seed=0)):
@@ -44,7 +44,7 @@ def spaces_hold(subject: EnvUnderTest) -> None:
 
 
 def values_finite(subject: EnvUnderTest) -> None:
-    """Every number of observation, reward and info is finite."""
+    """All numbers of observation, reward and info are finite."""
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
             parts: dict[str, Any] = {"the observation": observation}
@@ -58,7 +58,7 @@ def values_finite(subject: EnvUnderTest) -> None:
 
 
 def observations_share_no_memory(subject: EnvUnderTest) -> None:
-    """An observation that was returned is never written again, in the single environment and in the batch."""
+    """A returned observation is never overwritten, in the single environment and in the batch."""
     with closing(subject.make()) as env:
         _expect_own_memory((observation for _, observation, _ in _returned(env)), "the environment")
     with closing(subject.make_vec(2, AutoresetMode.SAME_STEP)) as env:
@@ -66,10 +66,11 @@ def observations_share_no_memory(subject: EnvUnderTest) -> None:
 
 
 def observation_elements_vary(subject: EnvUnderTest) -> None:
-    """No element of the observation is the same in all steps of random episodes; goals differ between episodes.
+    """No element of the observation is constant in random episodes; goals differ between episodes.
 
-    An element of the desired goal may be constant if that of the achieved goal varies, because both have the same shape: the
-    height of goals on a floor, for example. At least one element of the desired goal must differ between episodes.
+    An element of the desired goal may be constant if that of the achieved goal varies, because both have the same
+    shape: the height of goals on a floor, for example. At least one element of the desired goal must differ between
+    episodes.
     """
     seen: dict[str, list[np.ndarray[Any, Any]]] = {}
     first: dict[str, list[np.ndarray[Any, Any]]] = {}
@@ -94,17 +95,17 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
         expect(
             not constant,
             f"observation{path}: {len(constant)} of {rows[0].size} elements never change over {over}: "
-            f"{constant[:8]}; leave out what tells nothing.",
+            f"{constant[:8]}; remove elements without information.",
         )
 
 
 def _constant_elements(rows: np.ndarray[Any, Any]) -> list[list[int]]:
-    """Return the indices of the elements that are the same in all rows (k, …)."""
+    """Return the indices of the elements that are equal in all rows (k, …)."""
     return np.argwhere((rows == rows[0]).all(axis=0)).tolist()
 
 
 def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
-    """Return the columns of what the task says to change only once something is achieved."""
+    """Return the columns that, according to the task, only change once the agent achieves something."""
     base: Any = env.unwrapped
     if not hasattr(base, "observations"):
         return set()
@@ -114,7 +115,7 @@ def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
 
 
 def _returned(env: gym.Env[Any, Any], steps: int = _STEPS, seed: int = 0) -> Iterator[tuple[int, Any, Any]]:
-    """Yield (step, observation, what else was returned) over random episodes."""
+    """Yield the step, the observation and the other returned values over random episodes."""
     observation, _ = env.reset(seed=seed)
     yield 0, observation, None
     for k, action in enumerate(draw_actions(env.action_space, steps, seed), start=1):
@@ -144,7 +145,7 @@ def _expect_own_memory(observations: Iterator[Any], whose: str) -> None:
                 expect(not shares, f"{whose} returns the same memory in two steps (observation{path}); return a copy.")
         kept = [*kept[-3:], (observation, deepcopy(observation))]
         for old, copy in kept[:-1]:
-            expect_same(copy, old, f"{whose} writes to an observation that it returned before")
+            expect_same(copy, old, f"{whose} overwrites an observation that it has returned")
 
 
 def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
@@ -159,7 +160,8 @@ def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
             )
     if isinstance(space, gym.spaces.Dict) and isinstance(observation, dict):
         expect(
-            space.keys() == observation.keys(), f"{when}: keys {sorted(observation)}, its space has {sorted(space)}."
+            space.keys() == observation.keys(),
+            f"{when}: keys {sorted(observation)}, but its space has {sorted(space)}.",
         )
         for key, part in space.items():
             _expect_member(part, observation[key], f"{when}, ['{key}']")

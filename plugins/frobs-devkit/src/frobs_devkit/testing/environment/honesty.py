@@ -1,4 +1,4 @@
-"""Checks that what an environment says of a step is of that step, and that it ends for the reason that it names."""
+"""Checks that returned values belong to the current step, and that episodes end for the stated reason."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.trunc
 
 
 def step_shows_its_action(subject: EnvUnderTest) -> None:
-    """Two opposite actions from one state give different observations, and different rewards, in that very step."""
+    """Two opposite actions from one state give different observations and rewards in the same step."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:
-            raise NotApplicable("what is randomised may come late")
+            raise NotApplicable("randomized values may be delayed")
         space = env.action_space
         if isinstance(space, gym.spaces.Box):
             first, second = space.low.copy(), space.high.copy()
@@ -37,26 +37,26 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
-                for before in draw_actions(space, 2, seed):  # what is late shows these, which are the same
+                for before in draw_actions(space, 2, seed):  # delayed values show these actions, which are equal
                     env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
                 rewards |= {steps[-1][1], float(env.step(action)[1])}
             same_observation += difference(steps[0][0], steps[1][0]) is None
             same_reward += steps[0][1] == steps[1][1]
     if same_observation == 6 and isinstance(space, gym.spaces.Discrete) and space.n == 1:
-        raise Inconclusive("there is one action")
-    expect(same_observation < 6, "the observation of a step does not depend on its action; is it of the step before?")
+        raise Inconclusive("there is only one action")
+    expect(same_observation < 6, "the observation of a step does not depend on its action; is it delayed by one step?")
     if len(rewards) <= 2:
-        raise NotApplicable(f"the reward takes {len(rewards)} values in two steps")
-    expect(same_reward < 6, "the reward of a step does not depend on its action; is it of the step before?")
+        raise NotApplicable(f"the reward has {len(rewards)} values in two steps")
+    expect(same_reward < 6, "the reward of a step does not depend on its action; is it delayed by one step?")
 
 
 def ends_have_their_reason(subject: EnvUnderTest) -> None:
-    """An episode is truncated after exactly ``max_episode_steps``, and terminated where the task says so, else not."""
+    """Episodes are truncated after exactly ``max_episode_steps``, and terminated exactly when the task reports it."""
     with closing(subject.make()) as env:
         limit = env.spec.max_episode_steps if env.spec else None
         if not limit or limit > _LONGEST:
-            raise NotApplicable(f"the time limit is {limit}; it is watched up to {_LONGEST} steps")
+            raise NotApplicable(f"the time limit is {limit}; only limits up to {_LONGEST} steps are checked")
         ours, reached, ends = is_ours(env), 0, set()
         for seed in range(3):
             env.reset(seed=seed)
@@ -65,7 +65,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
                 if ours:
                     _expect_reason(inside(env), bool(terminated), k, info)
                 if ours and truncated and k < limit:
-                    expect("frobs/diverged" in info, f"truncated after {k} of {limit} steps, and nothing diverged.")
+                    expect("frobs/diverged" in info, f"truncated after {k} of {limit} steps, but nothing diverged.")
                 if k == limit:
                     reached += 1
                     expect(truncated, f"not truncated after {limit} steps, the time limit.")
@@ -75,7 +75,8 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
         last, by_task = next(iter(ends), (0, False))
         expect(
             len(ends) != 1 or not by_task or last < limit - 1,
-            f"every episode is terminated at step {last} of {limit}: the time limit must truncate, so that the final value is bootstrapped.",
+            f"every episode is terminated at step {last} of {limit}: the time limit must truncate, so that the final "
+            "value is bootstrapped.",
         )
     if not ours:
         _expect_reached(reached)
@@ -89,20 +90,20 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
                 told = np.zeros(2, np.bool_) if ends is None else ends
                 expect(
                     "frobs/diverged" in info or (terminated == told).all(),
-                    f"the batch: terminated is {terminated}, and the task's is_terminated() {told}.",
+                    f"the batch: terminated is {terminated}, but the task's is_terminated() is {told}.",
                 )
                 break
     _expect_reached(reached)
 
 
 def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
-    """What an info holds is ``is_success``, and keys that begin with ``frobs/``."""
+    """An info only contains ``is_success`` and keys that begin with ``frobs/``."""
     with closing(subject.make()) as env:
         require_ours(env)
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
     for info in infos:
         odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]
-        expect(not odd, f"the info holds {odd}; a key of FRobs begins with 'frobs/', and nobody else writes there.")
+        expect(not odd, f"the info contains {odd}; keys of FRobs must begin with 'frobs/'.")
 
 
 def _expect_reached(reached: int) -> None:
@@ -115,4 +116,4 @@ def _expect_reason(env: Any, terminated: bool, step: int, info: dict[str, Any]) 
         return
     ends = env.task.is_terminated()
     told = bool(ends is not None and ends[0])
-    expect(told == terminated, f"step {step}: terminated is {terminated}, and the task's is_terminated() {told}.")
+    expect(told == terminated, f"step {step}: terminated is {terminated}, but the task's is_terminated() is {told}.")

@@ -1,4 +1,4 @@
-"""Checks of an environment's life: time, steps that need a reset, actions that are refused, what a reset is asked."""
+"""Checks of an environment's life cycle: time, steps that need a reset, rejected actions, reset options."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST = 400
 
 
 def time_advances(subject: EnvUnderTest) -> None:
-    """Each step advances the time by exactly ``control_timestep``, and a reset sets it back to 0."""
+    """Each step advances the time by exactly ``control_timestep``, and a reset sets it to 0."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
@@ -34,11 +34,11 @@ def time_advances(subject: EnvUnderTest) -> None:
                 if terminated or truncated:
                     break
         fps = env.metadata.get("render_fps")
-        expect(fps == round(1 / dt), f"metadata['render_fps'] is {fps} where a step takes {dt} s.")
+        expect(fps == round(1 / dt), f"metadata['render_fps'] is {fps}, but a step takes {dt} s.")
 
 
 def step_needs_reset(subject: EnvUnderTest) -> None:
-    """A step before the first reset, or after an episode's end, raises ResetNeededError."""
+    """A step before the first reset, or after the end of an episode, raises ResetNeededError."""
     with closing(subject.make()) as wrapped:
         require_ours(wrapped)
         env = wrapped.unwrapped
@@ -62,7 +62,7 @@ def step_needs_reset(subject: EnvUnderTest) -> None:
 
 
 def bad_actions_refused(subject: EnvUnderTest) -> None:
-    """An action of the wrong shape, outside of a discrete space or not finite raises InvalidActionError and does nothing."""
+    """Actions of the wrong shape, outside a discrete space or not finite only raise InvalidActionError."""
     subject.require_pause()
     with closing(subject.make()) as wrapped:
         require_ours(wrapped)
@@ -75,7 +75,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
         for k, action in enumerate(good):
             for what, wrong in bad.items():
                 _expect_raises(InvalidActionError, env, wrong, what)
-            expect_same(expected[k], env.step(action)[0], f"step {k + 1} after refused actions")
+            expect_same(expected[k], env.step(action)[0], f"step {k + 1} after rejected actions")
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as batch:
         batch.reset(seed=2)
         actions = draw_actions(batch.action_space, 1, seed=2)[0]
@@ -86,7 +86,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
 
 
 def reset_options_hold(subject: EnvUnderTest) -> None:
-    """A reset places the joints and the goal where its options say, and refuses an option that the task does not know."""
+    """A reset applies its options for joints and goal, and rejects unknown options."""
     with closing(subject.make()) as env:
         require_ours(env)
         with expect_raises(UnknownParameterError, "reset(options={'no_such_option': …})"):
@@ -104,7 +104,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             seen |= changes is not None
             expect(
                 changes is not False,
-                f"reset(options={{'{name}': …}}) begins as without it; the task declares '{name}'.",
+                f"reset(options={{'{name}': …}}) has no effect, but the task declares '{name}'.",
             )
         goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]
         if "goal" in understood and goals[0] is not None and observes_truly(env, "desired_goal"):
@@ -112,18 +112,18 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             expect_close(goals[1], found, 1e-6, "desired_goal after reset(options={'goal': …})")
             seen = True
     if not seen:
-        raise NotApplicable("the task understands neither 'joint_positions' nor 'goal'")
+        raise NotApplicable("the task supports neither 'joint_positions' nor 'goal'")
 
 
 def options_hold_by_row(subject: EnvUnderTest) -> None:
-    """If some environments of a batch are reset, each takes the row of an option that is its own."""
+    """If some environments of a batch are reset, each uses its own row of an option."""
     subject.require_pause()
     with closing(subject.make()) as single:
         require_ours(single)
         tried = {name: _two_values(single, name) for name in inside(single).task.reset_options}
         given = {name: values for name, values in tried.items() if values is not None}
         if not given:
-            raise Inconclusive("no value that was tried is accepted for any option of a reset")
+            raise Inconclusive("no tested value is accepted for any reset option")
         with closing(subject.make_vec(3, AutoresetMode.DISABLED)) as batch:
             for name, (one, other) in given.items():
                 batch.reset(seed=0)
@@ -132,11 +132,11 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
                 single.reset(seed=1)
                 wanted = single.reset(options={name: other})[0]
                 what = f"environment 1 of 3, reset alone with options={{'{name}': …}}"
-                expect_same(wanted, row(found, 1), f"{what}, against a single one with row 1 of the option")
+                expect_same(wanted, row(found, 1), f"{what}, compared with a single one with row 1 of the option")
 
 
 def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
-    """Return two values of an option with which episodes begin differently; None: none that was tried is accepted."""
+    """Return two values of an option with which episodes begin differently; None if no tested value is accepted."""
     accepted: list[tuple[Any, Any]] = []
     for seed in (1, 2):
         goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
@@ -146,7 +146,7 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
         for value in deepcopy([*([] if goal is None else [goal]), *marks, tool, joints]):
             try:
                 begun = deepcopy(env.reset(seed=0, options={name: value})[0])
-            except (FrobsError, ValueError):  # of another shape, or out of reach
+            except (FrobsError, ValueError):  # wrong shape, or out of reach
                 continue
             if all(np.shape(value) == np.shape(one) and difference(begun, seen) for one, seen in accepted):
                 accepted.append((value, begun))
@@ -156,7 +156,7 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
 
 
 def _changes_the_beginning(env: Any, name: str) -> bool | None:
-    """Return whether an option changes how an episode begins; None: no value that was tried is accepted."""
+    """Return whether an option changes how an episode begins; None if no tested value is accepted."""
     robot, task = inside(env).robot, inside(env).task
 
     def begin(seed: int, options: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -176,7 +176,7 @@ def _changes_the_beginning(env: Any, name: str) -> bool | None:
     for value in (*values, np.full(2, 0.3), _some_joint_positions(robot), 0.3):
         try:
             begun = begin(0, {name: value})
-        except (FrobsError, ValueError):  # of another shape, or out of reach
+        except (FrobsError, ValueError):  # wrong shape, or out of reach
             continue
         return difference(plain, begun) is not None
     return None
@@ -187,7 +187,7 @@ def _goal(observation: Any) -> Any:
 
 
 def _some_joint_positions(robot: Any) -> Any:
-    """Return joint positions a little off home, inside the limits; (dof,)."""
+    """Return joint positions near home, inside the limits, (dof,)."""
     off_home = robot.home[0] + 0.05 * np.where(np.arange(robot.dof) % 2, 1.0, -1.0)
     return np.clip(off_home, robot.position_lower[0], robot.position_upper[0])
 
@@ -197,8 +197,8 @@ def _bad_actions(space: gym.Space[Any]) -> dict[str, Any]:
         return {"an action above the space": int(space.start + space.n), "an action below it": int(space.start - 1)}
     assert space.shape is not None
     bad: dict[str, Any] = {
-        "an action with a dimension too many": np.zeros((*space.shape, 1), space.dtype),
-        "an action with an element too many": np.zeros((space.shape[0] + 1, *space.shape[1:]), space.dtype),
+        "an action with an extra dimension": np.zeros((*space.shape, 1), space.dtype),
+        "an action with an extra element": np.zeros((space.shape[0] + 1, *space.shape[1:]), space.dtype),
     }
     if isinstance(space, gym.spaces.Box):
         for name, value in (("NaN", np.nan), ("infinity", np.inf)):

@@ -1,4 +1,4 @@
-"""Checks of joint groups, several robots and observation terms: each has its own part of the action and the observation."""
+"""Checks of joint groups, several robots and observation terms: each uses its own part of action or observation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, requi
 
 
 def actions_move_their_joints(subject: EnvUnderTest) -> None:
-    """Each part of an action changes the commands of its own joint group and robot; the other joints stay at home."""
+    """Each part of an action only affects its own joint group; joints without a controller stay at home."""
     with closing(subject.make()) as env:
         require_ours(env)
         control, space = inside(env).control, env.action_space
@@ -41,26 +41,28 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
             columns = slice(start, start + controller.action_space.shape[0])
             start = columns.stop
             changed = set()
-            for value in (0.5, -0.5):  # a joint at a limit, such as an open gripper, moves one way only
+            for value in (0.5, -0.5):  # a joint at a limit, such as an open gripper, only moves in one direction
                 action = np.zeros(space.shape)
                 action[columns] = value
                 changed |= {joint for joint, command in commands(action).items() if command != rest[joint]}
-            expect(changed <= own, f"the action of '{name}' changes commands of {', '.join(sorted(changed - own))}.")
+            expect(
+                changed <= own, f"the action of '{name}' also changes commands of {', '.join(sorted(changed - own))}."
+            )
             expect(changed, f"the action of '{name}' changes no command.")
             moved |= own
         for name, robot in control.robots.items():
             for joint, home in zip(robot.robot.joint_names, robot.robot.home[0], strict=True):
                 if f"{name}/{joint}" not in moved:
                     told = rest[f"{name}/{joint}"]
-                    expect_close(home, told, 1e-12, f"command of '{joint}', which no controller moves")
+                    expect_close(home, told, 1e-12, f"command of '{joint}', which has no controller")
 
 
 def terms_fill_their_columns(subject: EnvUnderTest) -> None:
-    """Each term of the observation is what it reads, in its own columns, in order and without gaps."""
+    """Each observation term fills its own columns with its current value, in order and without gaps."""
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:
-            raise NotApplicable("what is randomized may come late")
+            raise NotApplicable("randomized values may be delayed")
         observations = inside(env).observations
         env.reset(seed=0)
         for action in draw_actions(env.action_space, 3, seed=0):
@@ -73,4 +75,4 @@ def terms_fill_their_columns(subject: EnvUnderTest) -> None:
                     expect_close(read, parts[key][columns], 0.0, f"columns of the term '{name}'")
             for key, part in parts.items():
                 width = sum(len(term.low) for term in observations.terms.values() if term.key == key and term.is_vector)
-                expect(width in (0, len(part)), f"'{key}' has {len(part)} columns; its terms have {width}.")
+                expect(width in (0, len(part)), f"'{key}' has {len(part)} columns, but its terms have {width}.")

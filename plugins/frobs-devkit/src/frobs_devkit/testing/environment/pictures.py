@@ -1,4 +1,4 @@
-"""Checks of pictures."""
+"""Checks of rendering."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SIZE = (96, 128)
 
 @after("same_seed_repeats")
 def render_draws(subject: EnvUnderTest) -> None:
-    """``render()`` returns a picture of the size that was asked for, with something in it, and changes nothing."""
+    """``render()`` returns an image of the configured size that is not empty, and has no side effects."""
     with closing(subject.make()) as env:
         ours = is_ours(env)
         if "rgb_array" not in env.metadata.get("render_modes", ()):
@@ -32,13 +32,13 @@ def render_draws(subject: EnvUnderTest) -> None:
             env.reset(seed=0)
             picture = env.render()
             _expect_picture(picture, _SIZE if ours else None)
-            expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that draws every step")
+            expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that renders every step")
     except (CapabilityError, RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
         raise Inconclusive(str(error)) from error
 
 
 class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
-    """Draws after every step."""
+    """Renders after every step."""
 
     def step(self, action: Any) -> Any:
         result = self.env.step(action)
@@ -47,6 +47,6 @@ class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
 
 
 def _expect_picture(picture: Any, size: tuple[int, int] | None) -> None:
-    expect_array(picture, (*(size or np.shape(picture)[:2]), 3), np.uint8, "what render() returns")
+    expect_array(picture, (*(size or np.shape(picture)[:2]), 3), np.uint8, "the result of render()")
     colours = len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0))
-    expect(colours > 1, "the picture has one colour; nothing is to be seen in it.")
+    expect(colours > 1, "the image has a single color, so it shows nothing.")

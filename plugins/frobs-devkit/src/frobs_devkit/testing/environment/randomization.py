@@ -1,4 +1,4 @@
-"""Checks that randomization and bad sensors keep the laws of an environment: the seed decides, a snapshot has all."""
+"""Checks that randomization and imperfect sensors are determined by the seed and included in snapshots."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 
 @after("disabled_equals_single")
 def randomized_equals_single(subject: EnvUnderTest) -> None:
-    """With everything randomised too, each environment of a batch equals the single one, reset at times of its own."""
+    """With everything randomized, each environment of a batch equals a single one, even if reset at different times."""
     vector.disabled_equals_single(_randomize_everything(subject))
 
 
 @after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
-    """With everything randomised too, a snapshot continues exactly, and a reset with a seed forgets what was before."""
+    """With everything randomized, a restored snapshot continues exactly, and a seeded reset discards all history."""
     randomized = _randomize_everything(subject)
     state.snapshot_continues(randomized)
     seeding.reset_forgets_history(randomized)
 
 
 def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest:
-    """Return the same with all randomised that its simulator can, unless it randomises already."""
+    """Return the environment with all supported randomization, unless it already uses randomization."""
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:
@@ -71,13 +71,13 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
 
 @after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
-    """With noise, delay and losses in every sensor, environments of a batch equal single ones, and snapshots continue."""
+    """With imperfections in all sensors, a batch equals single environments, and restored snapshots continue."""
     with closing(subject.make()) as env:
         require_ours(env)
         there = inside(env).robot.robot.sensors
         bad = {name: _spoil(sensor, inside(env).control_timestep) for name, sensor in there.items()}
     if not bad:
-        raise NotApplicable("the robot has no sensor")
+        raise NotApplicable("the robot has no sensors")
     spoiled = EnvUnderTest(subject.id, {**subject.kwargs, "sensors": bad})
     vector.disabled_equals_single(spoiled)
     state.snapshot_continues(spoiled)

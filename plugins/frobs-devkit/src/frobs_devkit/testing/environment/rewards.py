@@ -22,43 +22,45 @@ from frobs_devkit.testing.environment.subject import (
 )
 
 _STEPS = 120
-_NEAR_STEPS = 5  # beside a goal that is achieved at their beginning
-_PATHS, _PATH = 8, 25  # actions that are held, and for how many steps
+_NEAR_STEPS = 5  # starting next to a goal that is achieved at the beginning
+_PATHS, _PATH = 8, 25  # number of held actions, and of steps for each
 _TERM = "frobs/reward/"
 _EXPERT_EPISODES = 5
 
 
 def success_in_every_step(subject: EnvUnderTest) -> None:
-    """``info["is_success"]`` is there in every step, a float, 0.0 or 1.0."""
+    """``info["is_success"]`` is in every step, and is a float, 0.0 or 1.0."""
     with closing(subject.make()) as env:
         ours, steps = is_ours(env), _steps(env)
     told = [info["is_success"] for _, _, info in steps if "is_success" in info]
     if not told and not ours:
-        raise NotApplicable("the environment does not tell of success")
+        raise NotApplicable("the environment does not report success")
     expect(len(told) == len(steps), f"'is_success' is in {len(told)} of {len(steps)} steps' infos; it must be in each.")
     for value in told:
         expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
 
 
 def success_comes_and_goes(subject: EnvUnderTest) -> None:
-    """Success is not in every step; where a goal can be given, what is achieved already is a success; and the expert succeeds."""
+    """Success is not constant; an already achieved goal counts as success; and the expert of the task succeeds."""
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
-        expect(told != {1.0}, f"success is in each of {_STEPS} steps of random episodes; so it carries no information.")
+        expect(told != {1.0}, f"each of {_STEPS} steps of random episodes is a success, so it carries no information.")
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
             reached = achieved_goal(env, observation)
-            with suppress(FrobsError, ValueError):  # where it cannot be a goal
+            with suppress(FrobsError, ValueError):  # if it is not a valid goal
                 env.reset(seed=8, options={"goal": reached})
                 success = bool(task.is_success()[0])
-                expect(success or not of_goals, f"no success where the goal, {reached}, is what is achieved.")
+                expect(success or not of_goals, f"no success, although the goal {reached} is achieved.")
                 told.add(float(success))
         if 1.0 not in told and task.expert:
             told.add(_success_of_expert(env))
     if 1.0 not in told:
-        raise Inconclusive(f"no success in {_STEPS} steps of random episodes; whether there can be one was not seen")
+        raise Inconclusive(
+            f"no success in {_STEPS} steps of random episodes; so it is unknown whether success is possible"
+        )
 
 
 def _success_of_expert(env: Any) -> float:
@@ -77,7 +79,7 @@ def _success_of_expert(env: Any) -> float:
         if info["is_success"]:
             return 1.0
     raise CheckFailure(
-        f"the task's expert '{inside(env).task.expert}' succeeds in none of {_EXPERT_EPISODES} episodes."
+        f"the task's expert '{inside(env).task.expert}' does not succeed in any of {_EXPERT_EPISODES} episodes."
     )
 
 
@@ -88,25 +90,25 @@ def terms_sum_to_reward(subject: EnvUnderTest) -> None:
         steps = _steps(env)
     names = {key for _, _, info in steps for key in info if key.startswith(_TERM)}
     if not names:
-        raise NotApplicable("the task names no reward terms")
+        raise NotApplicable("the task has no reward terms")
     for k, (_, reward, info) in enumerate(steps, start=1):
         missing = sorted(names - info.keys())
-        expect(not missing, f"step {k}: the info lacks {missing}, which other steps have.")
-        if "frobs/diverged" not in info:  # its reward is 0, whatever the terms say
+        expect(not missing, f"step {k}: the info does not contain {missing}, which other steps have.")
+        if "frobs/diverged" not in info:  # its reward is 0, whatever the terms are
             total = sum(info[name] for name in sorted(names))
             expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
 
 
 def compute_reward_equals_step(subject: EnvUnderTest) -> None:
-    """``compute_reward`` of the goals of a step is the step's reward, and a batch of goals gives a batch of rewards."""
+    """``compute_reward`` of a step's goals equals the step's reward, and supports batches of goals."""
     with closing(subject.make()) as env:
         steps = _steps(env)
         if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
             raise NotApplicable("not goal-conditioned")
-        with suppress(FrobsError, ValueError, TypeError):  # where what is achieved cannot be a goal
+        with suppress(FrobsError, ValueError, TypeError):  # if the achieved goal is not a valid goal
             steps += _steps(env, {"goal": steps[-1][0]["achieved_goal"].astype(np.float64)}, _NEAR_STEPS)
         if not observes_truly(env, "achieved_goal", "desired_goal"):
-            raise NotApplicable("the goals are observed with noise or late, and the reward is that of the true ones")
+            raise NotApplicable("the goals are observed with noise or delay, but the reward uses the true ones")
         compute = getattr(env.unwrapped, "compute_reward", None)
         if compute is None:
             raise CheckFailure(
@@ -122,28 +124,28 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         there = np.asarray(compute(desired, desired, [{}] * len(desired)))
         expect(
             (there >= rewards - 1e-9).all(),
-            "a goal that is reached is worth less than one that is not: compute_reward(desired, desired) < reward.",
+            "a reached goal is worth less than another one: compute_reward(desired, desired) < reward.",
         )
         if is_ours(env) and inside(env).task.reward_type == "sparse":
             expect(
                 (there == 0.0).all() and np.isin(rewards, (-1.0, 0.0)).all(),
-                "a sparse reward is 0 where the goal is reached and −1 elsewhere, as hindsight replay expects it.",
+                "a sparse reward must be 0 if the goal is reached and −1 otherwise, as hindsight replay expects.",
             )
 
 
 def approaching_pays(subject: EnvUnderTest) -> None:
-    """On the same path, the reward is higher if the goal is at the end of the path than if it lies behind the robot."""
+    """On the same path, the reward is higher if the goal is at the end of the path than if it is behind the robot."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
         task = inside(env).task
         if "goal" not in task.reset_options:
-            raise NotApplicable("no goal can be given")
+            raise NotApplicable("goals cannot be set")
         paths = [_path(env, action) for action in draw_actions(env.action_space, _PATHS, seed=5)]
         action, start, end = max(paths, key=lambda path: float(np.linalg.norm(path[2] - path[1])))
         near = _rewards(env, action, end)
         if near is None or not near[1]:
-            raise Inconclusive("the goal at the end of a path is refused, or is not reached when the path is repeated")
+            raise Inconclusive("the goal at the end of a path is rejected, or not reached when the path is repeated")
         for share in (1.0, 0.5, 0.25):
             far = _rewards(env, action, start - share * (end - start))
             if far is not None and not far[1]:
@@ -154,13 +156,13 @@ def approaching_pays(subject: EnvUnderTest) -> None:
     totals = sum(near[0][:steps]), sum(far[0][:steps])
     expect(
         totals[0] > totals[1],
-        f"{steps} steps that reach the goal are worth {totals[0]:.4g}, and the same steps away from a goal {totals[1]:.4g}; "
-        "check the signs of the reward's terms.",
+        f"{steps} steps that reach the goal are worth {totals[0]:.4g}, and the same steps away from a goal "
+        f"{totals[1]:.4g}; check the signs of the reward's terms.",
     )
 
 
 def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
-    """Return an action, and the achieved goal or the tool position before and after it was held, (k,) each."""
+    """Return an action, and the achieved goal or the tool position before and after holding it, (k,) each."""
     observation, _ = env.reset(seed=5)
     start = achieved_goal(env, observation)
     for _ in range(_PATH):
@@ -171,7 +173,7 @@ def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
 
 
 def _rewards(env: Any, action: Any, goal: Any) -> tuple[list[float], bool] | None:
-    """Return the rewards while an action is held, and whether the goal was reached; None if the goal is refused."""
+    """Return the rewards while an action is held, and whether the goal was reached; None if the goal is rejected."""
     if not any(_accepts(env, part) for part in (goal, goal[:2])):  # in space, or on the floor
         return None
     rewards, reached = [], False
@@ -196,7 +198,7 @@ def _accepts(env: Any, goal: Any) -> bool:
 def _steps(
     env: Any, options: dict[str, Any] | None = None, count: int = _STEPS
 ) -> list[tuple[Any, float, dict[str, Any]]]:
-    """Play random episodes; (observation, reward, info) of each step."""
+    """Play random episodes; return (observation, reward, info) of each step."""
     env.reset(seed=8, options=options)
     steps = []
     for action in draw_actions(env.action_space, count, seed=8):

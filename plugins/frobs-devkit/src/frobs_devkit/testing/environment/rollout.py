@@ -1,4 +1,4 @@
-"""Playing drawn actions, and comparing what came of it."""
+"""Plays random actions and compares the results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_devkit.testing.compare import expect_same
 
 @dataclass(frozen=True)
 class Transition:
-    """One step, as it was returned, and what the reset returned if it ended the episode; copies, of infos the numbers."""
+    """Copies of the values that a step returned, and a reset if it ended the episode. Of infos, only the numbers."""
 
     observation: Any
     reward: float
@@ -33,20 +33,20 @@ class Transition:
 
 
 def draw_actions(space: gym.Space[Any], steps: int, seed: int) -> list[Any]:
-    """Draw actions that depend on nothing but the space and the seed."""
+    """Draw actions that only depend on the space and the seed."""
     own = deepcopy(space)
     own.seed(seed)
     return [own.sample() for _ in range(steps)]
 
 
 def numbers(info: Mapping[str, Any]) -> dict[str, float]:
-    """Return the entries of an info that are single numbers, as floats."""
+    """Return the scalar entries of an info, as floats."""
     kinds = (bool, int, float, np.number, np.bool_)
     return {key: float(value) for key, value in info.items() if isinstance(value, kinds)}
 
 
 def advance(env: gym.Env[Any, Any], action: Any) -> Transition:
-    """Step once, and reset where the episode ended."""
+    """Step once, and reset if the episode ended."""
     observation, reward, terminated, truncated, info = env.step(action)
     observation, info = deepcopy(observation), numbers(info)
     if not (terminated or truncated):
@@ -64,7 +64,7 @@ def advance(env: gym.Env[Any, Any], action: Any) -> Transition:
 
 
 def play(env: gym.Env[Any, Any], seed: int, actions: Sequence[Any]) -> tuple[Any, list[Transition]]:
-    """Reset with a seed and play actions over as many episodes as they last; returns the first observation too."""
+    """Reset with a seed and play actions over as many episodes as necessary; also return the first observation."""
     first = deepcopy(env.reset(seed=seed)[0])
     return first, [advance(env, action) for action in actions]
 
@@ -72,14 +72,14 @@ def play(env: gym.Env[Any, Any], seed: int, actions: Sequence[Any]) -> tuple[Any
 def expect_same_play(
     expected: tuple[Any, Sequence[Transition]], actual: tuple[Any, Sequence[Transition]], what: str
 ) -> None:
-    """Raise CheckFailure unless two plays are equal bit for bit."""
+    """Raise CheckFailure unless two plays are bit-identical."""
     expect_same(expected[0], actual[0], f"{what}: the first observation")
     for k, (a, b) in enumerate(zip(expected[1], actual[1], strict=True), start=1):
         expect_same_transition(a, b, f"{what}, step {k}")
 
 
 def expect_same_transition(a: Transition, b: Transition, what: str) -> None:
-    """Raise CheckFailure unless two steps are equal bit for bit."""
+    """Raise CheckFailure unless two steps are bit-identical."""
     expect_same(a.observation, b.observation, f"{what}: the observation")
     expect(a.reward == b.reward, f"{what}: the reward is {b.reward!r} instead of {a.reward!r}.")
     ends = ((a.terminated, a.truncated), (b.terminated, b.truncated))
@@ -90,5 +90,5 @@ def expect_same_transition(a: Transition, b: Transition, what: str) -> None:
 
 
 def _without_clocks(info: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an info without what a clock measured, which does not repeat."""
+    """Return an info without measured wall-clock times, which are not reproducible."""
     return {key: value for key, value in info.items() if not key.endswith("_time")}

@@ -1,4 +1,4 @@
-"""Checks that everything an environment does comes from its seed."""
+"""Checks that an environment's behavior is determined by its seed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
 
 
 def same_seed_repeats(subject: EnvUnderTest) -> None:
-    """The same seed and actions give the same numbers bit for bit, over several episodes, in a second environment too."""
+    """The same seed and actions give bit-identical results over several episodes, also in another environment."""
     subject.require_pause()
     with closing(subject.make()) as env, closing(subject.make()) as other:
         actions = draw_actions(env.action_space, 130, seed=5)
@@ -28,14 +28,14 @@ def same_seed_repeats(subject: EnvUnderTest) -> None:
 
 
 def seeds_differ(subject: EnvUnderTest) -> None:
-    """Different seeds begin differently."""
+    """Different seeds give different initial observations."""
     with closing(subject.make()) as env:
         first = {seed: deepcopy(env.reset(seed=seed)[0]) for seed in _SEEDS}
-    _expect_distinct(first, "seeds {} and {} begin with the same observation; draw the start from the seed.")
+    _expect_distinct(first, "seeds {} and {} begin with the same observation; derive the initial state from the seed.")
 
 
 def episodes_differ(subject: EnvUnderTest) -> None:
-    """An episode after the first begins differently: a reset without a seed draws on."""
+    """Consecutive episodes begin differently: a reset without a seed continues the random numbers."""
     with closing(subject.make()) as env:
         first = {0: deepcopy(env.reset(seed=7)[0])}
         for episode in range(1, 5):
@@ -46,7 +46,7 @@ def episodes_differ(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def reset_forgets_history(subject: EnvUnderTest) -> None:
-    """A reset with a seed equals a fresh environment, whatever happened before."""
+    """A reset with a seed equals a new environment, whatever happened before."""
     subject.require_pause()
     with closing(subject.make()) as env:
         space = env.action_space
@@ -62,11 +62,11 @@ def reset_forgets_history(subject: EnvUnderTest) -> None:
     with closing(subject.make()) as env:
         for name, history in histories.items():
             play(env, 1, history)
-            expect_same_play(expected, play(env, 99, actions), f"a reset after {name} against a fresh environment")
+            expect_same_play(expected, play(env, 99, actions), f"a reset after {name} compared with a new environment")
 
 
 def _expect_distinct(observations: dict[int, Any], message: str) -> None:
-    """Refuse two equal observations; where they are whole numbers, of which few exist, refuse that all are equal."""
+    """Reject two equal observations. For whole numbers, of which there are few, only reject that all are equal."""
     items = list(observations.items())
     equal = [(a, b) for i, (a, x) in enumerate(items) for b, y in items[i + 1 :] if difference(x, y) is None]
     few = all(leaf.dtype.kind not in "fc" for leaf in leaves(items[0][1]).values())

@@ -1,4 +1,4 @@
-"""Checks that a snapshot is complete."""
+"""Checks that snapshots are complete."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NUM_ENVS = 3
 
 @after("same_seed_repeats")
 def snapshot_continues(subject: EnvUnderTest) -> None:
-    """A batch that is restored continues exactly, past the ends of episodes, also one that was built anew."""
+    """A restored batch continues exactly, across the ends of episodes, also in a new batch."""
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
         require_ours(env)
         actions = draw_actions(env.action_space, 140, seed=12)
@@ -32,15 +32,15 @@ def snapshot_continues(subject: EnvUnderTest) -> None:
         expected = _continue(env, actions[23:])
         inside(env).restore(deepcopy(snapshot))
         for name, value in _task_values(env).items():
-            expect_same(told[name], value, f"{name} of the task, as soon as the batch is restored")
-        _expect_same_steps(expected, _continue(env, actions[23:]), "the batch that was restored")
+            expect_same(told[name], value, f"{name} of the task, immediately after the batch is restored")
+        _expect_same_steps(expected, _continue(env, actions[23:]), "the restored batch")
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as fresh:
         inside(fresh).restore(deepcopy(snapshot))
-        _expect_same_steps(expected, _continue(fresh, actions[23:]), "a new batch that was restored")
+        _expect_same_steps(expected, _continue(fresh, actions[23:]), "a restored new batch")
 
 
 def _task_values(env: Any) -> dict[str, Any]:
-    """Return what the task says of the state, without a step."""
+    """Return the task's values that depend on the state, without a step."""
     task, context = inside(env).task, inside(env).step_context
     return {"reward()": np.array(task.reward(context)), "is_success()": np.array(task.is_success())}
 

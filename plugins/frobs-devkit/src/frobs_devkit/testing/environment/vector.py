@@ -1,4 +1,4 @@
-"""Checks that environment *i* of a batch equals the single environment with its seed, bit for bit."""
+"""Checks that environment *i* of a batch is bit-identical to the single environment with its seed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SEED = 20
 
 @after("same_seed_repeats")
 def same_step_equals_single(subject: EnvUnderTest) -> None:
-    """With same-step autoreset each environment of a batch of 7 equals the single one with its seed, ends included."""
+    """With same-step autoreset, each environment of a batch of 7 equals the single one with its seed."""
     singles = _play_singles(subject)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -44,9 +44,9 @@ def same_step_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats", "same_step_equals_single")
 def next_step_equals_single(subject: EnvUnderTest) -> None:
-    """With next-step autoreset too; the step that resets has reward 0 and no end, and its action does not count."""
+    """The same with next-step autoreset. The step that resets has reward 0 and no end, and ignores its action."""
     singles = _play_singles(subject)
-    position = [0] * NUM_ENVS  # of each environment in its own play
+    position = [0] * NUM_ENVS  # step of each environment in its own recording
     ended: list[Transition | None] = [None] * NUM_ENVS
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.NEXT_STEP)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -57,9 +57,11 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
                 what = f"environment {i} of {NUM_ENVS}, step {k + 1}"
                 before = ended[i]
                 if before is not None:
-                    expect_same(before.reset_observation, row(observation, i), f"{what}, which resets: the observation")
+                    expect_same(
+                        before.reset_observation, row(observation, i), f"{what}, in which it resets: the observation"
+                    )
                     told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
-                    expect(told == (0.0, False, False), f"{what}, which resets: reward and ends are {told}.")
+                    expect(told == (0.0, False, False), f"{what}, in which it resets: reward and ends are {told}.")
                     ended[i] = None
                     continue
                 expected = singles.plays[i][position[i]]
@@ -73,7 +75,7 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats", "same_step_equals_single")
 def disabled_equals_single(subject: EnvUnderTest) -> None:
-    """Without autoreset too, where single environments of the batch are reset at times of their own by a mask."""
+    """The same without autoreset, if environments of the batch are reset with a mask at different times."""
     singles = _Singles(subject, reset_after=lambda i: 9 + 4 * i)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.DISABLED)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -93,7 +95,7 @@ def disabled_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def threads_agree(subject: EnvUnderTest) -> None:
-    """One thread and two give the same numbers bit for bit."""
+    """One and two threads give bit-identical results."""
     with closing(subject.make()) as single:
         require_ours(single)
     plays = []
@@ -104,11 +106,11 @@ def threads_agree(subject: EnvUnderTest) -> None:
                 trace.append(env.step(action)[:4])
             plays.append(trace)
     for k, (one, two) in enumerate(zip(*plays, strict=True)):
-        expect_same(one, two, f"two threads against one, step {k}")
+        expect_same(one, two, f"two threads compared with one, step {k}")
 
 
 class _Singles:
-    """What the single environments do, each as ``gym.make`` returns it, with the seeds of the batch."""
+    """Recordings of single environments, as ``gym.make`` returns them, with the seeds of the batch."""
 
     def __init__(self, subject: EnvUnderTest, reset_after: Any = None) -> None:
         self.plays: list[list[Transition]] = []
@@ -130,7 +132,10 @@ class _Singles:
             if length == reset_after:
                 observation = row([env.reset()[0]], 0)
                 transition = Transition(**{**vars(transition), "reset_observation": observation})
-                length, reset_after = 0, STEPS + 1  # once; from then on this environment is out of step with others
+                length, reset_after = (
+                    0,
+                    STEPS + 1,
+                )  # only once; afterwards this environment is out of phase with the others
             play.append(transition)
         return play
 
@@ -146,7 +151,7 @@ class _Singles:
 
     def expect_ends(self) -> None:
         if not self.ends:
-            raise Inconclusive(f"no episode ended in {STEPS} steps; the autoreset was not seen")
+            raise Inconclusive(f"no episode ended in {STEPS} steps; so autoreset did not occur")
 
     def expect_first(self, observation: Any) -> None:
         for i, expected in enumerate(self.first):
@@ -155,14 +160,14 @@ class _Singles:
 
 @lru_cache(maxsize=1)
 def _play_singles(subject: EnvUnderTest) -> _Singles:
-    """Return what two checks in a row compare with: playing it is most of their time."""
+    """Return the recordings to compare with, shared by two consecutive checks, because they take most of the time."""
     return _Singles(subject)
 
 
 def _expect_masked(info: Mapping[str, Any], key: str, i: int, expected: bool, what: str) -> None:
     mask = info.get(f"_{key}")
     there = mask is not None and bool(mask[i])
-    expect(there == expected, f"{what}: info has {'a' if there else 'no'} '{key}' for it, and its episode "
+    expect(there == expected, f"{what}: info has {'a' if there else 'no'} '{key}' for it, but its episode "
            f"{'ended' if expected else 'did not end'}.")  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Checks of a robot: its description, and how it stands in each simulator."""
+"""Checks of a robot: its description, and its behavior in each simulator."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from frobs_devkit.testing.robot import description, sensors, standing
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
 DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed, sensors.lidars_look_around_once)
-"""Every check of a robot that needs no simulator."""
+"""All checks of a robot that do not need a simulator."""
 
 SIMULATION_CHECKS = (*checks_of(standing), sensors.sensors_read)
-"""Every check of a robot in a simulator."""
+"""All checks of a robot in a simulator."""
 
 
 def check_robot(robot: str | Robot | RobotRecord, simulators: Sequence[str] | None = None) -> list[Check]:
     """Return the checks of a robot.
 
     Args:
-        robot: Its name, its description, or a record that is not installed yet.
-        simulators: Those to build it in; None: all that are installed and can be imported here.
+        robot: Name of the robot, a description, or a record that is not installed yet.
+        simulators: Simulators to build it in; None: all that can be imported.
 
     Raises:
-        UnknownNameError: No robot, or no simulator, has this name.
+        UnknownNameError: The robot or a simulator does not exist.
     """
     source = plugins.get_record("robot", robot) if isinstance(robot, str) else robot
     assert isinstance(source, Robot | RobotRecord)

@@ -30,61 +30,61 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
-_LIGHT = 0.02  # of the robot's mass: a lighter link need not touch anything
-_NEAR = 0.01  # [m] a tcp as near as this to the tool is at the tool
+_LIGHT = 0.02  # fraction of the robot's mass; lighter links need no collision shape
+_NEAR = 0.01  # [m]: maximum distance of a tcp from the tool
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
-    """The model file can be read, and it has at least one actuated joint; a tool for an arm needs none."""
-    expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, no Robot.")
+    """The model file can be read and has at least one actuated joint, unless the robot is a tool for an arm."""
+    expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, not a Robot.")
     if not subject.model.joint_names and subject.robot.end_effectors:
         raise NotApplicable("the robot is a tool without joints")
     expect(subject.model.joint_names, f"{subject.model.path} has no revolute, continuous or prismatic joint.")
 
 
 def limits_are_stated(subject: RobotUnderTest) -> None:
-    """Every joint that is not continuous has finite position limits; velocity and effort limits are positive."""
+    """All joints that are not continuous have finite position limits; velocity and effort limits are positive."""
     missing = []
     for joint in subject.model.actuated_joints:
         limits = joint.limits
         if joint.type is not JointType.CONTINUOUS:
             expect(
                 np.isfinite([limits.lower, limits.upper]).all() and limits.lower < limits.upper,
-                f"joint '{joint.name}' has position limits [{limits.lower}, {limits.upper}]; state lower < upper.",
+                f"joint '{joint.name}' has position limits [{limits.lower}, {limits.upper}]; set lower < upper.",
             )
         for name, limit in (("velocity", limits.velocity), ("effort", limits.effort)):
             expect(limit > 0, f"joint '{joint.name}' has a {name} limit of {limit}; it must be positive.")
             if np.isinf(limit):
                 missing.append(f"{name} of '{joint.name}'")
     if missing:
-        raise Inconclusive(f"the model states no limit for {', '.join(missing)}")
+        raise Inconclusive(f"the model has no limits for {', '.join(missing)}")
 
 
 def limits_are_in_radians(subject: RobotUnderTest) -> None:
-    """No joint turns so far that its limits must be in degrees; 'frobs doctor robot' says more about the numbers."""
+    """Position limits are plausible in radians; 'frobs doctor robot' shows details."""
     facts = joint_facts(subject.model, home_positions(subject.model, {}))
     _expect_none(joint_findings(subject.model, facts), "limits-in-degrees")
 
 
 def home_is_inside_limits(subject: RobotUnderTest) -> None:
-    """Home names actuated joints, and each rests inside its limits."""
+    """Home only contains actuated joints, and each is inside its limits."""
     home_positions(subject.model, subject.robot.home)
 
 
 def tcp_moves(subject: RobotUnderTest) -> None:
-    """The tool centre point is a link, and the joints move it (a wheeled robot's wheels do not)."""
+    """The tool center point is a link, and the joints move it (except for a wheeled robot's wheels)."""
     model = subject.model
     tcp = subject.robot.tcp or default_tcp(model)
     names = [link.name for link in model.links]
-    expect(tcp in names, f"tcp '{tcp}' is no link; there are {', '.join(names)}.")
+    expect(tcp in names, f"tcp '{tcp}' is not a link; available: {', '.join(names)}.")
     if subject.robot.base == "wheeled":
         return
     home = home_positions(model, subject.robot.home)
     poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
     moves = np.abs(poses[0] - poses[1]).max() > 1e-6
     if not moves and not subject.robot.groups and tcp in (tool.tcp for tool in subject.robot.end_effectors.values()):
-        raise NotApplicable("the robot is a tool, which the joints of an arm move")
-    expect(moves, f"no joint moves the tcp '{tcp}'; name a link at the chain's end.")
+        raise NotApplicable("the robot is a tool that is moved by an arm's joints")
+    expect(moves, f"no joint moves the tcp '{tcp}'; choose a link at the chain's end.")
     fixed = {joint.name for joint in joint_path(model, tcp)}
     for name in names:
         beyond = [
@@ -95,9 +95,9 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         on_chain = tcp in [joint.parent for joint in joint_path(model, name)]
         expect(
             not on_chain
-            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # one more joint may be a gripper's
-            f"joints {', '.join(beyond)} move the link '{name}' and not the tcp '{tcp}', which carries them; name a link "
-            "at the chain's end.",
+            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # an additional joint may belong to a gripper
+            f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which carries them; choose a "
+            "link at the chain's end.",
         )
 
 
@@ -118,36 +118,36 @@ def tcp_is_the_tool(subject: RobotUnderTest) -> None:
         moves = any(joint.type is not JointType.FIXED for joint in path[parents.index(tcp) :])
         expect(
             moves or distance < _NEAR,
-            f"the tcp is '{tcp}', whose origin is {distance:.3g} m from that of the tool '{link.name}', which is fixed to "
-            f"it; set tcp='{link.name}', or name the link where the tool works.",
+            f"the origin of the tcp '{tcp}' is {distance:.3g} m from that of the tool '{link.name}', which is fixed to "
+            f"it; set tcp='{link.name}', or choose the link at the working point.",
         )
 
 
 def inertias_are_possible(subject: RobotUnderTest) -> None:
-    """Masses are positive, and principal moments of inertia are positive and fulfil the triangle inequality."""
+    """Masses are positive, and principal moments of inertia are positive and satisfy the triangle inequality."""
     for link in subject.model.links:
         if link.inertial is None:
             continue
         mass = link.inertial.mass
-        expect(mass > 0, f"link '{link.name}' has a mass of {mass} kg; leave the inertial out or make it positive.")
+        expect(mass > 0, f"link '{link.name}' has a mass of {mass} kg; remove the inertial or make it positive.")
         moments = np.linalg.eigvalsh(inertia_matrix(link.inertial))
         text = ", ".join(f"{moment:.3g}" for moment in moments)
         expect(moments[0] > 0, f"link '{link.name}' has principal moments {text} kg·m²; all must be positive.")
         expect(
             moments[0] + moments[1] >= moments[2] * (1 - 1e-6),
-            f"link '{link.name}' has principal moments {text} kg·m²; no body has one larger than the other two together.",
+            f"link '{link.name}' has principal moments {text} kg·m²; one must not exceed the sum of the other two.",
         )
 
 
 def masses_fit_shapes(subject: RobotUnderTest) -> None:
-    """Bodies of the links' shapes can have their masses and inertias; 'frobs doctor robot' says more about them."""
+    """Masses and inertias are plausible for the links' shapes; 'frobs doctor robot' shows details."""
     _expect_none(body_findings(subject.model), "absurd-mass", "far-center", "too-large", "turned-inertia")
 
 
 def moving_links_touch(subject: RobotUnderTest) -> None:
-    """A link that moves, is drawn and weighs something has a collision shape; otherwise it goes through everything."""
+    """All moving links with visuals and mass have a collision shape; otherwise they pass through everything."""
     if not any(link.collisions for link in subject.model.links):
-        raise Inconclusive("no link has a collision shape: the robot goes through everything, and nothing can touch it")
+        raise Inconclusive("no link has a collision shape, so the robot passes through everything")
     inertials = {link.name: link.inertial for link in subject.model.links if link.inertial is not None}
     light = _LIGHT * sum(inertial.mass for inertial in inertials.values())
     heavy = {f"link '{name}'" for name, inertial in inertials.items() if inertial.mass > light}
@@ -155,39 +155,41 @@ def moving_links_touch(subject: RobotUnderTest) -> None:
 
 
 def _expect_none(findings: Iterable[Finding], *codes: str) -> None:
-    """Raise CheckFailure if the doctor found something of these codes that changes how the robot behaves."""
+    """Raise CheckFailure if the doctor has a finding with one of these codes that affects the robot's behavior."""
     odd = [one for one in findings if one.code in codes and one.severity is not Severity.NOTE]
     expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
 
 
 def notes_are_none(subject: RobotUnderTest) -> None:
-    """Nothing of the model file had to be mended or left out when it was read."""
+    """Reading the model file did not require repairs or ignore elements."""
     notes = [str(note) for note in subject.model.notes if note.fault]
     expect(not notes, f"reading {subject.model.path.name}: {'; '.join(notes)}.")
 
 
 def gains_are_positive(subject: RobotUnderTest) -> None:
-    """Every joint is damped; every joint has stiffness, but for the wheels of a wheeled robot."""
+    """All joints have damping; all joints except a wheeled robot's wheels have stiffness."""
     gains, model = subject.gains, subject.model
     for owner in (gains.stiffness, gains.damping):
         unknown = (
             [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
         )
-        expect(not unknown, f"gains name {unknown}, which are no actuated joints: {', '.join(model.joint_names)}.")
+        expect(not unknown, f"gains contain {unknown}, which are not actuated joints: {', '.join(model.joint_names)}.")
     for name in model.joint_names:
         kp, kd = gains.of(name)
         expect(kd > 0, f"joint '{name}' has a damping gain of {kd}; it must be positive.")
         expect(kp >= 0, f"joint '{name}' has a stiffness of {kp}; it must not be negative.")
-        expect(kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness; it holds no position.")
+        expect(
+            kp > 0 or subject.robot.base == "wheeled", f"joint '{name}' has no stiffness, so it cannot hold a position."
+        )
 
 
 def parts_exist(subject: RobotUnderTest) -> None:
-    """Base, friction and differential drive are ones that there are, with possible numbers."""
+    """Base, friction and differential drive refer to existing parts and have possible values."""
     robot, model = subject.robot, subject.model
     expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
     links = [link.name for link in model.links]
     for name, friction in robot.friction.items():
-        expect(name in links, f"friction names '{name}', which is no link.")
+        expect(name in links, f"friction contains '{name}', which is not a link.")
         expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
     drive = robot.differential_drive
     if drive is not None:
@@ -195,11 +197,13 @@ def parts_exist(subject: RobotUnderTest) -> None:
         expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
-        expect(min(*numbers, *accelerations) > 0, f"differential_drive has a number that is not positive: {drive}.")
+        expect(
+            min(*numbers, *accelerations) > 0, f"differential_drive contains a number that is not positive: {drive}."
+        )
 
 
 def fingers_close(subject: RobotUnderTest) -> None:
-    """The fingers of an end effector are nearer to each other where it is closed than where it is open."""
+    """The fingers of an end effector are closer together in the closed position than in the open position."""
     robot, model = subject.robot, subject.model
     compared = False
     for name, tool in robot.end_effectors.items():
@@ -210,16 +214,16 @@ def fingers_close(subject: RobotUnderTest) -> None:
         compared = True
         expect(
             gaps[0] < gaps[1],
-            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart where it is closed, and {gaps[1]:.3g} m where "
-            "it is open; exchange the joint positions in open and closed.",
+            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart when closed and {gaps[1]:.3g} m where "
+            "open; swap the joint positions in open and closed.",
         )
     if not compared:
-        raise NotApplicable("the robot describes no end effector with two fingers")
+        raise NotApplicable("the robot has no end effector with two fingers")
 
 
 def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float | None:
     """Return the mean distance between the parts that some joints move [m]; None if there are fewer than two parts."""
-    fingers: dict[str, list[Floats]] = {}  # the centers of the links beyond each joint
+    fingers: dict[str, list[Floats]] = {}  # centers of the links beyond each joint
     for link in model.links:
         leaders = [(joint.name, model.leader(joint)) for joint in joint_path(model, link.name)]
         first = next((name for name, leader in leaders if leader is not None and leader.joint in joints), None)
@@ -234,10 +238,10 @@ def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float |
 
 
 def end_effectors_attach(subject: RobotUnderTest) -> None:
-    """Attached to an arm, a tool keeps its masses, home, tool center point and open and closed positions."""
+    """If attached to an arm, a tool keeps its masses, home, tool center point, and open and closed positions."""
     tool, model = subject.robot, subject.model
     if not tool.end_effectors or tool.groups or model.format != "urdf":
-        raise NotApplicable("the robot is no tool that can be attached")
+        raise NotApplicable("the robot is not a tool that can be attached")
     arm, at = replace(ARM, model=str(model_of(ARM.model).path)), (0.1, -0.2, 0.3)
     whole = arm.attach("tool", tool, name="kit", pos=at)
     joined = load_model(whole.model)

@@ -1,4 +1,4 @@
-"""Checks of the sensors that a robot carries."""
+"""Checks of a robot's sensors."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
 
 def sensors_are_fixed(subject: RobotUnderTest) -> None:
-    """Sensors are descriptions of sensors, fixed to links that there are."""
+    """Sensors are valid descriptions and fixed to existing links."""
     links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
         expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
         for frame in sensor.frames:
-            expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is no link: {', '.join(links)}.")
+            expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is not a link: {', '.join(links)}.")
 
 
 def lidars_look_around_once(subject: RobotUnderTest) -> None:
@@ -33,16 +33,16 @@ def lidars_look_around_once(subject: RobotUnderTest) -> None:
 
 
 def sensors_read(subject: RobotUnderTest) -> None:
-    """At home on an empty floor every sensor reads numbers of its range; no ray is blind, and no bumper is closed."""
+    """At home on an empty floor, all readings are in range, no ray is blind, and no bumper is closed."""
     assert subject.simulator is not None
     links, capabilities = {link.name for link in subject.model.links}, subject.simulator.capabilities
     sensors = {
         name: _without_faults(sensor)
         for name, sensor in subject.robot.sensors.items()
-        if links >= set(sensor.frames)  # the others are what sensors_are_fixed is for
+        if links >= set(sensor.frames)  # sensors_are_fixed reports the others
     }
     if not sensors:
-        raise NotApplicable("the robot has no sensor")
+        raise NotApplicable("the robot has no sensors")
     lacking = {s.needs for s in sensors.values() if s.needs and not capabilities.get(s.needs, Level.UNSUPPORTED)}
     able = {name: sensor for name, sensor in sensors.items() if sensor.needs not in lacking}
     with RobotUnderTest(replace(subject.robot, sensors=able), subject.simulator).build() as (sim, robot):
@@ -55,7 +55,7 @@ def sensors_read(subject: RobotUnderTest) -> None:
             instrument.advance()
             _expect_sound(name, able[name], instrument.measure())
     if lacking:
-        raise Inconclusive(f"simulator '{subject.simulator.name}' has no {', '.join(sorted(lacking))}")
+        raise Inconclusive(f"simulator '{subject.simulator.name}' does not support {', '.join(sorted(lacking))}")
 
 
 def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
@@ -69,13 +69,13 @@ def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
         blind = np.flatnonzero(read[0] <= sensor.range_min).tolist()
         expect(
             not blind,
-            f"rays {blind[:5]} of lidar '{name}' read range_min on an empty floor; they begin in it or point at it: move "
-            "the lidar with frame and offset, or reduce range_min.",
+            f"rays {blind[:5]} of lidar '{name}' read range_min on an empty floor; they start in it or point at it; "
+            "move the lidar with frame and offset, or reduce range_min.",
         )
     if isinstance(sensor, Bumper):
         expect(
             not read.any(),
-            f"bumper '{name}' is closed where the robot stands at home; say in ignore what its links always touch.",
+            f"bumper '{name}' is closed at home; add the objects that its links always touch to ignore.",
         )
 
 

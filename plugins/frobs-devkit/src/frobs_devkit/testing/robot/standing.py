@@ -1,4 +1,4 @@
-"""Checks of how a robot stands in a simulator."""
+"""Checks of a robot's behavior in a simulator."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose, placed
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
-_SLIP, _SLIP_TURNING = 0.2, 0.45  # of its speed that a base may lose, ahead and where wheels are dragged sideways
-_SAG = 0.05  # [rad or m] that gravity may pull a robot off its home
+_SLIP, _SLIP_TURNING = (
+    0.2,
+    0.45,
+)  # fraction of its speed that a base may lose, straight ahead and when wheels are dragged sideways
+_SAG = 0.05  # [rad or m] maximum deflection by gravity
 
 
 def frames_agree(subject: RobotUnderTest) -> None:
-    """The simulator puts every link where the model file does, for joint positions within the limits."""
+    """The simulator's link poses equal those of the model file, for joint positions within the limits."""
     with subject.build() as (_, robot):
         model = subject.model
         expect(robot.joint_names == model.joint_names, f"joint_names is {robot.joint_names}, not {model.joint_names}.")
@@ -32,7 +35,7 @@ def frames_agree(subject: RobotUnderTest) -> None:
 
 
 def home_is_held(subject: RobotUnderTest) -> None:
-    """Commanded home, the robot stays there for a second under gravity; a wheeled one stands."""
+    """If commanded to home, the robot stays there for a second under gravity; a wheeled robot does not move."""
     with subject.build() as (sim, robot):
         if subject.robot.base == "floating":
             raise NotApplicable("a floating base falls")
@@ -43,12 +46,14 @@ def home_is_held(subject: RobotUnderTest) -> None:
             expect_close(start, robot.base_pose[0], 0.02, "the base's position after 1 s [m]")
             return
         names = ", ".join(robot.joint_names)
-        expect_close(robot.home, robot.joint_positions, _SAG, f"joint positions ({names}) after 1 s, against home")
+        expect_close(
+            robot.home, robot.joint_positions, _SAG, f"joint positions ({names}) after 1 s, compared with home"
+        )
         expect_close(np.zeros_like(robot.home), robot.joint_velocities, 0.05, f"joint velocities ({names}) after 1 s")
 
 
 def joints_follow(subject: RobotUnderTest) -> None:
-    """Commanded a little off home, each joint by itself gets there; a wheeled robot's wheels turn the way commanded."""
+    """Each joint reaches a command near home; the wheels of a wheeled robot turn in the commanded direction."""
     if subject.robot.base == "floating":
         raise NotApplicable("a floating base falls")
     wheeled = subject.robot.base == "wheeled"
@@ -69,7 +74,7 @@ def joints_follow(subject: RobotUnderTest) -> None:
             if wheeled:
                 expect(
                     moved[0, joint] > 0.1,
-                    f"joint '{name}' turns by {moved[0, joint]:.3g} when commanded 1 rad/s for 1 s.",
+                    f"joint '{name}' turns by {moved[0, joint]:.3g} rad when commanded 1 rad/s for 1 s.",
                 )
                 continue
             expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
@@ -77,11 +82,11 @@ def joints_follow(subject: RobotUnderTest) -> None:
 
 
 def wheels_drive_as_described(subject: RobotUnderTest) -> None:
-    """Driven ahead and turned, a differential drive moves as its wheels, their separation and their radius say."""
+    """A differential drive moves according to its wheels, their separation and their radius."""
     drive = subject.robot.differential_drive
     if drive is None:
         raise NotApplicable("the robot has no differential drive")
-    advice = "compare left, right, separation and wheel_radius of differential_drive with the model file"
+    advice = "check left, right, separation and wheel_radius of differential_drive"
     with subject.build() as (sim, robot):
         robot.set_command_mode(CommandMode.VELOCITY)
         left, right = ([robot.joint_names.index(name) for name in side] for side in (drive.left, drive.right))
@@ -94,7 +99,7 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
             command[:, left] = (linear - 0.5 * angular * drive.separation) / drive.wheel_radius
             command[:, right] = (linear + 0.5 * angular * drive.separation) / drive.wheel_radius
             robot.command(command)
-            sim.step(round(0.5 / TIMESTEP))  # to speed
+            sim.step(round(0.5 / TIMESTEP))  # accelerate
             pos, ahead = _pos_and_ahead(robot)
             sim.step(round(1.0 / TIMESTEP))
             pos_after, ahead_after = _pos_and_ahead(robot)
@@ -108,30 +113,30 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
 
 
 def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
-    """Return where the base is [m], and its x axis in the world, (3,) each."""
+    """Return the position of the base [m] and its x axis in the world, (3,) each."""
     pos, quat = robot.base_pose
     return pos[0].copy(), quat_rotate(quat, np.array([[1.0, 0.0, 0.0]]))[0]
 
 
 def home_is_free(subject: RobotUnderTest) -> None:
-    """At home no two links touch that are not neighbours."""
+    """At home, no two links touch that are not neighbors."""
     if not subject.robot.self_collision:
         raise NotApplicable("the robot's links do not collide with each other")
     with subject.build() as (sim, _robot):
         overlaps = sim.overlaps()
     if overlaps is not None:
         found = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
-        expect(not found, f"at home these links are in each other: {'; '.join(found)}.")
+        expect(not found, f"at home these links overlap: {'; '.join(found)}.")
         return
     assert subject.simulator is not None
     if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
-        raise Inconclusive(f"simulator '{subject.simulator.name}' tells neither of overlaps nor of contacts")
+        raise Inconclusive(f"simulator '{subject.simulator.name}' supports neither overlaps nor contacts")
     model = subject.model
     solid = [link.name for link in model.links if link.collisions]
     beside = {frozenset((joint.parent, joint.child)) for joint in model.joints}
     pairs = [pair for pair in combinations(solid, 2) if frozenset(pair) not in beside]
     if not pairs:
-        raise Inconclusive("no two links that are not neighbours have collision shapes")
+        raise Inconclusive("no two links that are not neighbors have collision shapes")
     contacts = {f"{a} and {b}": Contact(first=f"robot/{a}", second=f"robot/{b}") for a, b in pairs}
     with subject.build(Scene(contacts=contacts)) as (sim, robot):
         robot.command(robot.home.copy())

@@ -1,4 +1,4 @@
-"""The robot that is checked, and the simulator that it is built in."""
+"""The robot to check, and a simulator to build it in."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from frobs_core.sensors import with_contacts
 from frobs_core.specs import RobotRecord, SimulatorRecord
 
 TIMESTEP = 0.002
-"""[s] of one physics step."""
+"""Duration of one physics step [s]."""
 
 
 @dataclass(frozen=True)
 class RobotUnderTest:
-    """A robot, and the simulator that it is built in."""
+    """A robot and the simulator to build it in."""
 
     source: Robot | RobotRecord
     simulator: SimulatorRecord | None = None
 
     @cached_property
     def robot(self) -> Robot:
-        """Its description, loaded by the first check: a record whose entry point is broken fails checks, nothing else."""
+        """Description, loaded by the first check, so that a broken entry point only makes checks fail."""
         return self.source if isinstance(self.source, Robot) else self.source.load()
 
     @property
     def model(self) -> RobotModel:
-        """Its model file, read."""
+        """The parsed model file."""
         return load_model(self.robot.model, xacro_args=self.robot.xacro_args, package_paths=self.robot.package_paths)
 
     @property
     def gains(self) -> DriveGains:
-        """Those of the description, or the computed ones."""
+        """The gains of the description, or the computed ones."""
         return self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
 
     @contextmanager
     def build(self, scene: Scene | None = None) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build a simulation of one, reset; it is closed at the end of the ``with`` block."""
+        """Build and reset a simulation of one robot. It is closed at the end of the ``with`` block."""
         assert self.simulator is not None
         placement = Placement(robot=self.robot, model=self.model, command_mode=CommandMode.POSITION)
         scene = scene or Scene()

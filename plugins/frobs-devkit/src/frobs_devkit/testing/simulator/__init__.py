@@ -1,4 +1,4 @@
-"""Checks of a simulator, on small robots and scenes of the kit's own."""
+"""Checks of a simulator, with small robots and scenes of the kit."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ CHECKS = checks_of(
     pictures,
     parameters,
 )
-"""Every check of a simulator, in the order in which they run."""
+"""All checks of a simulator, in the order in which they run."""
 
 
 def check_simulator(simulator: str | SimulatorRecord) -> list[Check]:
     """Return the checks of a simulator.
 
-    A capability is checked where the record claims it: to the last digits where it claims ``exact``, within a few
-    percent where it claims ``approximate``. :attr:`Report.verified_capabilities` says which of them held.
+    Capabilities that the record claims are checked: almost to machine precision if it claims ``exact``, within a few
+    percent if it claims ``approximate``. :attr:`Report.verified_capabilities` lists those that were verified.
 
     Args:
-        simulator: Its name, or a record that is not installed yet.
+        simulator: Name of the simulator, or a record that is not installed yet.
 
     Raises:
-        UnknownNameError: No simulator has this name.
+        UnknownNameError: The simulator does not exist.
     """
     record = plugins.get_record("simulator", simulator) if isinstance(simulator, str) else simulator
     assert isinstance(record, SimulatorRecord)

@@ -1,4 +1,4 @@
-"""Checks of scene bodies: what they are made of, and how they move."""
+"""Checks of scene bodies: shapes, masses and motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _HAMMER = Body(
     twist=_TWIST,
     mass=0.7,
 )
-"""Its center of mass is 19 cm from its origin, and its axes of inertia are not those of its frame."""
+"""Its center of mass is 19 cm from its origin, and its axes of inertia differ from those of its frame."""
 
 
 _BOX = Body(
@@ -42,12 +42,12 @@ _BOX = Body(
     ),
     mass=1.0,
 )
-"""It stands where the check of attachments fixes it to a ball at :data:`TILTED`."""
+"""It is at the place where the check of attachments fixes it to a ball at :data:`TILTED`."""
 
 
 @verifies("teleport")
 def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
-    """A free body starts with the twist of the scene, and takes one that is written; other bodies have none."""
+    """A free body starts with the twist of the scene, and its twist can be written; other bodies have no twist."""
     with subject.build(
         bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
     ) as (sim, _):
@@ -56,7 +56,7 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
             expect_close(np.tile(wanted, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
         sim.step(100)
         flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
-        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that was thrown by the scene [m]")
+        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball with a twist in the scene [m]")
         mask = np.arange(n) == 0
         ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
         for name, wanted, written, found in zip(
@@ -74,7 +74,7 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
 @verifies("wrench")
 @after("wrenches_push")
 def compound_bodies_move(subject: SimulatorUnderTest) -> None:
-    """A body of two shapes turns about its center of mass; its pose and its twist are those of its origin."""
+    """A body of two shapes rotates about its center of mass; its pose and twist refer to its origin."""
     inertial = _HAMMER.inertial
     assert inertial is not None
     turn = matrix_from_quat(np.array(TILTED.quat_wxyz))
@@ -85,13 +85,11 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
         before = hammer.pose[0].copy()
         sim.step(1)
         expect_close(
-            np.tile(_TWIST[0], (n, 1)), (hammer.pose[0] - before) / TIMESTEP, 0.02, "what the hammer's origin has moved"
+            np.tile(_TWIST[0], (n, 1)), (hammer.pose[0] - before) / TIMESTEP, 0.02, "motion of the hammer's origin"
         )
         if subject.level("teleport"):
             hammer.write_pose(np.tile(TILTED.pos, (n, 1)), np.tile(TILTED.quat_wxyz, (n, 1)))
-            expect_close(
-                np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's position that was written [m]"
-            )
+            expect_close(np.tile(TILTED.pos, (n, 1)), hammer.pose[0], 1e-9, "the hammer's written position [m]")
             force, torque = np.array([1.0, -0.5, 0.3]), np.array([1e-3, 2e-3, -1e-3])
             sim.apply_wrench("hammer", force[None], torque[None])
             sim.step(1)
@@ -106,7 +104,7 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
 
 @verifies("attachments")
 def attachments_hold(subject: SimulatorUnderTest) -> None:
-    """A body that is fixed to a link or to another body keeps its pose in the other's frame while that moves."""
+    """A body that is fixed to a link or another body keeps its relative pose while that moves."""
     hammer = replace(_HAMMER, pose=Pose((0.6, 0.3, 0.9), _QUARTER_TURN), twist=AT_REST, collides=False)
     bodies = {"hammer": hammer, "ball": replace(BALL, pose=TILTED), "box": replace(_BOX, twist=_TWIST)}
     attachments = {
@@ -128,7 +126,10 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
             for what, (frame, body) in places.items():
                 found = _relative(frame(), sim.bodies[body].pose)
                 expect_same_pose(expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), what)
-        expect((np.abs(robot.joint_positions[:, 1]) > 0.2).all(), "the table does not turn with what is fixed to it.")
+        expect(
+            (np.abs(robot.joint_positions[:, 1]) > 0.2).all(),
+            "the table does not turn with the body that is fixed to it.",
+        )
         speed = np.linalg.norm(sim.bodies["ball"].twist[0], axis=1)
         expect((speed > 0.05).all(), f"a ball that is fixed to a flying box moves at {speed} m/s.")
 
@@ -141,14 +142,14 @@ def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> tupl
 
 @verifies("wrench")
 def props_give_way(subject: SimulatorUnderTest) -> None:
-    """A drawer opens when its handle is pulled, against the damping of its joint, and rests otherwise."""
+    """A drawer opens against the damping of its joint when its handle is pulled, and otherwise rests."""
     model = str(Path(__file__).with_name("urdf") / "kit_drawer.urdf")
     prop = Prop(model=model, pose=Pose((1.0, 0.0, 0.0), _QUARTER_TURN))
     pull, mass, damping, steps = 4.0, 2.5, 8.0, 100
     with subject.build(props={"drawer": prop}) as (sim, _):
         n, drawer = sim.num_envs, sim.robots["drawer"]
         sim.step(steps)
-        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-4, "how far a drawer is open that nobody pulls [m]")
+        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-4, "position of a drawer that is not pulled [m]")
         mask, position, speed = np.arange(n) == 0, 0.0, 0.0
         before = drawer.frame_pose("handle")[0].copy()
         for _ in range(steps):
@@ -158,18 +159,16 @@ def props_give_way(subject: SimulatorUnderTest) -> None:
             position += TIMESTEP * speed
         expected = np.where(mask, position, 0.0)
         tolerance = 0.02 * position
-        expect_close(
-            expected[:, None], drawer.joint_positions, tolerance, "how far a drawer is open that is pulled [m]"
-        )
+        expect_close(expected[:, None], drawer.joint_positions, tolerance, "position of a drawer that is pulled [m]")
         moved = (drawer.frame_pose("handle")[0] - before)[:, 1]
-        expect_close(expected, moved, tolerance, "how far the handle has moved along the world's y axis [m]")
+        expect_close(expected, moved, tolerance, "motion of the handle along the world's y axis [m]")
         sim.reset()
-        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-6, "how far the drawer is open after a reset [m]")
+        expect_close(np.zeros((n, 1)), drawer.joint_positions, 1e-6, "position of the drawer after a reset [m]")
 
 
 @verifies("rays")
 def every_shape_is_met(subject: SimulatorUnderTest) -> None:
-    """Rays meet every shape of a body that collides, meshes too, and pass what does not collide."""
+    """Rays hit all colliding shapes of a body, including meshes, and pass shapes that do not collide."""
     with TemporaryDirectory() as folder:
         wedge = Path(folder, "wedge.stl")
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
@@ -190,7 +189,7 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def frictions_brake(subject: SimulatorUnderTest) -> None:
-    """Torsional and rolling friction brake a ball on the floor by their torque; a simulator may reject them."""
+    """Torsional and rolling friction slow down a ball on the floor; a simulator may reject them."""
     lying = replace(BALL, pose=Pose((0.0, 2.0, 0.05)))
     inertia, load = 0.4 * 0.5 * 0.05**2, 0.5 * 9.81
     spinning = replace(lying, twist=((0.0, 0.0, 0.0), (0.0, 0.0, 20.0)))
@@ -213,4 +212,4 @@ def frictions_brake(subject: SimulatorUnderTest) -> None:
             lost = 100 * TIMESTEP * brake(value)
             expect_close(np.full(sim.num_envs, 20.0 - lost), speed, 0.5, f"speed of a ball with a {name} of {value} m")
     if len(refused) == len(cases):
-        raise NotApplicable("the simulator refuses torsional and rolling friction")
+        raise NotApplicable("the simulator rejects torsional and rolling friction")

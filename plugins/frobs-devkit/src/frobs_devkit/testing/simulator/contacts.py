@@ -1,4 +1,4 @@
-"""Checks of contacts that robots have a part in."""
+"""Checks of contacts that involve robots."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5*
 
 @verifies("contacts")
 def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
-    """A contact's side can be a robot, one of its links, or anything; the links are told apart."""
+    """The side of a contact can be a robot, one of its links, or anything; links are distinguished."""
     contacts = {
         "left": Contact(first="robot/left_wheel", second="floor"),
         "robot": Contact(first="robot"),
@@ -33,17 +33,17 @@ def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
         sim.step(20)
         for name, wanted in (("left", True), ("robot", True), ("pair", False)):
             told = sim.contact(name)
-            expect((told == wanted).all(), f"contact('{name}') of a rover that stands on the floor is {told}.")
+            expect((told == wanted).all(), f"contact('{name}') of a rover on the floor is {told}.")
 
 
 @verifies("contacts")
 def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
-    """A contact with anything leaves out what it ignores: the floor, a body, a robot; and nothing else."""
+    """A contact with anything excludes exactly what it ignores: the floor, a body, a robot."""
     contacts = {
         "anything": Contact(first="robot/left_wheel"),
-        "but the floor": Contact(first="robot/left_wheel", ignore=("floor",)),
-        "but floor and kerb": Contact(first="robot/left_wheel", ignore=("floor", "kerb")),
-        "but the robot": Contact(first="floor", ignore=("kerb", "robot")),
+        "except the floor": Contact(first="robot/left_wheel", ignore=("floor",)),
+        "except floor and kerb": Contact(first="robot/left_wheel", ignore=("floor", "kerb")),
+        "except the robot": Contact(first="floor", ignore=("kerb", "robot")),
         "right wheel": Contact(first="robot/right_wheel", ignore=("floor",)),
     }
     with _standing_rover(subject, bodies={"kerb": _KERB}, contacts=contacts) as (sim, _):
@@ -57,24 +57,24 @@ def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
-    """After a reset no contact is told, of the environments of the mask only, until the next step."""
+    """After a reset, the environments of the mask have no contacts until the next step."""
     contacts = {"standing": Contact(first="robot/left_wheel", second="floor")}
     with _standing_rover(subject, contacts=contacts) as (sim, _):
         sim.step(20)
-        expect(sim.contact("standing").all(), "no contact is told of a rover that stands on the floor.")
+        expect(sim.contact("standing").all(), "no contact is reported for a rover on the floor.")
         mask = np.arange(sim.num_envs) == 0
         sim.reset(mask)
         told = sim.contact("standing")
-        expect(not told[0], "the contact of the last episode is told after a reset.")
+        expect(not told[0], "the contact of the last episode is reported after a reset.")
         expect(told[1:].all(), f"the reset of environment 0 ended contacts of others: {told}.")
-        expect(not sim.contact_force("standing")[0].any(), "after a reset the force of the last contact is told.")
+        expect(not sim.contact_force("standing")[0].any(), "the force of the last contact is reported after a reset.")
         sim.step(20)
-        expect(sim.contact("standing").all(), "no contact is told in the step after a reset.")
+        expect(sim.contact("standing").all(), "no contact is reported in the step after a reset.")
 
 
 @verifies("contacts")
 def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
-    """``step_with`` returns the contacts of all its physics steps, not those of the last."""
+    """``step_with`` reports the contacts of all its physics steps, not only those of the last."""
     if not subject.level("teleport"):
         raise NotApplicable("the simulator does not claim 'teleport'")
     on_floor = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
@@ -95,7 +95,7 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
 @verifies("contacts")
 @after("contacts_end_with_a_reset")
 def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None:
-    """``contact_resultant`` is the force on the first side in the world: the weight of what lies, the friction of a push."""
+    """``contact_resultant`` is the force on the first side in the world frame: weight, and friction under a push."""
     contacts = {
         "box": Contact(first="box", second="floor"),
         "floor": Contact(first="floor", second="box"),
@@ -109,11 +109,11 @@ def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None
         weight = np.tile([0.0, 0.0, 9.81 * _MASS], (n, 1))
         tolerance = 0.01 * 9.81 * _MASS
         for name, sign in zip(contacts, (1.0, -1.0, 1.0, 1.0, -1.0), strict=True):
-            what = f"contact_resultant('{name}') of a box that lies on the floor [N]"
+            what = f"contact_resultant('{name}') of a box on the floor [N]"
             expect_close(sign * weight, sim.contact_resultant(name), tolerance, what)
             if name != "floor":
-                low = sim.contact_force(name).min() > weight.max() / 9.0  # at most four corners and their middle
-                expect(low, f"contact_force('{name}') of a box that lies on the floor is {sim.contact_force(name)} N.")
+                low = sim.contact_force(name).min() > weight.max() / 9.0  # at most four corners and their center
+                expect(low, f"contact_force('{name}') of a box on the floor is {sim.contact_force(name)} N.")
         if subject.level("wrench"):
             push = np.array([3.0, 1.0, 0.0]) * (1.0 + np.arange(n))[:, None] / n
             for body in ("box", "turned"):

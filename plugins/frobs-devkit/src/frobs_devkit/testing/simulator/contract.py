@@ -1,4 +1,4 @@
-"""Checks of the letter of the contract: shapes and dtypes, who may write what, names that are refused."""
+"""Checks of the formal contract: shapes and dtypes, read-only arrays, rejected names."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, Simulat
 
 
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
-    """The record names known capabilities with levels, and its entry point a subclass of Simulation."""
+    """The record contains known capabilities with levels, and its entry point is a subclass of Simulation."""
     for name, level in subject.record.capabilities.items():
-        expect(name in abilities(), f"'{name}' is no capability; known are {', '.join(abilities())}.")
-        expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, no Level.")
+        expect(name in abilities(), f"'{name}' is not a capability; available: {', '.join(abilities())}.")
+        expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, not a Level.")
     cls = subject.record.load()
-    expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is no subclass of Simulation.")
+    expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is not a subclass of Simulation.")
 
 
 def abilities_are_declared(subject: SimulatorUnderTest) -> None:
-    """Every ability that is declared is implemented, and every one that is implemented is declared."""
+    """Every declared ability is implemented, and every implemented ability is declared."""
     cls, levels = subject.record.load(), subject.record.capabilities
     for name, ability in abilities().items():
         defined = [
@@ -48,7 +48,7 @@ def abilities_are_declared(subject: SimulatorUnderTest) -> None:
 
 
 def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
-    """Every array is (num_envs, …) float64, masks are bool, and nobody can move the simulation by writing to one."""
+    """Every array is (num_envs, …) float64, masks are bool, and returned arrays cannot modify the simulation."""
     contacts = {"ball": Contact(first="ball")} if subject.level("contacts") else {}
     with subject.build(bodies={"ball": BALL}, contacts=contacts, num_threads=1) as (sim, robot):
         n, dof = sim.num_envs, robot.dof
@@ -70,7 +70,7 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
             expect_array(read(), shape, np.float64, name)
             if read().flags.writeable:
                 read()[...] = 7.5
-                expect_same(before, read(), f"{name} after writing to the array that it returned")
+                expect_same(before, read(), f"{name} after writing to the returned array")
         for name in contacts:
             expect_array(sim.contact(name), (n,), np.bool_, f"contact('{name}')")
             expect_array(sim.contact_force(name), (n,), np.float64, f"contact_force('{name}')")
@@ -78,7 +78,7 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def writes_broadcast(subject: SimulatorUnderTest) -> None:
-    """What is written is a row for each environment of the mask, in their order, or one row for all of them."""
+    """Written values have one row for each environment of the mask, in order, or one row for all of them."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_joint_state(np.array([0.2, -0.3]), np.array([[0.1, 0.4]]))
@@ -96,7 +96,7 @@ def writes_broadcast(subject: SimulatorUnderTest) -> None:
 
 
 def robots_stand_apart(subject: SimulatorUnderTest) -> None:
-    """A scene of two robots has a handle for each: both follow their own commands, from their own places."""
+    """In a scene of two robots each has its own handle, follows its own commands, and has its own place."""
     placements = {
         "robot": Placement(robot=ARM, model=model_of("kit_arm"), command_mode=CommandMode.POSITION),
         "other": Placement(
@@ -120,7 +120,7 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def static_bodies_stay(subject: SimulatorUnderTest) -> None:
-    """A static body refuses to be written to; one that does not collide falls through the floor."""
+    """Static bodies reject writes; a body that does not collide falls through the floor."""
     ghost = type(BALL)(geometry=BALL.geometry, pose=Pose(pos=(0.0, 2.0, 0.1)), mass=0.5, collides=False)
     with subject.build(bodies={"wall": WALL, "ghost": ghost}, num_threads=1) as (sim, _):
         sim.step(150)
@@ -130,7 +130,7 @@ def static_bodies_stay(subject: SimulatorUnderTest) -> None:
 
 
 def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
-    """Bodies, contacts and targets that there are not raise UnknownNameError; rows that do not fit a step are refused."""
+    """Unknown bodies, contacts and targets raise UnknownNameError; a wrong number of command rows raises an error."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
         if subject.level("contacts"):
@@ -149,19 +149,19 @@ def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
-    """``frame_velocity`` of a floating robot counts its base's twist: it is where the frame goes in the next step."""
+    """``frame_velocity`` of a floating robot includes its base's twist and predicts the next step."""
     with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_base_twist(spread(-0.4, 0.4, (n, 3)), spread(-0.6, 0.6, (n, 3), seed=1))
         before, velocity = robot.frame_pose("tcp")[0].copy(), robot.frame_velocity("tcp")[0].copy()
         sim.step(1)
         moved = (robot.frame_pose("tcp")[0] - before) / TIMESTEP
-        expect_close(moved, velocity, 0.02, "frame_velocity('tcp') of a floating robot, against its motion [m/s]")
+        expect_close(moved, velocity, 0.02, "frame_velocity('tcp') of a floating robot, compared with its motion [m/s]")
 
 
 @verifies("snapshot")
 def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
-    """A snapshot is arrays of its own, a row for each environment, and has the command that is held, its mode's law too."""
+    """A snapshot consists of new arrays with a row for each environment, and includes commands and their modes."""
     with subject.build(LIFT, mode=CommandMode.VELOCITY, gravity=(0.0, 0.0, 0.0), num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.command(np.tile([0.2, -0.8], (n, 1)) * (1 + np.arange(n)[:, None]))
@@ -178,14 +178,14 @@ def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
 
 
 def rows_of_a_single(subject: SimulatorUnderTest) -> None:
-    """A simulation of one environment has a row in every array, and takes masks."""
+    """A simulation of one environment has one row in every array, and accepts masks."""
     if subject.num_envs == 1:
         raise NotApplicable("every other check builds one environment")
     with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         expect(robot.joint_positions.shape == (1, 2), f"joint_positions is {robot.joint_positions.shape}, not (1, 2).")
         sim.step(2)
         sim.reset(np.array([False]))
-        expect_close([2 * TIMESTEP], sim.time, 1e-9, "time after a reset whose mask names nobody [s]")
+        expect_close([2 * TIMESTEP], sim.time, 1e-9, "time after a reset with an empty mask [s]")
         sim.reset(np.array([True]))
         expect_close([0.0], sim.time, 0.0, "time after a reset [s]")
 

@@ -1,4 +1,4 @@
-"""Checks of the drive law against its closed form, and of how commands are held."""
+"""Checks of the drive law against its closed form, and of held commands."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _GRAVITY = 9.81
 
 @verifies("drive")
 def drives_follow_positions(subject: SimulatorUnderTest) -> None:
-    """Free motion under position commands: (M + h·Kd)·a = Kp·(q* − q) − Kd·q̇ − b, step by step."""
+    """Free motion under position commands follows (M + h·Kd)·a = Kp·(q* − q) − Kd·q̇ − b in each step."""
     return _expect_law(subject, CommandMode.POSITION, (0.05, 0.4))
 
 
 @verifies("drive")
 def drives_saturate(subject: SimulatorUnderTest) -> None:
-    """A saturated joint gets its effort limit, M·a = ±limit − b, and the clipped explicit effort decides when."""
+    """A saturated joint gets its effort limit, M·a = ±limit − b; the clipped explicit effort determines when."""
     return _expect_law(subject, CommandMode.POSITION, (0.4, 3.0), saturates=True)
 
 
@@ -35,13 +35,13 @@ def drives_follow_velocities(subject: SimulatorUnderTest) -> None:
 
 @verifies("drive")
 def drives_apply_efforts(subject: SimulatorUnderTest) -> None:
-    """Effort commands are applied as they are, up to the limit, and read back as joint_efforts."""
+    """Effort commands are applied unchanged, up to the limit, and returned as joint_efforts."""
     return _expect_law(subject, CommandMode.EFFORT, (35.0, 9.0), saturates=True, reads_effort=True)
 
 
 @verifies("drive")
 def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
-    """A command with a row for each physics step equals the rows given one by one, and the last row is held."""
+    """A command with a row for each physics step equals single commands, and its last row is held."""
     _require_steps(subject)
     traces = []
     rows = np.stack([np.linspace(0.0, 0.1, 6), np.linspace(0.5, -0.5, 6)], axis=-1)  # (6, dof)
@@ -56,23 +56,27 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
                     sim.step(1)
             sim.step(3)
             traces.append(np.concatenate([robot.joint_positions, robot.joint_velocities], axis=1))
-    expect_close(traces[1], traces[0], subject.tolerance("drive"), "the state after 6 command rows at once and 3 steps")
+    expect_close(
+        traces[1], traces[0], subject.tolerance("drive"), "the state after 6 simultaneous command rows and 3 steps"
+    )
 
 
 @verifies("drive")
 def commands_are_kept(subject: SimulatorUnderTest) -> None:
-    """A command counts when it is given: writing to its array afterwards changes nothing."""
+    """A command is copied when it is given: writing to its array later has no effect."""
     with subject.build(LIFT) as (sim, robot):
         command = np.full((sim.num_envs, 2), 0.1)
         robot.command(command)
         command[:] = -0.1
         sim.step(20)
-        expect((robot.joint_positions > 0).all(), "the simulation read the command's array after command() returned.")
+        expect(
+            (robot.joint_positions > 0).all(), "the simulation reads the command's array after command() has returned."
+        )
 
 
 @verifies("drive")
 def a_new_mode_holds(subject: SimulatorUnderTest) -> None:
-    """After set_command_mode the robot holds where it is, or is at rest, until it is commanded."""
+    """After set_command_mode the robot holds its position, or is at rest, until the next command."""
     with subject.build(LIFT, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
         robot.command(np.full((sim.num_envs, 2), 0.3))
         sim.step(600)
@@ -81,12 +85,12 @@ def a_new_mode_holds(subject: SimulatorUnderTest) -> None:
             robot.set_command_mode(mode)
             expect(robot.command_mode == mode, f"command_mode is {robot.command_mode} after set_command_mode({mode}).")
             sim.step(200)
-            expect_close(there, robot.joint_positions, 2e-3, f"joint positions, held after set_command_mode({mode})")
+            expect_close(there, robot.joint_positions, 2e-3, f"joint positions held after set_command_mode({mode})")
 
 
 @verifies("contacts")
 def wheels_roll(subject: SimulatorUnderTest) -> None:
-    """A wheeled robot whose wheels turn at a velocity drives on the floor by their radius times it."""
+    """A wheeled robot moves at the velocity of its wheels times their radius."""
     with subject.build(ROVER, mode=CommandMode.VELOCITY, pose=Pose(pos=(0.0, 0.0, 0.051))) as (sim, robot):
         robot.command(np.full((sim.num_envs, 2), 6.0))
         sim.step(500)
@@ -96,9 +100,9 @@ def wheels_roll(subject: SimulatorUnderTest) -> None:
 
 
 def _require_steps(subject: SimulatorUnderTest) -> None:
-    """Raise NotApplicable if nobody can tell which physics step the world is in."""
+    """Raise NotApplicable if the current physics step of the world is unknown."""
     if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced: its world is not at the same physics step in each run")
+        raise NotApplicable("the simulator is paced, so runs differ in their physics steps")
 
 
 def _expect_law(
@@ -141,4 +145,4 @@ def _expect_law(
         if np.abs(q - start).max() < 1e-3:
             raise Inconclusive("no joint moved")
         if not free or saturated != saturates:
-            raise Inconclusive("the motion was not the one that was meant")
+            raise Inconclusive("the motion was not the intended one")

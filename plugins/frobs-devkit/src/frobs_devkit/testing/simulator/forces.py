@@ -25,7 +25,7 @@ _GRAVITY = 9.81  # [m/s²]
 @verifies("force_torque")
 @after("frames_are_current")
 def weights_are_measured(subject: SimulatorUnderTest) -> None:
-    """A force-torque sensor reads the weight of all that it carries, about its origin and in its frame."""
+    """A force-torque sensor reads the weight of everything that it carries, about its origin and in its frame."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
         turned = np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None]
         robot.command(robot.home + turned)
@@ -42,7 +42,7 @@ def weights_are_measured(subject: SimulatorUnderTest) -> None:
 @verifies("force_torque")
 @after("frames_are_current", "frame_velocity_is_current")
 def inertia_is_measured(subject: SimulatorUnderTest) -> None:
-    """The force that a sensor reads in motion is the change of momentum of what it carries, minus its weight."""
+    """In motion, a sensor reads the change of momentum of everything that it carries, minus its weight."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
         robot.command(robot.home + np.array([[1.0, 0.4]]) * (1.0 + np.arange(sim.num_envs)[:, None]) / sim.num_envs)
         sim.step(10)
@@ -51,13 +51,13 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
         sim.step(1)
         force = weight + quat_rotate(turn, (_momentum(robot, "elbow") - before) / TIMESTEP)
         read = sim.sensor_wrench("robot", "elbow")[:, :3]
-        expect_close(force, read, 0.1 * np.abs(force).max(), "force-torque sensor in motion: the force [N]")
+        expect_close(force, read, 0.1 * np.abs(force).max(), "force of a force-torque sensor in motion [N]")
 
 
 @verifies("force_torque")
 @after("contacts_are_those_of_all_steps")
 def pushes_are_measured(subject: SimulatorUnderTest) -> None:
-    """A force-torque sensor reads what pushes the links that it carries, over all physics steps, until a reset."""
+    """A force-torque sensor reads pushes on the links that it carries, over all physics steps, until a reset."""
     if not subject.level("wrench"):
         raise NotApplicable("the simulator does not claim 'wrench'")
     with subject.build(_SENSING, pose=TILTED, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
@@ -67,9 +67,7 @@ def pushes_are_measured(subject: SimulatorUnderTest) -> None:
             sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
             sim.step(1000)
         held = _in_frame(robot, "tool", np.concatenate([-force, np.zeros((n, 3))], axis=1))
-        _expect_wrench(
-            subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor of a link that is pushed"
-        )
+        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor of a pushed link")
         sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
         sim.step_with(4, lambda: None)
         _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor after step_with")
@@ -118,7 +116,7 @@ def _momentum(robot: RobotHandle, sensor: str) -> Floats:
 
 
 def _in_frame(robot: RobotHandle, frame: str, wrench: Floats) -> Floats:
-    """Return a wrench, (num_envs, 6) with the axes of the world, in those of a link."""
+    """Convert a wrench, (num_envs, 6), from the axes of the world to those of a link."""
     back = quat_conjugate(robot.frame_pose(frame)[1])
     return np.concatenate([quat_rotate(back, wrench[:, :3]), quat_rotate(back, wrench[:, 3:])], axis=1)
 
@@ -131,7 +129,7 @@ def _expect_wrench(subject: SimulatorUnderTest, expected: Floats, read: Floats, 
 
 
 def _expect_kept(subject: SimulatorUnderTest, sim: Simulation, held: Floats) -> None:
-    """Raise CheckFailure unless a snapshot has what the sensors read."""
+    """Raise CheckFailure unless a snapshot contains the sensors' readings."""
     if subject.level("snapshot"):
         snapshot = sim.snapshot()
         sim.step(100)

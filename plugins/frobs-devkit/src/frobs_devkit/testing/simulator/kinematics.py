@@ -1,4 +1,4 @@
-"""Checks that frames, Jacobians and limits are those of the model file, in its order, and current."""
+"""Checks that frames, Jacobians and limits agree with the model file and are current."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TOLERANCE = 1e-8
 
 
 def joints_are_the_files(subject: SimulatorUnderTest) -> None:
-    """Joint names, order, home and limits are those of the model file, one row for each environment."""
+    """Joint names, order, home and limits agree with the model file, with one row for each environment."""
     with subject.build() as (sim, robot):
         model = robot.model
         expect(robot.joint_names == model.joint_names, f"joint_names is {robot.joint_names}, not {model.joint_names}.")
@@ -33,14 +33,16 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
         }
         for name, row in wanted.items():
             expect_close(np.tile(row, (sim.num_envs, 1)), getattr(robot, name), 1e-12, name)
-        expect_close(robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, against home")
+        expect_close(
+            robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
+        )
         gains = [np.tile([ARM.gains.of(name)[i] for name in model.joint_names], (sim.num_envs, 1)) for i in (0, 1)]  # type: ignore[union-attr]
         for name, gain, found in zip(("Kp", "Kd"), gains, robot.drive_gains(), strict=True):
             expect_close(gain, found, 1e-9, f"drive_gains(): {name}")
 
 
 def frames_are_current(subject: SimulatorUnderTest) -> None:
-    """Right after a step and after a write, a frame is where the joint positions put it, quaternions scalar first."""
+    """Immediately after a step or a write, frames agree with the joint positions, quaternions scalar first."""
     with subject.build(pose=TILTED) as (sim, robot):
         for frame in ("tcp", "upper", "base"):
             _expect_frame(robot, frame, "after a reset")
@@ -58,7 +60,7 @@ def frames_are_current(subject: SimulatorUnderTest) -> None:
 
 
 def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
-    """``frame_pose(frame, joint_positions)`` answers for any number of joint vectors and touches nothing."""
+    """``frame_pose(frame, joint_positions)`` accepts any number of joint vectors and does not change the state."""
     with subject.build(pose=TILTED) as (sim, robot):
         robot.command(robot.home + 0.3)
         sim.step(5)
@@ -90,7 +92,7 @@ def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> None:
 
 
 def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
-    """Right after a step, ``frame_velocity`` is the Jacobian times the joint velocities."""
+    """Immediately after a step, ``frame_velocity`` is the Jacobian times the joint velocities."""
     with subject.build(pose=TILTED) as (sim, robot):
         fastest = 0.0
         for k in range(4):
@@ -106,7 +108,7 @@ def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
 
 
 def unknown_frames_refused(subject: SimulatorUnderTest) -> None:
-    """A frame that is no link raises UnknownNameError."""
+    """A frame that is not a link raises UnknownNameError."""
     with subject.build() as (_, robot):
         for call in (robot.frame_pose, robot.frame_velocity, robot.frame_jacobian):
             with expect_raises(UnknownNameError, f"{call.__name__}('no_such_link')"):
@@ -115,7 +117,7 @@ def unknown_frames_refused(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def bases_are_placed(subject: SimulatorUnderTest) -> None:
-    """A base that is written to is there, read back the same, with every frame; a mask leaves the others alone."""
+    """A written base pose can be read back and moves all frames; other environments than the mask's do not change."""
     with subject.build() as (sim, robot):
         mask = np.arange(sim.num_envs) == 0
         before = [part.copy() for part in robot.base_pose]

@@ -1,4 +1,4 @@
-"""Checks of what a simulator makes of robots' model files, and tells of it."""
+"""Checks of how a simulator translates robots' model files, and how it reports this."""
 
 from __future__ import annotations
 
@@ -24,33 +24,33 @@ _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numb
 
 
 def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
-    """``translation`` has a row for each kind of element of a robot, and says how of what is not kept."""
+    """``translation`` has a row for each kind of element of a robot, and describes all that are not kept."""
     cls = subject.record.load()
     for robot in (ARM, LIFT, ROVER, GRIPPER, PILE):
         model = model_of(robot.model)
         rows = cls.translation(model)
         if not rows:
-            raise Inconclusive("translation() tells nothing: 'frobs doctor robot' shows every element as not told")
+            raise Inconclusive("translation() is empty: 'frobs doctor robot' shows every element as unknown")
         missing = set(elements(model)) - {row.element for row in rows}
         expect(not missing, f"translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
         for row in rows:
             silent = row.treatment is not Treatment.KEPT and not row.how
-            expect(not silent, f"translation() does not say how '{row.element}' is {row.treatment.value}.")
+            expect(not silent, f"translation() does not describe how '{row.element}' is {row.treatment.value}.")
 
 
 @verifies("teleport")
 def mimics_follow(subject: SimulatorUnderTest) -> None:
-    """A joint that mimics another is where it shall be: at home, when the other is placed, and while it moves."""
+    """A mimic joint follows its leader: at home, when the leader is placed, and while it moves."""
     with subject.build(GRIPPER) as (sim, robot):
         n = sim.num_envs
         for positions in (np.zeros((n, 1)), np.linspace(-0.4, 0.4, n)[:, None]):
             robot.write_joint_state(positions)
-            _expect_followed(robot, 1e-9, "of a gripper that was placed")
+            _expect_followed(robot, 1e-9, "of a placed gripper")
         robot.command(np.full((n, 1), 0.3))
         for _ in range(40):
             sim.step(5)
-            _expect_followed(robot, 0.05, "of a gripper that moves")
-        _expect_followed(robot, 0.005, "of a gripper that holds")
+            _expect_followed(robot, 0.05, "of a moving gripper")
+        _expect_followed(robot, 0.005, "of a holding gripper")
 
 
 def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
@@ -63,30 +63,30 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
 
 
 def overlaps_are_told(subject: SimulatorUnderTest) -> None:
-    """``overlaps`` tells which links are in each other, with the depth, and leaves neighbours out."""
+    """``overlaps`` reports overlapping links with their depth, except neighbors."""
     with subject.build(PILE, num_envs=1) as (sim, _):
         found = sim.overlaps()
         if found is None:
-            raise NotApplicable("the simulator does not tell overlaps")
+            raise NotApplicable("the simulator does not report overlaps")
         expect(
             [{overlap.first, overlap.second} for overlap in found] == [{"a", "c"}],
-            f"overlaps() tells {found}; of three balls in a row 'a' and 'c' are in each other, the rest are neighbours.",
+            f"overlaps() returns {found}; of three balls in a row, 'a' and 'c' overlap, and the others are neighbors.",
         )
-        expect_close(PILE_DEPTH, found[0].depth, 1e-4, "how deep two balls are in each other [m]")
+        expect_close(PILE_DEPTH, found[0].depth, 1e-4, "depth of the overlap of two balls [m]")
         with expect_raises(UnknownNameError, "overlaps('no_such_robot')"):
             sim.overlaps("no_such_robot")
 
 
 def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> None:
-    """Links that are in each other at home do not push each other apart."""
+    """Links that overlap at home do not push each other apart."""
     with subject.build(PILE, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         sim.step(100)
-        expect_close(robot.home, robot.joint_positions, 1e-3, "joints 0.2 s after a start with links in each other")
+        expect_close(robot.home, robot.joint_positions, 1e-3, "joints 0.2 s after a start with overlapping links")
 
 
 @verifies("contacts")
 def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
-    """A broken mesh is a ModelFileError that names the file; no process and no temporary file is left behind."""
+    """A broken mesh raises a ModelFileError with the file name; no process or temporary file remains."""
     model = model_of(ARM.model)
     first, *others = model.links
     for (name, content), num_envs in zip(_BROKEN.items(), (subject.num_envs, 1), strict=True):
@@ -101,12 +101,12 @@ def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
                 subject.record.load()({"robot": placement}, Scene(), num_envs=num_envs, physics_timestep=TIMESTEP)
             left = [child.name for child in multiprocessing.active_children() if child.pid not in before]
             left += [entry.name for entry in folder.iterdir() if entry != Path(place)]
-            expect(not left, f"after the refusal of '{name}' there is left: {', '.join(left)}.")
+            expect(not left, f"after '{name}' was rejected, these remain: {', '.join(left)}.")
 
 
 @contextmanager
 def _folder_for_temporary_files() -> Iterator[Path]:
-    """Let this process, and those that it starts, put temporary files where nobody else does."""
+    """Let this process and its children use a separate folder for temporary files."""
     kept, variable = tempfile.tempdir, os.environ.get("TMPDIR")
     with tempfile.TemporaryDirectory() as folder:
         tempfile.tempdir = os.environ["TMPDIR"] = folder

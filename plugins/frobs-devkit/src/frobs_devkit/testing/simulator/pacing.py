@@ -1,4 +1,4 @@
-"""Checks of a paced simulator: its world moves on by itself, its steps wait, and its resets drive home."""
+"""Checks of a paced simulator: its world runs by itself, its steps wait, and its resets drive home."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from frobs_devkit.testing.checks import CheckFailure, Inconclusive, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
 
-_SLACK = 0.2  # [s] that a loaded machine may take longer
+_SLACK = 0.2  # [s] that a busy machine may take longer
 
 
 @verifies("real_time")
 def paced_worlds_are_single(subject: SimulatorUnderTest) -> None:
-    """A paced simulator has a pacer, and claims neither that its world can pause nor that there are several."""
+    """A paced simulator has a pacer, and does not claim that its world can pause or that there are several."""
     for ability in ("pause", "batched"):
         expect(not subject.level(ability), f"the record claims both 'real_time' and '{ability}'.")
     with subject.build() as (sim, _):
@@ -25,7 +25,7 @@ def paced_worlds_are_single(subject: SimulatorUnderTest) -> None:
 
 @verifies("real_time")
 def steps_wait_for_the_world(subject: SimulatorUnderTest) -> None:
-    """A step returns when the world has moved on by its duration, and ``time`` is the world's."""
+    """A step returns when the world has advanced by its duration, and ``time`` is the world's time."""
     with subject.build() as (sim, _):
         expect_close(np.zeros(1), sim.time, 0.0, "time after a reset [s]")
         sim.step(10)
@@ -33,14 +33,16 @@ def steps_wait_for_the_world(subject: SimulatorUnderTest) -> None:
         for _ in range(20):
             sim.step(10)
         took, passed, duration = time.monotonic() - start, float(sim.time[0]) - before, 200 * TIMESTEP
-        expect(took >= 0.95 * duration, f"steps of {duration} s returned after {took:.3f} s; wait for the world.")
+        expect(
+            took >= 0.95 * duration, f"steps of {duration} s returned after {took:.3f} s; they must wait for the world."
+        )
         expect(passed >= duration - 1e-9, f"time advanced by {passed:.3f} s in steps of {duration} s.")
-        expect_close(took, passed, _SLACK, "how far time advanced, against the wall clock [s]")
+        expect_close(took, passed, _SLACK, "advance of time, compared with the wall clock [s]")
 
 
 @verifies("real_time")
 def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
-    """What was commanded goes on while nobody steps."""
+    """The world follows a command without steps."""
     with subject.build() as (sim, robot):
         robot.command(robot.home + 0.5)
         sim.step(1)
@@ -49,13 +51,14 @@ def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
         sim.step(1)
         moved = float(np.abs(robot.joint_positions - before).max())
         expect(
-            moved > 0.1, f"the joints moved by {moved:.3f} in 0.3 s without a step, on the way to +0.5; a world waits."
+            moved > 0.1,
+            f"the joints moved by {moved:.3f} in 0.3 s without a step, on the way to +0.5; the world waits for steps.",
         )
 
 
 @verifies("real_time")
 def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
-    """A step that is called too late adds to the pacer's ``missed`` and ``lateness``, and ``time`` shows it; a reset clears them."""
+    """A late step increases the pacer's ``missed`` and ``lateness`` and advances ``time``; a reset clears them."""
     duration, pause = 10 * TIMESTEP, 0.2
     with subject.build() as (sim, _):
         pacer = _pacer(sim)
@@ -66,17 +69,17 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
         waited = time.monotonic() - start
         sim.step(10)
         late, count = pacer.lateness - lateness, pacer.missed - missed
-        least = pause - 2 * duration  # the step before may have returned late, by less than a deadline
+        least = pause - 2 * duration  # the previous step may have returned late, by less than a deadline
         expect(late >= least, f"a step that was called {waited:.3f} s after the last adds {late:.3f} s to 'lateness'.")
         expect(count >= least / duration, f"a step {late:.3f} s after its deadline adds {count} to 'missed'.")
         expect_close(before + (1 + count) * duration, sim.time[0], 1e-6, "time after a step that missed deadlines [s]")
         sim.reset()
-        expect(not pacer.missed and not pacer.lateness, "a reset leaves 'missed' and 'lateness' as they were.")
+        expect(not pacer.missed and not pacer.lateness, "a reset does not clear 'missed' and 'lateness'.")
 
 
 @verifies("real_time")
 def resets_drive_home(subject: SimulatorUnderTest) -> None:
-    """A reset takes as long as the joints need, and returns when the robot is home, at rest and holding."""
+    """A reset takes as long as the joints need, and returns when the robot holds still at home."""
     with subject.build() as (sim, robot):
         robot.command(robot.home + 1.2)
         sim.step(500)
@@ -87,8 +90,10 @@ def resets_drive_home(subject: SimulatorUnderTest) -> None:
         start = time.monotonic()
         sim.reset()
         took = time.monotonic() - start
-        expect(took >= least, f"the reset took {took:.3f} s, and the joints need {least:.3f} s at their fastest.")
-        expect_close(robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, against home")
+        expect(took >= least, f"the reset took {took:.3f} s, but the joints need at least {least:.3f} s.")
+        expect_close(
+            robot.home, robot.joint_positions, subject.at_home, "joint_positions after a reset, compared with home"
+        )
         expect_close(np.zeros_like(away), robot.joint_velocities, subject.at_home, "joint_velocities after a reset")
         sim.step(100)
         expect_close(robot.home, robot.joint_positions, subject.at_home, "joint_positions 0.2 s after a reset")
@@ -96,5 +101,5 @@ def resets_drive_home(subject: SimulatorUnderTest) -> None:
 
 def _pacer(sim: Simulation) -> Pacer:
     if sim.pacer is None:
-        raise CheckFailure("the record claims 'real_time', and the simulation's 'pacer' is None.")
+        raise CheckFailure("the record claims 'real_time', but the simulation's 'pacer' is None.")
     return sim.pacer

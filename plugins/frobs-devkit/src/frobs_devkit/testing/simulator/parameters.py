@@ -1,4 +1,4 @@
-"""Checks that each physical parameter shows in the motion of its environment, and stays over a reset."""
+"""Checks that physical parameters affect the motion of their environment, and survive resets."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=
 
 @verifies("randomize_gravity")
 def gravity_shows(subject: SimulatorUnderTest) -> None:
-    """A ball falls by the gravity of its own environment."""
+    """A ball falls with the gravity of its own environment."""
     with subject.build(bodies={"ball": BALL}, floor=False) as (sim, _):
         n = sim.num_envs
-        expect_close(np.tile([0.0, 0.0, -9.81], (n, 1)), sim.parameter("gravity"), 1e-12, "gravity as the scene has it")
+        expect_close(np.tile([0.0, 0.0, -9.81], (n, 1)), sim.parameter("gravity"), 1e-12, "gravity of the scene")
         values = np.stack([np.zeros(n), 0.5 * np.arange(n), -1.0 - np.arange(n)], axis=-1)
         _write(sim, "gravity", "", values)
         sim.step(50)
@@ -37,13 +37,13 @@ def gravity_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_mass")
 @after("wrenches_push")
 def mass_shows(subject: SimulatorUnderTest) -> None:
-    """A push moves and a torque turns a body by the mass of its own environment: its inertia goes with it."""
+    """A body reacts to forces and torques according to the mass of its own environment, which scales its inertia."""
     if not subject.level("wrench"):
         _only_written(subject, "mass", "ball", np.array([0.5]), np.array([0.8]))
         return
     with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
         n = sim.num_envs
-        expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass as the scene has it [kg]")
+        expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass of the scene's body [kg]")
         values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
         _write(sim, "mass", "ball", values)
         force, torque = np.array([[2.0, 0.0, 0.0]]).repeat(n, axis=0), np.array([[0.0, 0.0, 1e-3]]).repeat(n, axis=0)
@@ -52,14 +52,14 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
         tolerance = subject.tolerance("randomize_mass", exact=1e-6)
         lin_vel, ang_vel = sim.bodies["ball"].twist
         wanted = 2.0 * 10 * TIMESTEP / values
-        expect_close(wanted, lin_vel[:, 0], tolerance, "velocity of a ball that was pushed [m/s]")
+        expect_close(wanted, lin_vel[:, 0], tolerance, "velocity of a pushed ball [m/s]")
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * values * _RADIUS**2)  # a solid ball
-        expect_close(turned, ang_vel[:, 2], tolerance, "velocity of a ball that was turned [rad/s]")
+        expect_close(turned, ang_vel[:, 2], tolerance, "angular velocity of a ball after a torque [rad/s]")
 
 
 @verifies("randomize_gains")
 def gains_show(subject: SimulatorUnderTest) -> None:
-    """Stiffness and damping of an environment's own drives move its joints."""
+    """Stiffness and damping of an environment's own drives affect its joints."""
     with subject.build(LIFT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         kp = np.array([1500.0, 3.0]) * (1.0 + 0.3 * np.arange(n)[:, None])  # (num_envs, dof)
@@ -75,12 +75,12 @@ def gains_show(subject: SimulatorUnderTest) -> None:
             q = q + TIMESTEP * v
         sim.step(40)
         tolerance = subject.tolerance("randomize_gains", approximate=0.01)
-        expect_close(q, robot.joint_positions, tolerance, "joint positions with the gains that were written")
+        expect_close(q, robot.joint_positions, tolerance, "joint positions with the written gains")
 
 
 @verifies("randomize_joint_damping")
 def joint_damping_shows(subject: SimulatorUnderTest) -> None:
-    """A joint that turns freely is slowed by the damping of its own environment."""
+    """A freely moving joint is slowed down by the damping of its own environment."""
     with subject.build(LIFT, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         damping = np.stack([np.zeros(n), 0.05 + 0.05 * np.arange(n)], axis=-1)
@@ -94,7 +94,7 @@ def joint_damping_shows(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_friction")
 def friction_shows(subject: SimulatorUnderTest) -> None:
-    """A box that is pushed over the floor slides by the friction of its own environment."""
+    """A pushed box slides over the floor according to the friction of its own environment."""
     if not subject.level("wrench"):
         _only_written(subject, "friction", "box", np.array([1.0]), np.array([0.3]))
         return
@@ -115,7 +115,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
                 slid[float(value)].append(float(distance))
     expect(
         min(slid[0.05]) > 0.1 and max(slid[1.0]) < 0.02,
-        f"4 N on a box of 1 kg for 0.4 s move it by {slid[0.05]} m where friction is 0.05, and by {slid[1.0]} m where it "
+        f"4 N on a box of 1 kg for 0.4 s move it by {slid[0.05]} m if friction is 0.05, and by {slid[1.0]} m if it "
         "is 1; about 0.28 m and none are right.",
     )
 
@@ -123,7 +123,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_size")
 @after("wrenches_push", "gravity_shows")
 def sizes_show(subject: SimulatorUnderTest) -> None:
-    """A body rests and turns as large as it is in its own environment, and keeps its mass."""
+    """A body has the size of its own environment and keeps its mass."""
     pillar = Body(
         shapes=(
             Shape(Box((0.1, 0.1, 0.2)), Pose((0.0, 0.0, 0.1))),
@@ -134,7 +134,7 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
     )
     with subject.build(bodies={"pillar": pillar}, gravity=_WEIGHTLESS) as (sim, _):
         n = sim.num_envs
-        expect_close(np.ones(n), sim.parameter("size", "pillar"), 1e-12, "size as the scene has it")
+        expect_close(np.ones(n), sim.parameter("size", "pillar"), 1e-12, "initial size")
         values = 0.5 + 0.5 * np.arange(n, dtype=np.float64)
         _write(sim, "size", "pillar", np.full(n, 3.0))
         _write(sim, "size", "pillar", values)
@@ -156,12 +156,14 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         sim.step(10)
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * 0.5 * (_RADIUS * values) ** 2)  # a solid ball of 0.5 kg
         tolerance = subject.tolerance("randomize_size", exact=1e-6)
-        expect_close(turned, sim.bodies["ball"].twist[1][:, 2], tolerance, "velocity of a ball that was turned [rad/s]")
+        expect_close(
+            turned, sim.bodies["ball"].twist[1][:, 2], tolerance, "angular velocity of a ball after a torque [rad/s]"
+        )
 
 
 @verifies("randomize_mass")
 def parameters_stay(subject: SimulatorUnderTest) -> None:
-    """What was written stays over a reset; a mask leaves the others alone; unknown names are refused."""
+    """Written parameters survive a reset and only change the environments of the mask; unknown names raise errors."""
     with subject.build(bodies={"ball": BALL}) as (sim, _):
         n = sim.num_envs
         sim.write_parameter("mass", "ball", np.array([0.9]), np.arange(n) == 0)
@@ -176,7 +178,7 @@ def parameters_stay(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_mass")
 def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
-    """The motion depends on the mass that was written last, not on those before."""
+    """The motion only depends on the last written mass, not on earlier ones."""
     ends = []
     for masses in ((1.9,), (1.1, 0.2, 3.3, 1.9)):
         with subject.build() as (sim, robot):
@@ -187,12 +189,12 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
             sim.step(40)
             ends.append(robot.joint_positions.copy())
     tolerance = subject.tolerance("randomize_mass", exact=1e-12)
-    expect_close(ends[0], ends[1], tolerance, "joint positions with a mass that was written once, and after others")
+    expect_close(ends[0], ends[1], tolerance, "joint positions with a mass written once, and after others")
 
 
 @verifies("randomize_gains")
 def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
-    """A drive holds what it was told when its gains change; after a reset, and in a snapshot, it holds home with them."""
+    """A drive keeps its target when its gains change; after a reset or a restore it holds home with the new gains."""
     with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         told = robot.home + 0.2
@@ -214,7 +216,7 @@ def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_mass")
 def frames_without_mass_refused(subject: SimulatorUnderTest) -> None:
-    """A mass for a link that is only a frame is a ConfigurationError."""
+    """Setting the mass of a massless link raises a ConfigurationError."""
     what = "write_parameter('mass', …) of a link without mass"
     with subject.build(GRIPPER) as (sim, _), expect_raises(ConfigurationError, what):
         sim.write_parameter("mass", "robot/tip", np.ones(sim.num_envs))
@@ -222,11 +224,11 @@ def frames_without_mass_refused(subject: SimulatorUnderTest) -> None:
 
 def _write(sim: Simulation, name: str, target: str, values: Floats) -> None:
     sim.write_parameter(name, target, values)
-    expect_close(values, sim.parameter(name, target), 1e-9, f"parameter('{name}', '{target}') that was written")
+    expect_close(values, sim.parameter(name, target), 1e-9, f"the written parameter('{name}', '{target}')")
 
 
 def _only_written(subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats) -> None:
-    """Without wrenches there is nothing to push with: look whether the number is kept."""
+    """Check only that the value is stored, because there are no wrenches to push with."""
     with subject.build(bodies={target: replace(BALL, mass=0.5)}) as (sim, _):
-        expect_close(before.repeat(sim.num_envs), sim.parameter(name, target), 1e-12, f"{name} as the scene has it")
+        expect_close(before.repeat(sim.num_envs), sim.parameter(name, target), 1e-12, f"{name} in the scene")
         _write(sim, name, target, after.repeat(sim.num_envs))

@@ -1,4 +1,4 @@
-"""Checks that pictures show what is there, where it is."""
+"""Checks of rendered images."""
 
 from __future__ import annotations
 
@@ -23,38 +23,41 @@ _SIZE = (48, 64)
 
 @verifies("cameras")
 def pictures_are_true(subject: SimulatorUnderTest) -> None:
-    """A red box up and to the left is drawn up and to the left, red, with a number of its own; a rolled camera rolls it."""
+    """A red box is rendered at its place, in red, with its own segmentation number; a rolled camera rotates it."""
     cameras = {"front": _CAMERA, "rolled": _ROLLED}
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras=cameras, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
         try:
-            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres has it
+            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres covers it
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
             rolled = _red(sim.render(mask, "rolled", _SIZE)[0])
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
         red = _red(drawn["rgb"])  # (h, w)
-        expect(red.any(), "no pixel is red, and a red box is in front of the camera.")
+        expect(red.any(), "no pixel is red, but a red box is in front of the camera.")
         up, left = np.argwhere(red).mean(0)
-        expect(up < 20 and left < 24, f"the red box is drawn at row {up:.0f}, column {left:.0f}; it is up and left.")
+        expect(
+            up < 20 and left < 24, f"the red box is rendered at row {up:.0f}, column {left:.0f}, not at the upper left."
+        )
         expect(rolled.any(), "no pixel is red in the image of a camera whose up vector is the y axis.")
         up, right = np.argwhere(rolled).mean(0)
         where = f"at row {up:.0f}, column {right:.0f}"
         expect(
-            up < 20 and right > 40, f"with the y axis as up vector, the red box is drawn {where}; it is up and right."
+            up < 20 and right > 40,
+            f"with the y axis as up vector, the red box is rendered {where}, not at the upper right.",
         )
         if "segmentation" in drawn:
             numbers = drawn["segmentation"][..., 0]
             (values, counts) = np.unique(numbers[red], return_counts=True)
             own = values[counts.argmax()]
             expect(counts.max() >= 0.7 * red.sum(), f"the red box has several numbers in the segmentation: {values}.")
-            expect(own != numbers[24, 32], f"the red box and the wall have one number in the segmentation, {own}.")
+            expect(own != numbers[24, 32], f"the red box and the wall have the same number in the segmentation, {own}.")
 
 
 @verifies("cameras")
 @after("pictures_are_true")
 def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
-    """A fast picture shows the same things in the same places as a full one, in any size, in each environment."""
+    """A fast image shows the same objects at the same places as a full one, in any size, for each environment."""
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}) as (sim, _):
         n = sim.num_envs
         if subject.level("teleport"):
@@ -67,20 +70,22 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                 full, fast = (sim.render(None, "front", size, fast=only_fast) for only_fast in (False, True))
                 expect_array(fast, (n, *size, 3), np.uint8, "render(fast=True)")
                 for i in range(n):
-                    expect(_red(fast[i]).any(), f"no pixel of a fast {size} picture is red, and a red box is there.")
+                    expect(
+                        _red(fast[i]).any(), f"no pixel of a fast {size} image is red, but it should show a red box."
+                    )
                     shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
-                    what = f"row and column of a red box in a fast {size} picture of environment {i}"
+                    what = f"row and column of a red box in a fast {size} image of environment {i}"
                     expect_close(wanted, shown, 2.0, what)
             if subject.level("teleport"):
                 rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
-                lower = np.diff(rows) > 2.0  # each box is lower than that of the environment before
-                expect(lower.all(), f"red boxes at different heights are drawn at the rows {rows}.")
+                lower = np.diff(rows) > 2.0  # each box is lower than that of the previous environment
+                expect(lower.all(), f"red boxes at different heights are rendered at the rows {rows}.")
             for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
                 some = sim.render(mask, "front", _SIZE, fast=True)
                 expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
                 for i, image in zip(np.flatnonzero(mask).tolist(), some, strict=True):
                     shown, wanted = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
-                    expect_close(wanted, shown, 2.0, f"row and column of a red box in environment {i}, drawn alone")
+                    expect_close(wanted, shown, 2.0, f"row and column of a red box in environment {i}, rendered alone")
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
 

@@ -1,4 +1,4 @@
-"""The small robots that simulators and controllers are checked with; their models are in the folder ``urdf``."""
+"""Small robots for checks of simulators and controllers; their models are in the folder ``urdf``."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ ARM = Robot(
         )
     },
 )
-"""Two revolute joints whose axes and origins are turned every way, without shapes: it touches nothing.
+"""Two revolute joints with arbitrarily rotated axes and origins, without shapes, so it cannot touch anything.
 
-Controllers of grippers may take it for two fingers.
+Gripper controllers can use them as two fingers.
 """
 
 LIFT = Robot(
@@ -32,16 +32,16 @@ LIFT = Robot(
     tcp="table",
     gains=DriveGains(stiffness={"lift": 2000.0, "turn": 4.0}, damping={"lift": 150.0, "turn": 0.3}),
 )
-"""A table that is lifted and turned: its two joints do not feel each other, so the drive law has a closed form."""
+"""A table that is lifted and rotated. Its two joints are not coupled, so the drive law has a closed form."""
 
 LIFT_INERTIA = (3.0, 0.03)
-"""Of the joints of :data:`LIFT` [kg, kg·m²]."""
+"""Inertia at the joints of :data:`LIFT` [kg, kg·m²]."""
 
 LIFT_WEIGHT = (3.0, 0.0)
-"""Share of the gravitational acceleration that pulls at the joints of :data:`LIFT` [kg, kg·m²]."""
+"""Weight at the joints of :data:`LIFT`, per gravitational acceleration [kg, kg·m²]."""
 
 LIFT_EFFORT_LIMIT = (200.0, 5.0)
-"""Of the joints of :data:`LIFT` [N, N·m]."""
+"""Effort limits of :data:`LIFT` [N, N·m]."""
 
 ROVER = Robot(
     model="kit_rover",
@@ -61,10 +61,10 @@ ROVER = Robot(
 """Two driven wheels and two sliding feet."""
 
 GRIPPER = Robot(model="kit_gripper", name="kit_gripper", tcp="tip")
-"""A finger whose tip is only a frame, and one that follows it: −2 times its angle, and 0.1 rad."""
+"""A finger whose tip is only a frame, and one that mimics it: −2 times its angle plus 0.1 rad."""
 
 PILE = Robot(model="kit_pile", name="kit_pile", tcp="c")
-"""Three balls of 0.1 m: two pairs of neighbours, and a and c, which are :data:`PILE_DEPTH` in each other."""
+"""Three balls of 0.1 m: two pairs of neighbors; a and c overlap by :data:`PILE_DEPTH`."""
 
 PILE_DEPTH = 0.05
 """[m]"""

@@ -1,4 +1,4 @@
-"""Checks of a simulation while it runs: time, repetition, batches, divergence, the end."""
+"""Checks of a running simulation: time, reproducibility, batches, divergence, closing."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from frobs_devkit.testing.simulator.subject import (
 
 
 def time_counts_steps(subject: SimulatorUnderTest) -> None:
-    """``time`` is the steps since the reset times ``physics_timestep``."""
+    """``time`` is the number of steps since the reset times ``physics_timestep``."""
     if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced by the world: see steps_wait_for_the_world")
+        raise NotApplicable("the simulator is paced; steps_wait_for_the_world checks its time")
     with subject.build() as (sim, _):
         expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
         sim.step(3)
@@ -34,7 +34,7 @@ def time_counts_steps(subject: SimulatorUnderTest) -> None:
 
 @verifies("determinism")
 def motion_repeats(subject: SimulatorUnderTest) -> None:
-    """The same commands give the same motion, in a simulation built anew, after a reset, and at 1 and 2 threads."""
+    """The same commands give the same motion in a new simulation, after a reset, and with 1 and 2 threads."""
     traces = []
     for threads in (1, 2):
         with subject.build(bodies={"ball": BALL}, num_threads=threads) as (sim, robot):
@@ -48,7 +48,7 @@ def motion_repeats(subject: SimulatorUnderTest) -> None:
 
 @verifies("batched")
 def rows_equal_singles(subject: SimulatorUnderTest) -> None:
-    """Environment i of a batch moves as a simulation of one does that is commanded the same."""
+    """Environment i of a batch moves like a single simulation with the same commands."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
         expected = move(sim, robot, 8)
@@ -56,12 +56,12 @@ def rows_equal_singles(subject: SimulatorUnderTest) -> None:
         with subject.build(bodies={"ball": BALL}, num_envs=1) as (sim, robot):
             found = move(sim, robot, 8, rows=n, row=i)
         row = {name: array[[i]] for name, array in expected.items()}
-        expect_state(subject, row, found, f"a single simulation against environment {i} of {n}")
+        expect_state(subject, row, found, f"a single simulation compared with environment {i} of {n}")
 
 
 @verifies("pause")
 def time_stands_between_steps(subject: SimulatorUnderTest) -> None:
-    """Nothing moves while nobody steps."""
+    """Nothing moves between steps."""
     with subject.build() as (sim, robot):
         move(sim, robot, 2)
         before = state_of(sim, robot)
@@ -71,16 +71,16 @@ def time_stands_between_steps(subject: SimulatorUnderTest) -> None:
 
 @verifies("spawn")
 def spawning_is_seen(subject: SimulatorUnderTest) -> None:
-    """Bodies can be added while it runs."""
-    raise Inconclusive("the simulation contract has no way yet to ask for it")
+    """Bodies can be added to a running simulation."""
+    raise Inconclusive("the simulation contract does not support this yet")
 
 
 @verifies("teleport")
 def divergence_is_contained(subject: SimulatorUnderTest) -> None:
-    """An environment whose numbers blow up is told of in ``diverged``, and the others go on as if nothing were."""
+    """A diverging environment is reported in ``diverged`` and does not affect the others."""
     n = subject.num_envs
     if n == 1:
-        raise NotApplicable("the simulator holds one environment")
+        raise NotApplicable("the simulator has only one environment")
     with subject.build(mode=CommandMode.EFFORT) as (sim, robot):
         expect(sim.diverged is None or not sim.diverged.any(), "diverged is not empty after a reset.")
         sim.step(40)
@@ -100,17 +100,19 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
         diverged = sim.diverged
         told = diverged is not None and bool(diverged[0])
         sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
-        expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, and 'diverged' does not tell.")
-        expect(diverged is None or not diverged[1:].any(), "'diverged' tells of environments that are sound.")
+        expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, but 'diverged' does not report it.")
+        expect(diverged is None or not diverged[1:].any(), "'diverged' reports environments that are intact.")
         sim.reset(first)
-        expect(sim.diverged is None or not sim.diverged.any(), "'diverged' stays after the reset.")
+        expect(sim.diverged is None or not sim.diverged.any(), "'diverged' is not cleared by the reset.")
         expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joints of environment 0 after its reset")
 
 
 def close_twice(subject: SimulatorUnderTest) -> None:
-    """Closing twice is harmless."""
+    """Closing twice has no effect."""
     try:
         with subject.build() as (sim, _):
-            sim.close()  # and once more at the end of the block
+            sim.close()  # and again at the end of the block
     except Exception as error:
-        raise CheckFailure(f"the second close() raises {type(error).__name__}: {error}; let it do nothing.") from error
+        raise CheckFailure(
+            f"the second close() raises {type(error).__name__}: {error}; it must have no effect."
+        ) from error

@@ -1,4 +1,4 @@
-"""Checks of a simulation's state: writing it, resetting it, saving it."""
+"""Checks of writing, resetting and saving a simulation's state."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", g
 
 @verifies("teleport")
 def joints_are_placed(subject: SimulatorUnderTest) -> None:
-    """Joint states that are written read back the same; a mask leaves the others alone."""
+    """Written joint states can be read back and only change the environments of the mask."""
     with subject.build() as (sim, robot):
         n = sim.num_envs
         q, v = spread(-1, 1, (n, 2)), spread(-1, 1, (n, 2), seed=1)
         robot.write_joint_state(q, v)
-        expect_close(q, robot.joint_positions, 1e-12, "joint_positions that were written")
-        expect_close(v, robot.joint_velocities, 1e-12, "joint_velocities that were written")
+        expect_close(q, robot.joint_positions, 1e-12, "written joint_positions")
+        expect_close(v, robot.joint_velocities, 1e-12, "written joint_velocities")
         mask = np.arange(n) == n - 1
         robot.write_joint_state(np.array([[0.25, -0.5]]), 0.0, mask)
         q[mask], v[mask] = [0.25, -0.5], 0.0
@@ -44,27 +44,29 @@ def joints_are_placed(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> None:
-    """A floating base keeps a twist that is written, falls by the closed form, and a fixed base refuses a twist."""
+    """A floating base keeps a written twist and falls according to the closed form; a fixed base rejects a twist."""
     with subject.build(FLOATING, pose=TILTED, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)
         for name, wanted, found in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
-            expect_close(wanted, found, 1e-9, f"{name}_vel_world of the base that was written")
+            expect_close(wanted, found, 1e-9, f"written {name}_vel_world of the base")
         robot.write_base_twist(linear, np.zeros((n, 3)))
         before = robot.base_pose[0].copy()
         sim.step(1)
-        expect_close(before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "the base a step after a twist [m]")
+        expect_close(
+            before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "position of the base one step after a twist [m]"
+        )
     with subject.build(FLOATING, floor=False) as (sim, robot):
         sim.step(50)
         fallen = np.tile([0.0, 0.0, -9.81 * 50 * TIMESTEP], (sim.num_envs, 1))
-        expect_close(fallen, robot.base_twist[0], 0.05, "lin_vel_world of a base that falls for 0.1 s [m/s]")
+        expect_close(fallen, robot.base_twist[0], 0.05, "lin_vel_world of a base after falling for 0.1 s [m/s]")
     with subject.build() as (sim, robot), expect_raises(SimulationError, "write_base_twist on a fixed base"):
         robot.write_base_twist(np.zeros((sim.num_envs, 3)), np.zeros((sim.num_envs, 3)))
 
 
 def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
-    """A reset puts the environments of its mask back to home, at rest, at time 0, drives holding, and no others."""
+    """A reset returns exactly the environments of its mask to home, at rest, at time 0, with holding drives."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
         robot.command(robot.home + 0.4)
@@ -76,27 +78,27 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
         for name in before:
             expect_same(before[name][1:], after[name][1:], f"{name} of the environments that were not reset")
         near = subject.at_home
-        expect_close(robot.home[0], robot.joint_positions[0], near, "joint_positions of the environment reset")
-        expect_close(np.zeros(2), robot.joint_velocities[0], near, "joint_velocities of the environment that was reset")
-        expect_close(0.0, sim.time[0], 0.0, "time of the environment that was reset [s]")
-        if not subject.record.is_paced:  # else nobody puts bodies back
+        expect_close(robot.home[0], robot.joint_positions[0], near, "joint_positions of the reset environment")
+        expect_close(np.zeros(2), robot.joint_velocities[0], near, "joint_velocities of the reset environment")
+        expect_close(0.0, sim.time[0], 0.0, "time of the reset environment [s]")
+        if not subject.record.is_paced:  # otherwise bodies are not moved back
             place = np.array(BALL.pose.pos)
-            expect_close(place, sim.bodies["ball"].pose[0][0], 1e-12, "the ball that was reset [m]")
+            expect_close(place, sim.bodies["ball"].pose[0][0], 1e-12, "position of the ball after its reset [m]")
         sim.reset()
         sim.step(100)
-        expect_close(robot.home, robot.joint_positions, 0.05, "joint_positions 0.2 s after a reset, against home")
+        expect_close(robot.home, robot.joint_positions, 0.05, "joint_positions 0.2 s after a reset, compared with home")
 
 
 @verifies("snapshot")
 def snapshots_continue(subject: SimulatorUnderTest) -> None:
-    """A simulation that is restored continues exactly, and so does another that was built alike."""
+    """A restored simulation continues exactly, also in another simulation with the same configuration."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         move(sim, robot, 3)
         snapshot = deepcopy(sim.snapshot())
         held = state_of(sim, robot)
         expected = move(sim, robot, 6, seed=5)
         sim.restore(deepcopy(snapshot))
-        expect_state(subject, held, state_of(sim, robot), "the state that was restored")
+        expect_state(subject, held, state_of(sim, robot), "the restored state")
         expect_state(subject, expected, move(sim, robot, 6, seed=5), "the continuation")
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         sim.restore(deepcopy(snapshot))

@@ -1,4 +1,4 @@
-"""The simulator that is checked: every check builds its own small simulation."""
+"""The simulator to check, with which each check builds its own small simulation."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
 TIMESTEP = 0.002
-"""[s] of one physics step."""
+"""Duration of one physics step [s]."""
 
 TILTED = Pose(pos=(0.2, -0.1, 0.4), quat_wxyz=(0.8, 0.36, -0.16, 0.4525483399593904))
-"""A place for a robot at which every mistaken order of a quaternion shows."""
+"""Pose of a robot in which any wrong order of quaternion components becomes visible."""
 
 BALL = Body(geometry=Sphere(0.05), pose=Pose(pos=(0.0, 2.0, 1.0)), mass=0.5)
-"""Free, far above the floor."""
+"""A free ball, far above the floor."""
 
 BAR = Body(geometry=Box((1.0, 0.1, 0.1)), pose=Pose(pos=(0.0, -3.0, 1.0)), kinematic=True)
-"""Long along its x axis, moved by writing to it."""
+"""A kinematic bar along its x axis."""
 
 WALL = Body(geometry=Box((0.2, 4.0, 4.0)), pose=Pose(pos=(2.0, 0.0, 1.0)))
 """Its near face is the plane x = 1.9 m."""
@@ -37,26 +37,26 @@ WALL = Body(geometry=Box((0.2, 4.0, 4.0)), pose=Pose(pos=(2.0, 0.0, 1.0)))
 
 @dataclass(frozen=True)
 class SimulatorUnderTest:
-    """A simulator by its record."""
+    """A simulator, by its record."""
 
     record: SimulatorRecord
 
     def level(self, capability: str) -> Level:
-        """What it claims of a capability."""
+        """Level at which it claims a capability."""
         return self.record.capabilities.get(capability, Level.UNSUPPORTED)
 
     def tolerance(self, capability: str, exact: float = 1e-9, approximate: float = 0.02) -> float:
-        """Return how far off a number may be, by what the simulator claims."""
+        """Return the tolerance of a number, according to the simulator's claim."""
         return exact if self.level(capability) == Level.EXACT else approximate
 
     @property
     def at_home(self) -> float:
-        """How far a joint may be from home after a reset [rad or m, rad/s or m/s]: a paced simulator drives there."""
+        """Tolerance of a joint at home after a reset [rad or m, rad/s or m/s]; a paced simulator drives there."""
         return 0.05 if self.record.is_paced else 1e-12
 
     @property
     def num_envs(self) -> int:
-        """3, or 1 where it simulates one environment only."""
+        """3, or 1 if the simulator only supports one environment."""
         return 3 if self.level("batched") else 1
 
     @contextmanager
@@ -71,7 +71,7 @@ class SimulatorUnderTest:
         num_threads: int = 0,
         **scene: Any,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build a simulation of one robot, reset; it is closed at the end of the ``with`` block."""
+        """Build and reset a simulation of one robot. It is closed at the end of the ``with`` block."""
         placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
         whole = Scene(bodies=bodies or {}, **scene)
         made: Simulation = self.record.load()(
@@ -90,7 +90,7 @@ SimulatorCheck: TypeAlias = Callable[[SimulatorUnderTest], None]
 
 
 def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
-    """Mark a check as one of a capability: it does not apply to a simulator that does not claim it."""
+    """Mark a check as verifying a capability. It does not apply to simulators that do not claim it."""
 
     def decorate(function: SimulatorCheck) -> SimulatorCheck:
         @wraps(function)
@@ -106,12 +106,12 @@ def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
 
 
 def spread(low: float, high: float, shape: tuple[int, ...], seed: int = 0) -> Floats:
-    """Draw numbers that differ between environments; the same in each run."""
+    """Draw numbers that differ between environments but are the same in each run."""
     return np.random.default_rng(seed).uniform(low, high, shape)
 
 
 def state_of(sim: Simulation, robot: RobotHandle) -> dict[str, Floats]:
-    """Return what can be read of the joints, the tool and the bodies, as copies."""
+    """Return the readable state of the joints, the tool and the bodies, as copies."""
     state: dict[str, Any] = {
         "positions": robot.joint_positions,
         "velocities": robot.joint_velocities,
@@ -127,7 +127,7 @@ def state_of(sim: Simulation, robot: RobotHandle) -> dict[str, Floats]:
 def move(
     sim: Simulation, robot: RobotHandle, steps: int, seed: int = 0, rows: int | None = None, row: int | None = None
 ) -> dict[str, Floats]:
-    """Command drawn positions; ``row`` of ``rows`` where one environment stands for one of a batch."""
+    """Command random positions. Pass ``row`` and ``rows`` if a single environment represents one of a batch."""
     for k in range(steps):
         drawn = spread(-0.6, 0.6, (rows or sim.num_envs, 2), seed=seed + k)
         robot.command(robot.home + (drawn if row is None else drawn[[row]]))
@@ -136,7 +136,7 @@ def move(
 
 
 def expect_state(subject: SimulatorUnderTest, expected: dict[str, Floats], found: dict[str, Floats], what: str) -> None:
-    """Raise CheckFailure unless two states are equal: bit for bit where the simulator claims exact determinism."""
+    """Raise CheckFailure unless two states are equal; bit-identical if the simulator claims exact determinism."""
     for name, array in expected.items():
         if subject.level("determinism") == Level.EXACT:
             expect_same(array, found[name], f"{what}: {name}")

@@ -1,4 +1,4 @@
-"""Checks of what is not the robot: bodies, rays, contacts, wrenches, cameras."""
+"""Checks of the rest of the scene: bodies, rays, contacts, wrenches, cameras."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _QUARTER_TURN = np.array([[0.5**0.5, 0.0, 0.0, 0.5**0.5]])  # about z
 
 @verifies("teleport")
 def bodies_are_placed(subject: SimulatorUnderTest) -> None:
-    """A body is where the scene puts it, then where it is written to, at rest; a mask leaves the others alone."""
+    """A body starts at the scene's pose and can be moved by writing, only in the environments of the mask."""
     with subject.build(bodies={"ball": replace(BALL, pose=TILTED), "bar": BAR}) as (sim, _):
         n = sim.num_envs
         ball = sim.bodies["ball"]
@@ -33,22 +33,22 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
         expect((falling[:, 2] < -0.1).all(), f"a free ball does not fall: lin_vel_world is {falling}.")
         mask = np.arange(n) == 0
         ball.write_pose(np.array([[0.5, 0.6, 0.7]]), mask=mask)
-        expect_close(np.array([0.5, 0.6, 0.7]), ball.pose[0][0], 1e-9, "the ball's position that was written [m]")
+        expect_close(np.array([0.5, 0.6, 0.7]), ball.pose[0][0], 1e-9, "the ball's written position [m]")
         expect_close(np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz, which was not written")
-        expect_close(np.zeros(3), ball.twist[0][0], 0.0, "lin_vel_world of the ball that was written to")
-        expect_close(falling[1:], ball.twist[0][1:], 0.0, "lin_vel_world of the balls that were not written to")
+        expect_close(np.zeros(3), ball.twist[0][0], 0.0, "lin_vel_world of the moved ball")
+        expect_close(falling[1:], ball.twist[0][1:], 0.0, "lin_vel_world of the other balls")
         turned = _QUARTER_TURN.repeat(n, axis=0)
         ball.write_pose(np.tile([0.5, 0.6, 0.7], (n, 1)), turned)
-        expect_close(turned, ball.pose[1], 1e-9, "quat_wxyz of the balls that were turned")
+        expect_close(turned, ball.pose[1], 1e-9, "quat_wxyz of the rotated balls")
         bar = sim.bodies["bar"]
         bar.write_pose(np.array([[0.0, -2.0, 1.0]]))
         sim.step(10)
-        expect_close(np.tile([0.0, -2.0, 1.0], (n, 1)), bar.pose[0], 1e-9, "a kinematic body where it was written [m]")
+        expect_close(np.tile([0.0, -2.0, 1.0], (n, 1)), bar.pose[0], 1e-9, "written position of a kinematic body [m]")
 
 
 @verifies("rays")
 def rays_measure(subject: SimulatorUnderTest) -> None:
-    """Rays return the distance to a wall, to a body that was moved and turned, and ``max_range`` where nothing is."""
+    """Rays return the distance to a wall and to a moved and rotated body, and ``max_range`` if they hit nothing."""
     tolerance = subject.tolerance("rays", exact=1e-6)
     with subject.build(bodies={"wall": WALL, "bar": BAR}) as (sim, _):
         n = sim.num_envs
@@ -62,14 +62,14 @@ def rays_measure(subject: SimulatorUnderTest) -> None:
             places = np.stack([np.zeros(n), y, np.ones(n)], axis=-1)
             sim.bodies["bar"].write_pose(places, np.repeat(_QUARTER_TURN, n, axis=0))
             found = sim.rays(origins[:, :1], np.tile(directions[1:2], (n, 1, 1)), 10.0)
-            expect_close(-y[:, None] - 0.5, found, tolerance, "rays to the bar, moved and turned to point at them [m]")
+            expect_close(-y[:, None] - 0.5, found, tolerance, "rays to the bar, moved and rotated towards them [m]")
         found = sim.rays(origins[:, :1], np.tile(directions[:1], (n, 1, 1)), 1.0)
         expect_close(np.ones((n, 1)), found, 0.0, "a ray whose max_range ends before the wall [m]")
 
 
 @verifies("rays")
 def lidars_measure(subject: SimulatorUnderTest) -> None:
-    """A lidar turns with its link, counts counter-clockwise, keeps its range, and does not see its own robot."""
+    """A lidar rotates with its link, counterclockwise, keeps its range, and does not detect its own robot."""
     lidar = Lidar(frame="hull", rays=3, angle_min=-0.5 * np.pi, angle_max=0.5 * np.pi, range_min=0.2, range_max=6.0)
     bodies = {"wall": WALL, "bar": replace(BAR, pose=Pose(pos=(0.0, -3.0, 0.05)))}
     seeing = replace(ROVER, sensors={"scan": lidar})
@@ -80,16 +80,20 @@ def lidars_measure(subject: SimulatorUnderTest) -> None:
         if subject.level("teleport"):
             robot.write_base_pose(np.array([[0.0, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
             found = robot.lidar("scan")
-            expect_close(np.tile([1.9, 6.0, 6.0], (n, 1)), found, tolerance, "lidar of a robot turned left: wall")
+            expect_close(
+                np.tile([1.9, 6.0, 6.0], (n, 1)), found, tolerance, "lidar of a robot rotated to the left: wall"
+            )
             robot.write_base_pose(np.array([[1.8, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
-            expect_close(np.full(n, 0.2), robot.lidar("scan")[:, 0], tolerance, "lidar of things below range_min")
+            expect_close(
+                np.full(n, 0.2), robot.lidar("scan")[:, 0], tolerance, "lidar of objects closer than range_min"
+            )
         with expect_raises(UnknownNameError, "lidar('no_such_lidar')"):
             robot.lidar("no_such_lidar")
 
 
 @verifies("contacts")
 def contacts_are_told(subject: SimulatorUnderTest) -> None:
-    """A declared contact is told over the whole step, with its force, per environment; an undeclared one is refused."""
+    """A declared contact and its force are reported for the whole step and per environment; others raise an error."""
     contacts = {"landed": Contact(first="ball", second="floor"), "any": Contact(first="floor")}
     with subject.build(bodies={"ball": _ON_FLOOR}, contacts=contacts) as (sim, _):
         n = sim.num_envs
@@ -102,11 +106,14 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
             sim.apply_wrench("ball", np.array([[0.0, 0.0, 60.0]]), np.zeros((1, 3)), lifted)
             sim.step(40)
             expect(sim.bodies["ball"].pose[0][0, 2] > 0.1, "the wrench did not lift the ball.")
-            expect(sim.contact("landed")[0], "a contact at the beginning of a step is not told at its end.")
+            expect(sim.contact("landed")[0], "a contact at the beginning of a step is not reported at its end.")
             sim.step(5)
             told = sim.contact("landed")
-            expect(not told[0], "a contact is told of a ball in the air.")
-            expect(told[1:].all(), f"contacts are mixed up between environments: {told}, of which 0 was lifted.")
+            expect(not told[0], "a contact is reported for a ball in the air.")
+            expect(
+                told[1:].all(),
+                f"contacts of environments are mixed up: {told}; only the ball of environment 0 is in the air.",
+            )
             expect_close(0.0, sim.contact_force("landed")[0], 0.0, "contact_force of a ball in the air [N]")
         with expect_raises(UnknownNameError, "contact('no_such_contact')"):
             sim.contact("no_such_contact")
@@ -114,7 +121,7 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
 
 @verifies("wrench")
 def wrenches_push(subject: SimulatorUnderTest) -> None:
-    """A wrench on a body or a link changes its velocity by F·t/m and τ·t/I during one step, and then no more."""
+    """A wrench on a body or a link changes its velocity by F·t/m and τ·t/I during exactly one step."""
     tolerance = subject.tolerance("wrench", exact=1e-6)
     force, torque = np.array([[1.0, -0.5, 0.3]]), np.array([[1e-3, 2e-3, -1e-3]])
     built = subject.build(LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False)
@@ -135,7 +142,7 @@ def wrenches_push(subject: SimulatorUnderTest) -> None:
 
 @verifies("cameras")
 def cameras_see(subject: SimulatorUnderTest) -> None:
-    """Every modality has its shape and dtype, one picture for each environment of the mask, with something in it."""
+    """Every modality has its shape and dtype, with one non-empty image for each environment of the mask."""
     shapes = {"rgb": (np.uint8, 3), "depth": (np.float32, 1), "segmentation": (np.int32, 1)}
     with subject.build(bodies={"wall": WALL, "bar": BAR}) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
@@ -144,9 +151,12 @@ def cameras_see(subject: SimulatorUnderTest) -> None:
                 picture = sim.render(mask, None, (48, 64), modality)
                 dtype, channels = shapes[modality]
                 expect_array(picture, (1, 48, 64, channels), dtype, f"render('{modality}')")
-                expect(len(np.unique(picture)) > 1, f"render('{modality}') shows nothing but {picture.flat[0]}.")
+                expect(len(np.unique(picture)) > 1, f"render('{modality}') only contains the value {picture.flat[0]}.")
             picture = sim.render(None, None, (48, 64))
-            expect(len(picture) == sim.num_envs, f"render() of all {sim.num_envs} environments returns {len(picture)}.")
+            expect(
+                len(picture) == sim.num_envs,
+                f"render() of all {sim.num_envs} environments returns {len(picture)} images.",
+            )
             for arguments in ({"camera": "no_such_camera"}, {"modality": "no_such_modality"}):
                 with expect_raises(UnknownNameError, f"render({arguments})"):
                     sim.render(mask, size=(48, 64), **arguments)  # type: ignore[arg-type]
@@ -156,7 +166,7 @@ def cameras_see(subject: SimulatorUnderTest) -> None:
 
 @verifies("cameras")
 def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
-    """A camera tells how far a wall is, from the world and from a link; a marker is drawn in front of it."""
+    """A camera measures the distance of a wall, from the world and from a link; a marker is rendered in front of it."""
     cameras = {
         "world": Camera(pos=(0.0, 1.0, 1.0), target=(2.0, 1.0, 1.0)),
         "link": Camera(pos=(0.1, 0.0, 1.0), target=(1.0, 0.0, 1.0), frame="robot/base"),
@@ -170,14 +180,14 @@ def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
             plain, marked = (sim.render(None, "world", (48, 64), markers=m)[0, 24, 32].astype(int) for m in ((), red))
             expect(
                 marked[0] - marked[2] > plain[0] - plain[2] + 50,
-                f"a red marker before the wall is not seen: the pixel is {marked}, and {plain} without it.",
+                f"a red marker in front of the wall is not visible: the pixel is {marked}, and {plain} without it.",
             )
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
 
 
 def contradictions_are_refused(subject: SimulatorUnderTest) -> None:
-    """A scene that contradicts itself, or names what is not there, is a ConfigurationError that says so."""
+    """An inconsistent scene, or one that refers to missing objects, raises a ConfigurationError."""
     camera = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), frame="robot/no_such_link")
     upright = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), up=(2.0, 0.0, 0.0))
     scenes: dict[str, dict[str, Any]] = {
