@@ -134,7 +134,7 @@ def test_a_plugin_for_another_core_is_told(site, examine):
     site.add_robot("vague-dist", "vague", "arm_v", requires=("frobs-core",))
     facts = examine()
     assert findings(facts["late"])["other-core"].problem.startswith("it requires frobs-core >=7,<8, but ")
-    assert "without an end" in findings(facts["vague"])["no-core-versions"].problem
+    assert "without an upper bound" in findings(facts["vague"])["no-core-versions"].problem
 
 
 def test_only_some_are_examined(site):

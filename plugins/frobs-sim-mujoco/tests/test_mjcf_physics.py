@@ -135,5 +135,5 @@ def test_robots_of_gymnasium_whose_bodies_have_several_joints_make_an_environmen
 
 def test_an_impossible_file_is_a_model_file_error(tmp_path):
     path = write(tmp_path, 'settotalmass="14" balance=""')
-    with pytest.raises(ModelFileError, match="MuJoCo refuses"):
+    with pytest.raises(ModelFileError, match="MuJoCo rejects"):
         build(path)

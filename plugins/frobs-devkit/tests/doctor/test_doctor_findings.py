@@ -148,9 +148,9 @@ def test_every_number_that_is_changed_is_a_difference(examine: Examine) -> None:
         ("", "empty"),
         (f'<robot name="r">{link("a")}{link("a")}</robot>', "the name 'a' is already used"),
         (f'<robot name="r">{link("a")}{link("b")}{joint("i", "a", "b")}{joint("j", "a", "b")}</robot>', "loops"),
-        (f'<robot name="r">{link("a")}{link("b")}{joint("i", "a", "b")}{joint("j", "b", "a")}</robot>', "ring"),
+        (f'<robot name="r">{link("a")}{link("b")}{joint("i", "a", "b")}{joint("j", "b", "a")}</robot>', "cycle"),
     ],
-    ids=["broken", "empty", "two of one name", "two parents", "ring"],
+    ids=["broken", "empty", "two of one name", "two parents", "cycle"],
 )
 def test_a_file_that_cannot_be_read_is_one_clear_error(
     tmp_path: object, examine: Examine, text: str, reason: str

@@ -30,9 +30,9 @@ def test_a_file_is_read_as_it_was_written(suffix: str, tmp_path: Path) -> None:
 
 
 def test_another_ending_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"ends in \.json or \.npz"):
+    with pytest.raises(ConfigurationError, match=r"suffix \.json or \.npz"):
         read_actions(tmp_path / "actions.csv")
-    with pytest.raises(ConfigurationError, match=r"ends in \.json or \.npz"):
+    with pytest.raises(ConfigurationError, match=r"suffix \.json or \.npz"):
         ActionFile(id=ID, seed=0, actions=np.zeros((1, 6))).write(tmp_path / "actions.csv")
 
 
@@ -69,7 +69,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"actions": np.zeros((4, 5))}, r"shape \(4, 5\).*takes \('steps', 6\)"),
+        ({"actions": np.zeros((4, 5))}, r"shape \(4, 5\).*requires \('steps', 6\)"),
         ({"actions": np.zeros(6)}, r"shape \(6,\)"),
         ({"actions": np.zeros((0, 6))}, r"shape \(0, 6\)"),
         ({"actions": np.array([[0.0] * 6, [np.nan] * 6])}, "step 1 is not finite"),

@@ -103,7 +103,7 @@ def test_a_writing_that_fails_leaves_no_certificate(
 
 def test_a_folder_that_is_a_file_is_refused(small: Certificate, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigurationError, match="cannot be made"):
+    with pytest.raises(ConfigurationError, match="cannot be created"):
         small.write(tmp_path / "file")
 
 

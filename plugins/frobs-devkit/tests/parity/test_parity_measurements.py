@@ -123,7 +123,7 @@ def test_drives_saturate_in_a_fifth_of_the_samples(subjects: Compare) -> None:
 
 
 def test_without_saturation_no_drive_reaches_a_limit(subjects: Compare) -> None:
-    (panel,) = [panel for panel in step_response(subjects()).panels if "jumps" in panel.title]
+    (panel,) = [panel for panel in step_response(subjects()).panels if "Step response" in panel.title]
     for line in panel.lines:
         assert 0.9 < line.y[-1] < 1.05, line.label  # gravity bends the last percents
 

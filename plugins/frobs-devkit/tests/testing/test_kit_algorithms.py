@@ -397,7 +397,7 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
         (LearnsFromPredictions, "predicting_changes_nothing", "after a training run with"),
         (SavesObjects, "files_execute_nothing", "an array of Python objects"),
         (Climbs, "training_does_not_harm", "changes the mean reward"),
-        (KeepsHalfOfThePolicy, "policy_alone_predicts", "kept alone"),
+        (KeepsHalfOfThePolicy, "policy_alone_predicts", "separately saved"),
         (AnythingGoes, "unknown_settings_refused", "must raise UnknownParameterError"),
         (ResolvesTwice, "settings_resolve_once", "changes them"),
         (Function, "settings_resolve_once", "schedule"),

@@ -60,15 +60,15 @@ def add(line: str) -> Callable[[str], str]:
 
 
 FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
-    "nothing_offered": ("loads", lambda _: EMPTY, "offers no record"),
+    "nothing_offered": ("loads", lambda _: EMPTY, "provides no record"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
     "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "which slows down every command"),
     "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is offered by"),
-    "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints when it is imported: hello"),
+    "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints during its import: hello"),
     "complains": (
         "import_is_silent",
         add("import sys; sys.stderr.write('hello')"),
-        "stderr: it prints when it is imported: hello",
+        "stderr: it prints during its import: hello",
     ),
     "changes_the_folder": ("import_changes_nothing", add("import os; os.chdir('/')"), "working directory"),
     "changes_the_folder_and_back": (
@@ -141,8 +141,8 @@ REQUIREMENTS: dict[str, tuple[str, str, str]] = {
         "pip install 'kit-needs-this>=2'",
     ),
     "requirement_too_old": ("requirements_are_met", REQUIRES + "Requires-Dist: numpy>=99\n", "--upgrade 'numpy>=99'"),
-    "core_not_stated": ("core_versions_are_stated", "Requires-Dist: numpy\n", "without an end"),
-    "core_without_an_end": ("core_versions_are_stated", "Requires-Dist: frobs-core>=0.1\n", "without an end"),
+    "core_not_stated": ("core_versions_are_stated", "Requires-Dist: numpy\n", "without an upper bound"),
+    "core_without_an_end": ("core_versions_are_stated", "Requires-Dist: frobs-core>=0.1\n", "without an upper bound"),
 }
 INSEPARABLE: dict[str, str] = {}
 

@@ -1,4 +1,4 @@
-"""Robots as bodies, joints and actuators: from the core's model, or from their own MJCF file."""
+"""Adds robots to a MuJoCo model as bodies, joints and actuators, from the core's model or from their own MJCF file."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ _JOINT_TYPES = {
     JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
 }
 _OF_THE_SIMULATION = ("option", "size", "statistic", "visual")
-"""Sections of an MJCF file that the environment decides about."""
+"""Sections of an MJCF file that the environment replaces."""
 HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance of what holds joints, with a time constant of two timesteps: as hard as MuJoCo allows. Its default is a spring
-of 20 ms, which a strong drive pushes in by degrees, and behind which a finger that follows another lags."""
+"""Impedance of joint limits and equalities, with a time constant of two timesteps: as hard as MuJoCo allows. The
+default is a spring of 20 ms, which a strong drive deflects by degrees and behind which a mimic joint lags.
+"""
 
 
 def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, visuals: bool) -> None:
     """Add the bodies, joints and shapes of a robot.
 
     Raises:
-        ModelFileError: It has a joint that cannot be simulated, or a mesh that cannot be read.
+        ModelFileError: A joint cannot be simulated, or a mesh cannot be read.
     """
     model, robot = placement.model, placement.robot
     children = joints_below(model)
@@ -45,7 +46,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
         root.add_freejoint(name=f"{name}/base")
 
     meshes = Meshes(spec)
-    waiting = [(root, model.root)]  # no recursion: a robot may be deeper than Python's stack
+    waiting = [(root, model.root)]  # not recursive, because a robot may be deeper than Python's stack
     while waiting:
         element, link_name = waiting.pop()
         link = links[link_name]
@@ -54,7 +55,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
             set_inertia(element, link.inertial)
         for collision in link.collisions:
             for geom in add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
-                geom.mass = 0.0  # what the file does not weigh, weighs nothing
+                geom.mass = 0.0  # only the file's inertials contribute mass
         for visual in (link.visuals or link.collisions) if visuals else ():
             rgba = getattr(visual, "rgba", None)
             add_shape(meshes, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)
@@ -119,9 +120,9 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
 
 
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
-    """Attach a robot from its own MJCF file, with the core's names and without its actuators."""
+    """Attach a robot from its own MJCF file, with the core's names and without the file's actuators."""
     model = placement.model
-    document = ElementTree.fromstring(model.xml)  # names filled in, one root body, absolute paths
+    document = ElementTree.fromstring(model.xml)  # with names, a single root body and absolute paths
     for section in _OF_THE_SIMULATION:
         for element in document.findall(section):
             document.remove(element)
@@ -130,7 +131,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
         if robot.compiler.settotalmass > 0.0:
             _fix_masses(robot)
     except ValueError as error:
-        raise ModelFileError(model.path, f"MuJoCo refuses the file: {' '.join(str(error).split())}") from error
+        raise ModelFileError(model.path, f"MuJoCo rejects the file: {' '.join(str(error).split())}") from error
     for unwanted in (*robot.actuators, *robot.sensors, *robot.keys):
         robot.delete(unwanted)
     moving = [j for j in robot.joints if j.type in _JOINT_TYPES.values()]
@@ -139,7 +140,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
         element.name = joint.name
     roots = list(_children(robot.worldbody))
     if len(roots) != 1:
-        raise ModelFileError(model.path, f"a robot has one root body; this file has {len(roots)}.")
+        raise ModelFileError(model.path, f"a robot must have one root body; this file has {len(roots)}.")
     for joint in roots[0].joints:
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
             robot.delete(joint)
@@ -155,7 +156,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
 
 
 def _fix_masses(robot: mujoco.MjSpec) -> None:
-    """Give each body its mass as compiled: MuJoCo applies ``settotalmass`` to a whole model, not to an attached part.
+    """Set the compiled mass of each body, because MuJoCo applies ``settotalmass`` only to a whole model.
 
     Raises:
         ValueError: MuJoCo cannot compile the robot.

@@ -1,4 +1,4 @@
-"""One body of a MuJoCo scene."""
+"""The handle of a body in a MuJoCo scene."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class MujocoBody(BodyHandle):
-    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
-        mocap: MuJoCo's number of it among those that move only where they are written to; −1: it is none of them.
+        mocap: MuJoCo's mocap index of a kinematic body; −1: it is not kinematic.
     """
 
     def __init__(self, simulation: MujocoSimulation, name: str, body: Body) -> None:
@@ -47,7 +47,7 @@ class MujocoBody(BodyHandle):
         return read_only(self._simulation.states["qvel"][:, dof : dof + 3]), twist[:, :3]
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Put the body somewhere at once."""
+        """Teleport the body."""
         states = self._simulation.states
         rows = numbers_of(mask)
         if self.mocap >= 0:
@@ -61,19 +61,19 @@ class MujocoBody(BodyHandle):
                 states["qpos"][rows, at + 3 : at + 7] = quat_wxyz
             states["qvel"][rows, dof : dof + 6] = 0.0
         else:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
+            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
         self._simulation.mark_stale(mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free body a velocity at once."""
+        """Set the velocity of a free body."""
         if self._free is None:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
         rows = numbers_of(mask)
         put_free_twist(self._simulation.states, self._free, rows, lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def start(self) -> None:
-        """Give it the velocity that it has at reset."""
+        """Set the initial velocity of the scene."""
         if self._initial_twist != AT_REST:
             self.write_twist(*map(np.array, self._initial_twist))
 
@@ -81,7 +81,7 @@ class MujocoBody(BodyHandle):
 def put_free_twist(
     states: Mapping[str, Floats], joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
 ) -> None:
-    """Give what hangs on a free joint a velocity, (n, 3) both."""
+    """Set the velocity of a tree with a free joint, (n, 3) both."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
     quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
     qvel = states["qvel"]

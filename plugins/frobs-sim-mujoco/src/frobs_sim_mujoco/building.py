@@ -1,4 +1,4 @@
-"""From robots and a scene to one MuJoCo model."""
+"""Builds a MuJoCo model from robots and a scene."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ def build_model(
 ) -> mujoco.MjModel:
     """Compile robots and a scene.
 
-    Links become bodies named ``robot/link``, joints and their actuators ``robot/joint``, scene bodies, cameras and
+    Bodies of links are named ``robot/link``, joints and their actuators ``robot/joint``. Scene bodies, cameras and
     contact sensors keep their names.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         physics_timestep: [s]
-        visuals: Whether robots have what is only drawn. A model without it has the same states, and steps faster.
-        overlaps: Whether links that are in each other at home push each other apart. Convex hulls of neighbours often
-            are; a robot that begins with them cannot be controlled.
+        visuals: Whether to include visual shapes. A model without them has the same states and steps faster.
+        overlaps: Whether links that overlap at home push each other apart. Convex hulls of neighbors often overlap;
+            such a robot could not be controlled.
         options: Fields of ``mjOption`` that differ from MuJoCo's defaults.
 
     Raises:
-        ModelFileError: MuJoCo refuses a robot's model, or a mesh cannot be read.
-        ConfigurationError: The scene is contradictory.
+        ModelFileError: MuJoCo rejects a robot's model, or a mesh cannot be read.
+        ConfigurationError: The scene is inconsistent.
     """
     scene.check(robots)
     spec = mujoco.MjSpec()
@@ -75,7 +75,7 @@ def build_model(
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
             bodies = [side for link in placement.model.links if spec.body(side := f"{name}/{link.name}")]
-            for first, second in combinations(bodies, 2):  # the links between the joints of one MJCF body are no bodies
+            for first, second in combinations(bodies, 2):  # links between the joints of one MJCF body are not bodies
                 spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, attachment in scene.attachments.items():
         add_attachment(spec, name, attachment, scene.attachment_pose(name, robots))
@@ -95,4 +95,4 @@ def _compile(spec: mujoco.MjSpec, robots: Mapping[str, Placement]) -> mujoco.MjM
         return spec.compile()
     except ValueError as error:
         paths = ", ".join(str(placement.model.path) for placement in robots.values())
-        raise ModelFileError(paths, f"MuJoCo refuses the model: {' '.join(str(error).split())}") from error
+        raise ModelFileError(paths, f"MuJoCo rejects the model: {' '.join(str(error).split())}") from error

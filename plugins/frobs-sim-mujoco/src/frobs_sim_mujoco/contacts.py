@@ -1,4 +1,4 @@
-"""The contacts that a task or a sensor wants to know of, over a whole control step."""
+"""Contacts for tasks and sensors, over a whole control step."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, ContactState, Placement, Scene
 from frobs_sim_mujoco.columns import columns_of
 
-_FOUND, _FORCE = 1, 2  # bits of what a contact sensor reports: how many contacts, and their force
-_STRONGEST, _TOTAL = 2, 3  # how a contact sensor reduces contacts: the one with the largest force, or the sum of all
+_FOUND, _FORCE = 1, 2  # flags for the data of a contact sensor: number of contacts, and their force
+_STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: the contact with the largest force, or the sum of all
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
-    """Return what a contact ignores by the name of the sensor that counts it; a robot covers its links."""
+    """Return what a contact ignores, by the name of the sensor that counts it; a robot includes its links."""
     whole = set(contact.ignore)
     return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
 
@@ -25,10 +25,10 @@ def _ignored(name: str, contact: Contact) -> dict[str, str]:
 def add_contact(
     spec: mujoco.MjSpec, name: str, contact: Contact, robots: Mapping[str, Placement], scene: Scene
 ) -> None:
-    """Add contact sensors: the number of contacts, the force of the strongest, and the total force.
+    """Add contact sensors for the number of contacts, the force of the strongest one, and the total force.
 
-    MuJoCo cannot leave anything out of ``"*"``. So what a contact ignores is counted by sensors of its own, and so are
-    forces inside of a side.
+    MuJoCo cannot exclude bodies from ``"*"``. Separate sensors therefore count ignored contacts, and forces inside a
+    side.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:
@@ -40,7 +40,9 @@ def add_contact(
             return mujoco.mjtObj.mjOBJ_XBODY, f"{which}/{robots[which].model.root}"  # the whole subtree
         if spec.body(which) is None:
             known = [*scene.bodies, *robots, *(["floor"] if scene.floor else [])]
-            raise SceneError(f"contact '{name}'", f"names '{which}', which is none of {', '.join(known)}.")
+            raise SceneError(
+                f"contact '{name}'", f"refers to '{which}', which does not exist; available: {', '.join(known)}."
+            )
         return mujoco.mjtObj.mjOBJ_BODY, which
 
     def add(sensor: str, first: str, second: str, data: int, reduction: int) -> None:
@@ -75,7 +77,7 @@ def _inner(name: str) -> str:
 
 
 def _overlaps(contact: Contact) -> bool:
-    """Return whether both ends of one contact point may be on both sides."""
+    """Return whether both ends of a contact point may belong to both sides."""
     return "*" in (contact.first, contact.second) or contact.first == contact.second
 
 
@@ -83,8 +85,8 @@ class ContactReader:
     """Reads the contact sensors of a model.
 
     Args:
-        model: Compiled with the sensors of the scene's contacts.
-        scene: That declares them.
+        model: Model compiled with the sensors of the scene's contacts.
+        scene: Scene that declares the contacts.
     """
 
     def __init__(self, model: mujoco.MjModel, scene: Scene) -> None:
@@ -92,27 +94,27 @@ class ContactReader:
             return int(model.sensor(sensor).adr[0])
 
         contacts = scene.contacts.items()
-        # The number of contacts, less those that are ignored: whole numbers, so that any order of the sum is exact.
+        # The number of contacts minus the ignored ones: whole numbers, so that any order of summation is exact.
         counted = np.zeros((model.nsensordata, len(contacts)))
         for i, (name, contact) in enumerate(contacts):
             counted[at(name), i] = 1.0
             counted[[at(ignored) for ignored in _ignored(name, contact)], i] = -1.0
         self._counts = columns_of(np.flatnonzero(counted.any(axis=1)).tolist())
         self._counted = counted[self._counts]
-        # The force stands behind the count; where it is not told, the count stands in for it and is never read.
+        # The force follows the count. If there is no force, the count is used as a placeholder and never read.
         self._forces = [at(name) + (0 if contact.ignore else 1) for name, contact in contacts]
         self._totals = [(i, at(_total(name))) for i, (name, contact) in enumerate(contacts) if not contact.ignore]
         self._inner = [(i, at(_inner(name))) for i, (name, c) in enumerate(contacts) if _overlaps(c) and not c.ignore]
 
     def read(self, data: Floats, contacts: ContactState) -> None:
-        """Write what the sensors measured in a control step.
+        """Write the measurements of a control step.
 
         Args:
             data: (num_envs, decimation, nsensordata)
             contacts: Receives the values.
         """
         np.logical_or.reduce(data[..., self._counts] @ self._counted > 0, axis=1, out=contacts.closed)
-        if not self._totals:  # contacts that ignore something report no force
+        if not self._totals:  # contacts that ignore something have no force
             return
         np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
         mean = np.add.reduce(data, axis=1) / data.shape[1]

@@ -1,4 +1,4 @@
-"""Shapes of robots and scenes as geoms, and the groups that tell what sees and touches them."""
+"""Shapes of robots and scenes as geoms, and the groups that determine their visibility and collisions."""
 
 from __future__ import annotations
 
@@ -13,20 +13,21 @@ from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphe
 from frobs_sim_mujoco.meshes import Meshes
 
 SCENE_GROUP = 0
-"""Geom group of what the scene collides with: drawn, and seen by rays."""
+"""Geom group of the scene's collision shapes: rendered, and hit by rays."""
 VISUAL_GROUP = 1
-"""Geom group of what is only drawn."""
+"""Geom group of visual shapes."""
 ROBOT_GROUPS = (2, 3, 4, 5)
-"""Geom groups of what each robot collides with: seen by rays, and left out of the robot's own."""
+"""Geom groups of each robot's collision shapes: hit by rays, except the robot's own."""
 
 PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
-"""Impedance of contacts of links that set their friction, as the pads of a gripper do, with a time constant of two
-timesteps. With MuJoCo's default, a spring of 20 ms, pads that press with 70 N sink 10 mm into an object of 0.1 kg."""
+"""Impedance of contacts of links that set their friction, such as the pads of a gripper, with a time constant of two
+timesteps. With MuJoCo's default, a spring of 20 ms, pads that press with 70 N sink 10 mm into an object of 0.1 kg.
+"""
 
 
 @cache
 def seen_except(group: int | None = None) -> npt.NDArray[np.uint8]:
-    """Return which geom groups a ray sees, (mjNGROUP,): all that collide, except one robot's."""
+    """Return the geom groups that a ray hits, (mjNGROUP,): all colliding ones, except one robot's."""
     seen = np.zeros(int(mujoco.mjNGROUP), np.uint8)
     seen[[other for other in (SCENE_GROUP, *ROBOT_GROUPS) if other != group]] = 1
     return seen
@@ -42,7 +43,7 @@ def add_shape(
     *,
     collides: bool,
 ) -> list[mujoco.MjsGeom]:
-    """Add a shape: one geom. A mesh that collides has one for each convex piece, one that is only drawn one for each color."""
+    """Add a shape as one geom. A colliding mesh has one for each convex piece, a visual mesh one for each color."""
     if isinstance(geometry, Mesh):
         geoms = []
         for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
@@ -66,7 +67,7 @@ def add_shape(
 def _add_plain_geom(
     element: mujoco.MjsBody, origin: Pose, group: int, rgba: tuple[float, float, float, float] | None, *, collides: bool
 ) -> mujoco.MjsGeom:
-    """Add a geom that has all but its shape."""
+    """Add a geom with all settings except its shape."""
     geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)
     geom.contype = geom.conaffinity = int(collides)
     geom.rgba = rgba or (0.7, 0.7, 0.72, 1.0)
@@ -76,17 +77,17 @@ def _add_plain_geom(
 
 
 def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
-    """Give a body's shapes a sliding friction coefficient that holds whatever they touch.
+    """Set the sliding friction of a body's shapes, independent of the other body.
 
-    MuJoCo takes the larger of two coefficients, unless one has priority; and it does without friction only where a
-    contact has one dimension. Shapes with friction also become as hard as :data:`PAD_IMPEDANCE` and the timestep allow.
+    MuJoCo uses the larger of two coefficients unless one has priority, and only omits friction if a contact has one
+    dimension. Shapes with friction also become as hard as :data:`PAD_IMPEDANCE` and the timestep allow.
 
     Raises:
-        ConfigurationError: There is no such body.
+        ConfigurationError: The body does not exist.
     """
     element = spec.body(body)
     if element is None:
-        raise ConfigurationError(f"a robot's friction names '{body}', which is no link.")
+        raise ConfigurationError(f"a robot's friction contains '{body}', which is not a link.")
     for geom in element.geoms:
         geom.priority = 1
         if friction > 0.0:

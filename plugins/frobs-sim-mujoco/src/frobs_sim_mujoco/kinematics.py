@@ -1,4 +1,4 @@
-"""Poses, velocities and rays of a single environment, without a batch's dynamics and overhead."""
+"""Poses, velocities and rays of a single environment, without the dynamics and the overhead of a batch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 class Kinematics:
     """Computes poses and velocities after a state was written or steps were recorded.
 
-    The results equal those of the batch's forward pass bit for bit. That pass also detects collisions and computes mass
+    The results are bit-identical to the batch's forward pass. That pass also detects collisions and computes mass
     matrices, which tasks and sensors do not read.
 
     Args:
@@ -28,11 +28,11 @@ class Kinematics:
         self._model_is_stale = False
 
     def mark_model_stale(self) -> None:
-        """Remember that parameters of the model were written."""
+        """Mark the parameters of the model as changed."""
         self._model_is_stale = True
 
     def update(self) -> None:
-        """Compute poses and velocities of the batch's state."""
+        """Compute poses and velocities from the batch's state."""
         if self._model_is_stale:
             self._batch.get_model(0, self._model)
             self._model_is_stale = False
@@ -51,7 +51,7 @@ class Kinematics:
         Args:
             origin: (3,) [m] in the world.
             directions: (k, 3) of length 1.
-            max_range: Distance of a ray that meets nothing [m].
+            max_range: Distance of a ray that hits nothing [m].
             seen: (mjNGROUP,) uint8 groups of geoms.
 
         Returns:

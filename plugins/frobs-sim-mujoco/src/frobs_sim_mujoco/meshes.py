@@ -1,4 +1,4 @@
-"""Meshes as MuJoCo takes them: triangles, not files, so that every format is read alike."""
+"""Meshes as triangles instead of files, so that all formats are handled in the same way."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 
 from frobs_core.models import Mesh, MeshPart, Rgba, convex_parts, read_mesh, scaled
 
-_LEAST_VERTICES = 4  # that MuJoCo takes
+_LEAST_VERTICES = 4  # minimum that MuJoCo accepts
 
 Use = tuple[str, Rgba | None]
-"""Name of a mesh in the specification, and its own colour."""
+"""Name of a mesh in the specification, and its color."""
 
 
 class Meshes:
-    """Adds each mesh to a specification once, however many geoms use it.
+    """Adds each mesh to a specification once, even if several geoms use it.
 
     Args:
-        spec: What the meshes are added to.
+        spec: Specification to add the meshes to.
     """
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
@@ -26,13 +26,13 @@ class Meshes:
         self._hulls: dict[Mesh, list[Use]] = {}
 
     def hull(self, mesh: Mesh) -> list[Use]:
-        """Return one mesh for all colors, or the pieces of one that is decomposed.
+        """Return a single mesh for all colors, or the pieces of a decomposed one.
 
-        MuJoCo lets their convex hulls touch, and rays meet their triangles.
+        In MuJoCo, their convex hulls collide, and rays hit their triangles.
 
         Raises:
             ModelFileError: The file cannot be read.
-            MissingDependencyError: The mesh cannot be decomposed here.
+            MissingDependencyError: The package for decomposing the mesh is not installed.
         """
         if mesh not in self._hulls:
             name = f"{mesh.path}{mesh.scale}"
@@ -45,7 +45,7 @@ class Meshes:
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[Use]:
-        """Return a mesh for each part, with its colour.
+        """Return a mesh for each part with its color.
 
         Raises:
             ModelFileError: The file cannot be read.
@@ -60,8 +60,8 @@ class Meshes:
 
     def _add(self, name: str, part: MeshPart) -> None:
         element = self._spec.add_mesh(name=name)
-        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # of a single triangle, which may be drawn
+        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # for a single triangle, which may be rendered
         element.uservert = np.pad(part.vertices, ((0, missing), (0, 0)), "edge").astype("f4").ravel()
         element.userface = part.faces.ravel()
-        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it weighs nothing, and may be open
+        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it has no mass and may be open
         self._known.add(name)

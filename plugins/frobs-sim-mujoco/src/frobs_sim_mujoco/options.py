@@ -35,11 +35,10 @@ Options = Mapping[str, int | float | Sequence[float]]
 
 
 def read_options(given: Mapping[str, Any]) -> Options:
-    """Check options and convert them to MuJoCo's numbers.
+    """Validate options and convert them to MuJoCo's numbers.
 
     Args:
-        given: The arguments of the simulation, by name. Those that are fields of ``mjOption`` count; None: MuJoCo's
-            default.
+        given: Arguments of the simulation, by name. Only fields of ``mjOption`` are used; None: MuJoCo's default.
 
     Raises:
         ConfigurationError: A value is out of range.

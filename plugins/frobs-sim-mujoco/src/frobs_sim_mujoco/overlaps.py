@@ -1,4 +1,4 @@
-"""Which links of a robot are in each other."""
+"""Detection of overlapping links."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from frobs_core.models import home_positions
 
 
 def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Overlap]:
-    """Return the pairs of bodies that are in each other, the deepest first.
+    """Return the pairs of overlapping bodies, deepest first.
 
     Args:
         model: The compiled model.
         state: (n,) one environment's row of the batch.
-        prefix: What the names of the robot's bodies begin with: ``"robot/"``.
+        prefix: Prefix of the names of the robot's bodies: ``"robot/"``.
     """
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -31,7 +31,7 @@ def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Ove
 
 
 def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> list[tuple[str, str]]:
-    """Return the pairs of bodies of one robot that are in each other at home, by their names in the model."""
+    """Return the pairs of bodies of one robot that overlap at home, by their names in the model."""
     data = mujoco.MjData(model)
     for name, placement in robots.items():
         robot = placement.model
@@ -50,7 +50,7 @@ def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> 
 
 
 def _touching(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[str, str, float]]:
-    """Yield two bodies and the depth [m] for each contact of bodies that are in each other."""
+    """Yield two bodies and the depth [m] for each contact of overlapping bodies."""
     mujoco.mj_fwdPosition(model, data)
     for contact in data.contact:
         if contact.dist < 0.0:

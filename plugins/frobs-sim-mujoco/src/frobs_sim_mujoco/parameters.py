@@ -1,4 +1,4 @@
-"""Physical parameters that differ between environments: MuJoCo's expanded model fields."""
+"""Physical parameters that differ between environments, in MuJoCo's expanded model fields."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
 NAMES = ("mass", "friction", "size", "stiffness", "damping", "joint_damping", "gravity")
-_GEOMETRY = ("geom_size", "geom_pos", "geom_rbound", "geom_aabb")  # each in proportion to a geom's size
+_GEOMETRY = ("geom_size", "geom_pos", "geom_rbound", "geom_aabb")  # all proportional to a geom's size
 _FIELDS = (
     "body_mass",
     "body_inertia",
@@ -29,10 +29,10 @@ _FIELDS = (
 
 
 def body_id(simulation: MujocoSimulation, name: str) -> int:
-    """Return the number of a scene body or of ``robot/link``.
+    """Return the index of a scene body or of ``robot/link``.
 
     Raises:
-        UnknownNameError: There is no such body.
+        UnknownNameError: The body does not exist.
     """
     if name not in simulation.body_ids:
         raise UnknownNameError("body", name, simulation.body_ids)
@@ -40,7 +40,7 @@ def body_id(simulation: MujocoSimulation, name: str) -> int:
 
 
 def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
-    """Return a parameter of each environment, (num_envs, …)."""
+    """Return a parameter for each environment, (num_envs, …)."""
     match name:
         case "mass":
             return _field(simulation, "body_mass")[:, body_id(simulation, target)].copy()
@@ -61,7 +61,7 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
 
 
 def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-    """Change a parameter of the environments of ``mask``."""
+    """Change a parameter in the environments of ``mask``."""
     if name not in NAMES:
         raise UnknownNameError("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
@@ -74,7 +74,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
             body = body_id(simulation, target)
             nominal = simulation.model.body_mass[body]
             if not nominal > 0:
-                raise PhysicsParameterError("mass", target, "cannot change: it has no mass.")
+                raise PhysicsParameterError("mass", target, "cannot change, because it has no mass.")
             batch.expand("body_mass")[rows, body] = values
             _write_inertia(simulation, target, rows)
             simulation.mark_constants_stale(mask)
@@ -100,7 +100,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
 
 
 def snapshot(simulation: MujocoSimulation) -> Snapshot:
-    """Return the fields that have been expanded, and the drive gains."""
+    """Return the expanded fields and the drive gains."""
     state: Snapshot = {}
     for field in _FIELDS:
         expanded = simulation.batch.expanded(field)
@@ -113,7 +113,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 
 
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
-    """Return to a snapshot; fields that it leaves out go back to the model's."""
+    """Restore a snapshot; fields that it does not contain return to the model's values."""
     changed = False
     saved = {key.removeprefix("size/"): sizes for key, sizes in state.items() if key.startswith("size/")}
     for name in {*simulation.sizes, *saved}:
@@ -136,7 +136,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
 
 
 def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Give the shapes of a body their size, from the nominal ones: it does not matter what was written before."""
+    """Set the size of a body's shapes relative to the nominal ones, independent of earlier sizes."""
     model, batch, body = simulation.model, simulation.batch, body_id(simulation, target)
     sizes = simulation.sizes[target][rows]
     batch.expand("body_ipos")[rows, body] = sizes[:, None] * model.body_ipos[body]
@@ -147,7 +147,7 @@ def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.
 
 
 def _write_inertia(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Give a body the inertia that follows from its mass and size."""
+    """Set the inertia of a body from its mass and size."""
     model, body = simulation.model, body_id(simulation, target)
     if not model.body_mass[body] > 0:
         return
@@ -177,7 +177,7 @@ def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
     body = body_id(simulation, target)
     found = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
     if not found:
-        raise PhysicsParameterError("friction", target, "cannot change: it collides with nothing.")
+        raise PhysicsParameterError("friction", target, "cannot change, because it does not collide.")
     return found
 
 

@@ -7,7 +7,7 @@ from frobs_core.specs import SimulatorRecord
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Offer MuJoCo."""
+    """Provide MuJoCo."""
     exact = (
         "determinism snapshot teleport pause batched drive contacts rays wrench force_torque attachments cameras "
         "randomize_mass randomize_friction randomize_gains randomize_joint_damping randomize_gravity randomize_size"

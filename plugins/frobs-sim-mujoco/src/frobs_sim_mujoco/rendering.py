@@ -1,4 +1,4 @@
-"""Pictures and the window. OpenGL is looked for when the first picture is drawn, and not before."""
+"""Rendering and the viewer. OpenGL is only initialized when the first image is rendered."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ _PROBE = (
 )
 
 _FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
-"""Quality of fast images: hard edges, no shadows, and spheres and cylinders of few triangles."""
+"""Quality of fast images: no antialiasing, no shadows, and few triangles for spheres and cylinders."""
 
 _FLAT = np.array([100.0, 100.0, 1e-3])
-"""Half edges of what planes are in fast images [m]."""
+"""Half edges of boxes that replace planes in fast images [m]."""
 
-_MOST_CONTEXTS = 8  # that are kept, each with its textures and framebuffer
+_MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its textures and framebuffer
 
 
 @lru_cache(maxsize=1)
 def _choose_backend() -> str:
-    """Return the OpenGL backend that works here: the user's ``MUJOCO_GL``, or EGL, or OSMesa.
+    """Return a working OpenGL backend: the user's ``MUJOCO_GL``, EGL, or OSMesa.
 
-    A backend that does not work can end the process, so each is tried in one of its own.
+    A backend that does not work can crash the process, so each is tried in a separate process.
 
     Raises:
-        RenderingUnavailableError: None works.
+        RenderingUnavailableError: No backend works.
     """
     wanted = os.environ.get("MUJOCO_GL", "").lower()
     for backend in [wanted] if wanted in ("egl", "osmesa", "glfw") else ["egl", "osmesa"]:
@@ -54,16 +54,18 @@ def _choose_backend() -> str:
         )
         if probe.returncode == 0:
             return backend
-    raise RenderingUnavailableError("there is no OpenGL (EGL or OSMesa) on this machine", "libegl1 libgl1-mesa-dri")
+    raise RenderingUnavailableError(
+        "OpenGL (EGL or OSMesa) is not available on this machine", "libegl1 libgl1-mesa-dri"
+    )
 
 
 class Drawn:
-    """What is drawn of an environment: a model that has more than the simulated one, in one state at a time.
+    """The rendered model, which has more shapes than the simulated one, in the state of one environment at a time.
 
     Args:
-        model: The batch's model, with what is only drawn.
+        model: The batch's model with visual shapes.
         batch: The states.
-        sizes: Of the bodies of the scene whose size was written, (num_envs,) by name; may change later.
+        sizes: Written sizes of scene bodies, (num_envs,) by name; may change later.
     """
 
     def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
@@ -72,7 +74,7 @@ class Drawn:
         self._nominal = {field: getattr(model, field).copy() for field in ("geom_size", "geom_pos", "geom_rbound")}
 
     def show(self, env: int) -> None:
-        """Put what is drawn where an environment's bodies are."""
+        """Move the model to the state of an environment."""
         for name, sizes in self._sizes.items():
             geoms = self.model.geom_bodyid == self.model.body(name).id
             for field, nominal in self._nominal.items():
@@ -83,21 +85,21 @@ class Drawn:
 
 
 class Renderer:
-    """Draws environments of a batch.
+    """Renders environments of a batch.
 
-    Images of all sizes are drawn from one model. Each size and quality has an OpenGL context, which is kept.
+    Images of all sizes use one model. Each size and quality has an OpenGL context, which is cached.
 
     Args:
-        drawn: What is drawn.
+        drawn: The rendered model.
 
     Raises:
-        RenderingUnavailableError: Nothing can be drawn on this machine.
+        RenderingUnavailableError: This machine cannot render.
     """
 
     def __init__(self, drawn: Drawn) -> None:
         self._drawn, self._model = drawn, drawn.model
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
-            # MuJoCo chose when it was imported, before anyone asked for pictures; choose again.
+            # MuJoCo selected a backend when it was imported, before rendering was requested; select again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
         self._full = {name: getattr(self._model.vis.quality, name) for name in _FAST}
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
@@ -111,7 +113,7 @@ class Renderer:
             return self._renderers[key]
         if len(self._renderers) == _MOST_CONTEXTS:
             self._renderers.pop(next(iter(self._renderers))).close()
-        visual = self._model.vis  # read when a context is made
+        visual = self._model.vis  # read when a context is created
         visual.global_.offheight, visual.global_.offwidth = size
         for name, value in (_FAST if fast else self._full).items():
             setattr(visual.quality, name, value)
@@ -127,7 +129,7 @@ class Renderer:
     def draw(
         self, env: int, camera: str | None, size: tuple[int, int], modality: str, markers: Sequence[Marker], fast: bool
     ) -> np.ndarray[Any, Any]:
-        """Draw one environment; the arguments and the result, (h, w, c), are those of ``Simulation.render``."""
+        """Render one environment; arguments and result, (h, w, c), are those of ``Simulation.render``."""
         self._drawn.show(env)
         renderer = self._renderer(size, fast)
         renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
@@ -158,10 +160,10 @@ class Renderer:
 
 
 class Viewer:
-    """A window on the first environment of a batch.
+    """A window that shows the first environment of a batch.
 
     Args:
-        drawn: What is drawn.
+        drawn: The rendered model.
 
     Raises:
         RenderingUnavailableError: There is no display.
@@ -178,7 +180,7 @@ class Viewer:
             self._window.opt.geomgroup[group] = 0
 
     def sync(self) -> None:
-        """Show the present state; nothing once the window was closed."""
+        """Show the current state. This has no effect after the window was closed."""
         if self._window.is_running():
             with self._window.lock():
                 self._drawn.show(0)
@@ -190,11 +192,11 @@ class Viewer:
 
 
 def _flatten_planes(scene: mujoco.MjvScene) -> None:
-    """Draw planes as large flat boxes, which software OpenGL draws twice as fast."""
+    """Draw planes as large flat boxes, which is twice as fast with software OpenGL."""
     for geom in scene.geoms[: scene.ngeom]:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, _FLAT
-            geom.pos -= _FLAT[2] * geom.mat[:, 2]  # its upper face is the plane
+            geom.pos -= _FLAT[2] * geom.mat[:, 2]  # the upper face coincides with the plane
 
 
 def _add_marker(scene: mujoco.MjvScene, marker: Marker, env: int) -> None:

@@ -1,4 +1,4 @@
-"""One robot of a MuJoCo simulation."""
+"""The handle of a robot in a MuJoCo simulation."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
-# A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm: a matrix (6, 6), which
-# is _SWAP + arm @ _ARM. Flat, (36,) and (3, 36), so that one product makes it.
+# A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm. The matrix (6, 6) of
+# this conversion is _SWAP + arm @ _ARM, flattened to (36,) and (3, 36), so that a single product computes it.
 _SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
 _ARM = np.zeros((3, 36))
 _ARM.reshape(3, 6, 6)[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
@@ -29,12 +29,12 @@ _ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 class MujocoRobot(RobotHandle):
-    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation
         self._batch = simulation.batch
-        self._seen = seen_except(group)  # by its lidars
+        self._seen = seen_except(group)  # geom groups that its lidars see
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
@@ -79,11 +79,11 @@ class MujocoRobot(RobotHandle):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Put the joints somewhere at once."""
+        """Set the joint state without simulating the motion."""
         rows = numbers_of(mask)
         put(self._qpos, rows, self._q_columns, positions)
         put(self._qvel, rows, self.dofs, velocities)
@@ -92,35 +92,35 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def go_home(self) -> None:
-        """Put the joints home, at rest, with the drives holding."""
+        """Move the joints to home, at rest, with holding drives."""
         self.write_joint_state(self.home)
         self._hold()
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
+        """Change the command mode, and hold."""
         self._set_modes(mode)
         self.apply_gains()
         self._hold()
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
         ratio = self._write_gains(which, rows, values)
         self.apply_gains()
         self._ctrl[rows] *= ratio
         self.gains_written = True
 
     def hold_home(self, rows: slice | np.ndarray) -> None:
-        """Command home, at the gains in force."""
+        """Command home, with the current gains."""
         self._ctrl[rows] = self._factor[rows] * self.holding_command(self.home[rows])
 
     def apply_gains(self) -> None:
-        """Write the gains of each environment, in the present command modes, to MuJoCo's model."""
+        """Write the gains of each environment, for the current command modes, to MuJoCo's model."""
         self.refresh_gains()
         bias = self._batch.expand("actuator_biasprm")
         bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow."""
+        """Set the targets of the drives."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._ctrl)
         else:
@@ -140,7 +140,7 @@ class MujocoRobot(RobotHandle):
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Put the root link somewhere at once."""
+        """Teleport the root link."""
         rows = numbers_of(mask)
         if self._free is None:
             self._states["mocap_pos"][rows, self._mocap] = pos
@@ -152,14 +152,14 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free root link a velocity at once."""
+        """Set the velocity of a free root link."""
         if self._free is None:
-            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
         put_free_twist(self._states, self._free, numbers_of(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return where a link is, or would be, in the world."""
+        """Return the pose of a link in the world, currently or for given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
@@ -187,7 +187,7 @@ class MujocoRobot(RobotHandle):
         if found is None:
             if self.frame_name(frame) in self._between:
                 return super().frame_jacobian(frame)
-            # Views of arrays that the batch refreshes: what MuJoCo refers motions to, and each dof's, (num_envs, 6, nv).
+            # Views of arrays that the batch refreshes: reference points, and motions of each dof, (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
             motions = self._simulation.derived("cdof").transpose(0, 2, 1)
             found = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
@@ -200,13 +200,13 @@ class MujocoRobot(RobotHandle):
         return jacobian if moved is None else jacobian * moved
 
     def lidar(self, name: str) -> Floats:
-        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen, from_one_point=True)
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:
-        """Return where a link is that is no body of MuJoCo, because further joints of the same MJCF body move it."""
+        """Return the pose of a link that is not a MuJoCo body, because other joints of the same MJCF body move it."""
         pos, quat = self.frame_pose(joint.parent)
         element = self._simulation.model.joint(f"{self.name}/{joint.name}")
         rest = self._simulation.model.qpos0[element.qposadr] if joint.name in self.model.passive_joints else 0.0
@@ -220,12 +220,13 @@ class MujocoRobot(RobotHandle):
                 found = self._body_ids[frame] = int(self._simulation.model.body(f"{self.name}/{link}").id)
             except KeyError as error:
                 raise SimulationError(
-                    f"link '{link}' is between the joints of one MJCF body, where MuJoCo knows no velocity."
+                    f"link '{link}' is between the joints of one MJCF body, for which MuJoCo does not compute "
+                    "velocities."
                 ) from error
         return found
 
     def _moved_by(self, frame: str) -> Floats | None:
-        """Return 1 for each joint that moves a link and 0 for the others, (dof,); None: all do."""
+        """Return 1 for each joint that moves a link and 0 for the others, (dof,); None if all joints move it."""
         mj, body = self._simulation.model, self._body(frame)
         chain = set()
         while body:
@@ -236,7 +237,7 @@ class MujocoRobot(RobotHandle):
 
 
 def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
-    """Return a read-only view of columns that follow each other; None: they do not."""
+    """Return a read-only view of consecutive columns; None if they are not consecutive."""
     if not isinstance(columns, slice):
         return None
     return read_only(state[:, columns])

@@ -1,4 +1,4 @@
-"""What is not the robot: light, floor, bodies and cameras."""
+"""Adds light, floor, bodies and cameras to a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from frobs_sim_mujoco.articulation import HARD, set_inertia
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import Meshes
 
-_FAR = 8.0  # [m] from where small squares would flicker
+_FAR = 8.0  # [m] distance from which small squares would flicker
 
 
 def light_up(spec: mujoco.MjSpec) -> None:
-    """Make pictures pleasant: a sky, soft light, enough room for the frame."""
+    """Set up the visual environment: sky, soft light, and a framebuffer of sufficient size."""
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -28,7 +28,7 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1440
     spec.visual.quality.shadowsize = 4096
-    spec.visual.map.shadowclip = 2.0  # times the extent of the scene; beyond, shadows are noise
+    spec.visual.map.shadowclip = 2.0  # times the extent of the scene; farther shadows are noisy
     spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
     spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
     spec.visual.headlight.specular = (0.05, 0.05, 0.05)
@@ -43,8 +43,8 @@ def light_up(spec: mujoco.MjSpec) -> None:
 
 
 def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
-    """Add a chequered plane at z = 0, without end."""
-    repeat = 4.0 if scene.span < _FAR else 0.5  # of two by two squares, in a metre
+    """Add an infinite checkered plane at z = 0."""
+    repeat = 4.0 if scene.span < _FAR else 0.5  # of two by two squares per meter
     spec.add_texture(
         name="floor",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -92,11 +92,11 @@ def add_attachment(spec: mujoco.MjSpec, name: str, attachment: Attachment, pose:
     """Weld two bodies to each other; ``pose`` is that of the second in the frame of the first.
 
     Raises:
-        ConfigurationError: A side is a link that is no body of MuJoCo.
+        ConfigurationError: A side is a link that is not a MuJoCo body.
     """
     for side in (attachment.first, attachment.second):
-        if spec.body(side) is None:  # links between the joints of one MJCF body are no bodies
-            raise SceneError(f"attachment '{name}'", f"names '{side}', which is no body of the scene.")
+        if spec.body(side) is None:  # links between the joints of one MJCF body are not bodies
+            raise SceneError(f"attachment '{name}'", f"refers to '{side}', which is not a body of the scene.")
     anchor, torque_scale = (0.0, 0.0, 0.0), 1.0
     data = [*anchor, *pose.pos, *pose.quat_wxyz, torque_scale, 0.0]
     spec.add_equality(
@@ -116,11 +116,11 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     """Add a camera.
 
     Raises:
-        ConfigurationError: It is fixed to what is no body of the scene.
+        ConfigurationError: It is fixed to an object that is not a body of the scene.
     """
     parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
-    if parent is None:  # links between the joints of one MJCF body are no bodies
-        raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is no body of the scene.")
+    if parent is None:  # links between the joints of one MJCF body are not bodies
+        raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
     back = np.subtract(camera.pos, camera.target)
     back = back / np.linalg.norm(back)
     up = camera.up or ((0.0, 1.0, 0.0) if abs(back[2]) > 0.999 else (0.0, 0.0, 1.0))

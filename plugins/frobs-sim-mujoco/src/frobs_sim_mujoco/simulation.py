@@ -45,7 +45,7 @@ _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 _STATES = ("time", "qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "xfrc_applied")
 TABLES = Path(__file__).with_name("translation.yaml")
-"""What becomes of each kind of element of a model file."""
+"""Translation of each kind of element of a model file."""
 
 
 class Native(NamedTuple):
@@ -61,12 +61,12 @@ class Native(NamedTuple):
 
 
 class BareMujoco:
-    """What a user of MuJoCo would write: ``mj_step`` on one MjData, or ``Batch.step`` on many.
+    """A minimal loop as a user of MuJoCo would write it: ``mj_step`` on one MjData, or ``Batch.step`` on many.
 
     Args:
         model: The compiled model.
         num_envs: 1, or more for a batch.
-        num_threads: Of the batch.
+        num_threads: Threads of the batch.
     """
 
     def __init__(self, model: mujoco.MjModel, num_envs: int, num_threads: int) -> None:
@@ -74,7 +74,7 @@ class BareMujoco:
         self._batch = None if num_envs == 1 else Batch(model, num_envs, num_threads)
 
     def load(self, snapshot: Snapshot) -> None:
-        """Take the state and the controls of a snapshot."""
+        """Load the state and the controls from a snapshot."""
         if self._batch is None:
             mujoco.mj_setState(self._model, self._data, snapshot["state"][0], mujoco.mjtState.mjSTATE_INTEGRATION)
         else:
@@ -88,7 +88,7 @@ class BareMujoco:
             self._batch.step(nstep=decimation)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays from one point in each environment at all but the first robot, as its lidar does."""
+        """Cast rays from one point in each environment at everything except the first robot, like its lidar."""
         if self._batch is None:
             k = directions.shape[1]
             mujoco.mj_kinematics(self._model, self._data)
@@ -116,28 +116,28 @@ class MujocoSimulation(Simulation):
     The solver's options are those of MuJoCo's ``mjOption``; None means MuJoCo's default.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
         num_threads: Threads of the batch; 0: one for each processor.
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
         impratio: Ratio of frictional to normal constraint impedance, > 0; for elliptic cones.
-        density: Of the medium around everything [kg/m³], ≥ 0: 1.2 for air, 1000 for water.
-        viscosity: Of the medium [Pa·s], ≥ 0.
+        density: Density of the surrounding medium [kg/m³], ≥ 0: 1.2 for air, 1000 for water.
+        viscosity: Viscosity of the medium [Pa·s], ≥ 0.
         wind: Velocity of the medium in the world, three numbers [m/s].
-        iterations: Most iterations of the solver in a physics step, ≥ 1.
+        iterations: Maximum number of solver iterations in a physics step, ≥ 1.
         tolerance: Improvement at which the solver stops, ≥ 0.
-        ls_iterations: Most iterations of the solver's line search, ≥ 1.
+        ls_iterations: Maximum number of iterations of the solver's line search, ≥ 1.
         ls_tolerance: Gradient at which the line search stops, ≥ 0.
-        noslip_iterations: Iterations that prevent slip after the solver's own; 0: none.
-        noslip_tolerance: Improvement at which those stop, ≥ 0.
-        ccd_iterations: Most iterations of the collision detection between convex shapes, ≥ 1.
+        noslip_iterations: Number of iterations that prevent slip, after the solver's own; 0: none.
+        noslip_tolerance: Improvement at which these iterations stop, ≥ 0.
+        ccd_iterations: Maximum number of iterations of the collision detection between convex shapes, ≥ 1.
         ccd_tolerance: Improvement at which the collision detection stops, ≥ 0.
 
     Raises:
-        ConfigurationError: The scene is contradictory, or an option is out of range.
+        ConfigurationError: The scene is inconsistent, or an option is out of range.
         ModelFileError: MuJoCo cannot compile a robot's model.
     """
 
@@ -175,8 +175,8 @@ class MujocoSimulation(Simulation):
         self.scene = scene
         self._placements = robots
         self.model = self._build_model()
-        # One environment keeps its derived quantities, so that the next step need not compute them again; many would
-        # need an MjData each, which costs more memory and time than it saves.
+        # A single environment keeps its derived quantities, so that the next step need not compute them again. Several
+        # would need an MjData each, which costs more memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
@@ -187,25 +187,25 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
-        # Views of the states, which stay the same arrays: binding one again takes 10 µs.
+        # Views of the states, whose arrays never change, because binding an array again takes 10 µs.
         self.states = {name: self.batch.bind(name) for name in _STATES}
-        # What MuJoCo computes anew after a write, it computes without efforts: those of the last step are kept here.
+        # After a write, MuJoCo recomputes derived values without efforts, so those of the last step are stored here.
         self._actuator_force = self.batch.bind("actuator_force")
         self.efforts = np.zeros((num_envs, self.model.nu))
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
-        self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for the next one
+        self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for reuse
         self._recorded_fields: tuple[str, ...] = ("sensordata",)
         if self.sensor_wrenches:
             self._recorded_fields += self._wrench_reader.fields
         self._senses = bool(scene.contacts or self.sensor_wrenches)
-        # A recorded step leaves nothing derived. One environment computes it here faster than the batch does.
+        # A recorded step derives nothing. For one environment, computing it here is faster than in the batch.
         self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
         self._renderer: Renderer | None = None
         self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
-        self.sizes: dict[str, Floats] = {}  # (num_envs,) of bodies whose size was written
+        self.sizes: dict[str, Floats] = {}  # (num_envs,) written sizes of bodies
         self._viewer: Viewer | None = None
         self._closed = False
 
@@ -223,7 +223,7 @@ class MujocoSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Say what becomes of a robot's model file."""
+        """Return the translation of a robot's model file."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
@@ -238,13 +238,13 @@ class MujocoSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Which environments hold a state that MuJoCo gave up on, or None."""
+        """Environments whose state MuJoCo could not advance, or None."""
         if self._warnings.tobytes() == self._no_warnings:
             return None
         return np.asarray(self._warnings.any(axis=1))
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Go back to the scene as it was built."""
+        """Return to the initial state of the scene."""
         self._check_open()
         ids = None if mask is None else np.flatnonzero(mask)
         self.batch.reset(ids, stage=_NONE)
@@ -255,7 +255,7 @@ class MujocoSimulation(Simulation):
         for wrench in self.sensor_wrenches.values():
             wrench[rows] = 0.0
         for robot in self.robots.values():
-            if robot.gains_written:  # the initial controls are those of the gains as built
+            if robot.gains_written:  # the initial controls belong to the initial gains
                 robot.hold_home(rows)
         self.mark_stale(mask)
 
@@ -289,7 +289,7 @@ class MujocoSimulation(Simulation):
         self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = self._actuator_force
-        self._stale = self._everywhere  # computed when it is read: a task may move bodies first
+        self._stale = self._everywhere  # computed when it is read, because a task may move bodies first
         if self.scene.contacts:
             self._contact_reader.read(recorded["sensordata"], self.contacts)
         if before is not None:
@@ -297,13 +297,13 @@ class MujocoSimulation(Simulation):
                 self.sensor_wrenches[name][:] = wrench
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at everything that collides."""
+        """Cast rays at all colliding shapes."""
         return self.cast(origins, directions, max_range, seen_except())
 
     def cast(
         self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False
     ) -> Floats:
-        """Cast rays at the geoms of the groups that are seen, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
+        """Cast rays at the geoms of the given groups, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
         if from_one_point and self._kinematics is not None:
             self.refresh()
             return self._kinematics.rays(origins[0, 0], directions[0], max_range, seen)
@@ -313,9 +313,9 @@ class MujocoSimulation(Simulation):
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
-        """Put several bodies somewhere at once."""
+        """Teleport several bodies."""
         columns = self._mocap_columns(tuple(names))
-        if columns is None:  # some are pushed, or static
+        if columns is None:  # some are free or static
             super().write_body_poses(names, pos, quat_wxyz, mask)
             return
         rows = numbers_of(mask)
@@ -325,14 +325,14 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def _mocap_columns(self, names: tuple[str, ...]) -> slice | np.ndarray | None:
-        """Return where several bodies are among those that move only where they are written to; None: not all are."""
+        """Return the columns of several bodies among the kinematic ones; None if not all are kinematic."""
         if names not in self._mocaps:
             numbers = [self.bodies[name].mocap for name in names]
             self._mocaps[names] = None if min(numbers, default=-1) < 0 else columns_of(numbers)
         return self._mocaps[names]
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Push a body at its centre of mass during the next ``step``."""
+        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         number = parameters.body_id(self, body)
         rows = rows_of(mask)
         wrench = self.states["xfrc_applied"]
@@ -341,7 +341,7 @@ class MujocoSimulation(Simulation):
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter of each environment."""
+        """Return a physical parameter for each environment."""
         return parameters.read(self, name, target)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
@@ -362,7 +362,7 @@ class MujocoSimulation(Simulation):
         return {**state, **self.contacts.snapshot(), **sensed, **parameters.snapshot(self)}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         parameters.restore(self, snapshot)
         self._mark_model_stale()
         self.batch.state[:] = snapshot["state"]
@@ -382,7 +382,7 @@ class MujocoSimulation(Simulation):
         markers: Sequence[Marker] = (),
         fast: bool = False,
     ) -> np.ndarray[Any, Any]:
-        """Draw environments."""
+        """Render environments."""
         self._check_open()
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
@@ -393,21 +393,21 @@ class MujocoSimulation(Simulation):
             self._renderer = Renderer(self._drawn())
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        drawn = chosen or [0]  # which gives an empty result its shape and dtype
+        drawn = chosen or [0]  # gives an empty result its shape and dtype
         pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
         return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
-        """Open a window on the first environment."""
+        """Open a window that shows the first environment."""
         self._check_open()
         if self._viewer is None:
             self._viewer = Viewer(self._drawn())
         self._viewer.sync()
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
 
-        Among them are those that are so at home, which never push each other apart.
+        They include pairs that overlap at home, which never push each other apart.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
@@ -419,7 +419,7 @@ class MujocoSimulation(Simulation):
         return BareMujoco(self.model, self.num_envs, self.batch.nthread)
 
     def close(self) -> None:
-        """Release the window and the OpenGL context; twice is harmless."""
+        """Release the window and the OpenGL context. Calling it again has no effect."""
         for resource in (self._renderer, self._viewer):
             if resource is not None:
                 resource.close()
@@ -440,14 +440,14 @@ class MujocoSimulation(Simulation):
         )
 
     def mark_stale(self, mask: Mask | None) -> None:
-        """Remember that states were written: what derives from them must be computed before it is read."""
+        """Mark states as written, so that derived values are computed before they are read."""
         if mask is None:
             self._stale = self._everywhere
         else:
             self._stale = mask.copy() if self._stale is None else self._stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
-        """Remember that masses were written: what MuJoCo derives from them is computed once for all, when it is needed."""
+        """Mark masses as written, so that MuJoCo's derived constants are computed once, when they are needed."""
         if self._stale_constants is None:
             self._stale_constants = np.zeros(self.num_envs, np.bool_)
         self._stale_constants |= True if mask is None else mask
@@ -462,7 +462,7 @@ class MujocoSimulation(Simulation):
             self._kinematics.mark_model_stale()
 
     def refresh(self) -> None:
-        """Compute what derives from states that were written."""
+        """Compute derived values of written states."""
         if self._stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()
@@ -473,16 +473,16 @@ class MujocoSimulation(Simulation):
             self._stale = None
 
     def derived(self, field: str) -> Floats:
-        """Return a field that follows from the states, current."""
+        """Return a field that depends on the states, up to date."""
         if field not in self._derived:
             source = self.batch.bind if self._kinematics is None else self._kinematics.field
             self._derived[field] = source(field)
-            self.mark_stale(None)  # MuJoCo fills what has just been bound at its next call only
+            self.mark_stale(None)  # MuJoCo fills a newly bound field only in its next call
         self.refresh()
         return self._derived[field]
 
     def set_rows(self, columns: slice, rows: Floats) -> None:
-        """Take controls for each physics step of the next ``step``: (num_envs, decimation, columns)."""
+        """Set controls for each physics step of the next ``step``: (num_envs, decimation, columns)."""
         if self._rows is None or self._rows.shape[1] != rows.shape[1]:
             held = self.states["ctrl"]
             self._rows = np.repeat(held[:, None], rows.shape[1], axis=1)  # (num_envs, decimation, nu)
@@ -494,7 +494,7 @@ class MujocoSimulation(Simulation):
 
 
 def _leave_no_log_file() -> None:
-    """Keep MuJoCo from writing its warnings to MUJOCO_LOG.TXT in the working folder; the console has them."""
+    """Prevent MuJoCo from writing its warnings to MUJOCO_LOG.TXT in the working folder; the console shows them."""
     config = mujoco.MjLogConfig.get()
     if config.logto_file:
         config.logto_file = False

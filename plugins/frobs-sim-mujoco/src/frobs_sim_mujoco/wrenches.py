@@ -1,4 +1,4 @@
-"""The force-torque sensors of robots, over a whole control step."""
+"""Force-torque sensors of robots, over a whole control step."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import Placement
 
-_HIDDEN = int(mujoco.mjNGROUP) - 1  # group of sites that are not drawn
+_HIDDEN = int(mujoco.mjNGROUP) - 1  # group of sites that are not rendered
 _TYPES = mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE
 
 
 def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
-    """Add a force and a torque sensor, and the site that they are at, for each force-torque sensor of a robot.
+    """Add a force sensor, a torque sensor and their site for each force-torque sensor of a robot.
 
-    The site is on the body whose joint is measured, in the frame of the sensor. MuJoCo's force sensor reports the force of
+    The site is on the body whose joint is measured, in the sensor's frame. MuJoCo's force sensor reports the force of
     the parent on the child.
 
     Raises:
@@ -36,16 +36,16 @@ def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placeme
 class WrenchReader:
     """Reads the force-torque sensors of a model.
 
-    MuJoCo's sensors report the forces of explicit accelerations. Its integrator moves the joints by other accelerations,
-    because it takes the damping of drives as implicit. What both differ by is added: the inertia beyond the sensor times
-    the difference.
+    MuJoCo's sensors report the forces of explicit accelerations. Its integrator uses other accelerations, because it
+    treats the drives' damping implicitly. This class adds the difference: the inertia beyond the sensor times the
+    difference of the accelerations.
 
     Args:
-        model: Compiled with the sensors.
-        robots: By name.
+        model: Model compiled with the sensors.
+        robots: Robots, by name.
 
     Attributes:
-        fields: Fields of MjData that are needed after each physics step, beside ``sensordata``.
+        fields: Fields of MjData that are required after each physics step, in addition to ``sensordata``.
     """
 
     def __init__(self, model: mujoco.MjModel, robots: Mapping[str, Placement]) -> None:
@@ -63,7 +63,7 @@ class WrenchReader:
 
         Args:
             recorded: (num_envs, decimation, …) ``sensordata`` and :attr:`fields` after each physics step.
-            qvel: (num_envs, nv) before the first.
+            qvel: (num_envs, nv) velocities before the first step.
         """
         velocities = np.concatenate([qvel[:, None], recorded["qvel"]], axis=1)
         difference = np.diff(velocities, axis=1) / self._timestep - recorded["qacc"]  # (num_envs, decimation, nv)
@@ -74,7 +74,7 @@ class _Sensor:
     """One force-torque sensor of a model.
 
     Args:
-        model: Compiled with the sensor.
+        model: Model compiled with the sensor.
         name: ``robot/sensor``.
     """
 
@@ -84,7 +84,7 @@ class _Sensor:
         self._site = model.site(name).id
         link = int(model.site_bodyid[self._site])
         self._tree = int(model.body_rootid[link])
-        # What a degree of freedom moves beyond the sensor: all of it, or what hangs from a joint that is beyond it.
+        # Mass that a degree of freedom moves beyond the sensor: all of it, or that below a joint beyond the sensor.
         moved = {dof: link for dof in range(model.nv) if _hangs_from(model, link, int(model.dof_bodyid[dof]))}
         beyond = {dof: int(body) for dof, body in enumerate(model.dof_bodyid) if _hangs_from(model, int(body), link)}
         self._moved = beyond | moved
@@ -93,7 +93,7 @@ class _Sensor:
         """Return the reading after each physics step, (num_envs, decimation, 6)."""
         dofs, bodies = list(self._moved), list(self._moved.values())
         motion = recorded["cdof"][:, :, dofs] * difference[:, :, dofs, None]  # (num_envs, decimation, dofs, 6)
-        inertia = recorded["crb"][:, :, bodies]  # about the center of mass of the tree, as the motion is
+        inertia = recorded["crb"][:, :, bodies]  # about the center of mass of the tree, like the motion
         spin, acceleration, moment = motion[..., :3], motion[..., 3:], inertia[..., 6:9]
         xx, yy, zz, xy, xz, yz = np.moveaxis(inertia[..., :6], -1, 0)
         tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)
@@ -101,13 +101,13 @@ class _Sensor:
         torque = ((tensor * spin[..., None, :]).sum(axis=-1) + np.cross(moment, acceleration)).sum(axis=2)
         torque += np.cross(recorded["subtree_com"][:, :, self._tree] - recorded["site_xpos"][:, :, self._site], force)
         turn = recorded["site_xmat"][:, :, self._site].reshape(*force.shape, 3)
-        added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]  # in the frame of the sensor
+        added = [(part[..., None] * turn).sum(axis=-2) for part in (force, torque)]  # in the sensor's frame
         wrench: Floats = recorded["sensordata"][..., self._columns] + np.concatenate(added, axis=-1)
         return wrench
 
 
 def _hangs_from(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
-    """Return whether a body is an ancestor's descendant, or the ancestor itself."""
-    while body > ancestor:  # parents have smaller numbers
+    """Return whether a body is a descendant of an ancestor, or the ancestor itself."""
+    while body > ancestor:  # parents have smaller indices
         body = int(model.body_parentid[body])
     return body == ancestor

@@ -1,4 +1,4 @@
-"""One robot in one environment: Bullet's body, without anything that Bullet adds to the robot's own mechanics."""
+"""A robot in one environment: Bullet's body, without mechanics that Bullet would add to the robot's own."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from
 from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
 FASTEST = 1e6
-"""[rad/s or m/s] beyond which an environment has diverged."""
+"""Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
 
-_STATIC = 2  # Bullet's collision group of what stands still
+_STATIC = 2  # Bullet's collision group of static bodies
 
 
 class Articulation:
-    """A robot's body in a simulated world, and its twin without shapes that knows mass matrices.
+    """A robot's body in the simulated world, and a twin without shapes for computing mass matrices.
 
     Args:
-        client: Of the simulated world.
-        name: Of the robot.
-        placement: What it is.
-        dynamics: Where mass matrices are asked for.
+        client: Client of the simulated world.
+        name: Name of the robot.
+        placement: Placement of the robot.
+        dynamics: Computes mass matrices.
         meshes: Writes mesh files for Bullet.
-        group: Collision group, a bit of its own.
+        group: Collision group, a unique bit.
 
     Attributes:
-        body: Bullet's number of it.
-        links: Bullet's number of each link that is a body; −1 is the base.
-        joints: Bullet's number of each joint that moves, in the order of the mass matrix.
-        slots: Where each actuated joint, in the file's order, is among them.
-        in_order: Whether that is the order of all of them.
-        mimics: (follower, leader) among them, with what the model says of it.
-        offset: Columns of the mass matrix that are the base's.
-        twin: Number of the body without shapes.
-        twin_links: Its number of each link.
+        body: Bullet's index of the body.
+        links: Bullet's index of each link that is a body; −1 is the base.
+        joints: Bullet's indices of the moving joints, in the order of the mass matrix.
+        slots: Index of each actuated joint, in the file's order, in ``joints``.
+        in_order: Whether the actuated joints are all moving joints, in the same order.
+        mimics: (follower, leader) in ``joints``, with the model's description.
+        offset: Number of columns of the mass matrix that belong to the base.
+        twin: Bullet's index of the twin.
+        twin_links: Index of each of its links.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Articulation:
             for joint in model.joints
             if joint.mimic is not None and joint.type is not JointType.FIXED
         ]
-        self.coms: dict[int, tuple[Vector, Quat]] = {}  # Bullet's frame of a link is its centre of mass
+        self.coms: dict[int, tuple[Vector, Quat]] = {}  # Bullet's frame of a link is at its center of mass
         for index in self.links.values():
             self.coms[index] = p.getDynamicsInfo(self.body, index, client)[3:5]
         self.com_backs = {index: invert(com) for index, com in self.coms.items()}
@@ -106,14 +106,18 @@ class Articulation:
                 activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )
-            # By itself: together with some of the others Bullet would leave the links' friction at its own 0.5.
+            # A separate call, because with some other settings Bullet would leave the friction at its default of 0.5.
             friction = self.placement.robot.friction.get(name, 1.0)
             p.changeDynamics(self.body, link, lateralFriction=friction, physicsClientId=client)
             stands = link < 0 and not self.floating
             p.setCollisionFilterGroupMask(self.body, link, group, ~_STATIC if stands else -1, physicsClientId=client)
         for joint in self.joints:
             p.setJointMotorControl2(self.body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
-        for follower, leader, mimic in self.mimics:  # the drive law moves followers too; this holds them in contact
+        for (
+            follower,
+            leader,
+            mimic,
+        ) in self.mimics:  # the drive law moves followers too; this constraint holds them in contact
             ends = (self.body, self.joints[follower], self.body, self.joints[leader])
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(
@@ -128,7 +132,7 @@ class Articulation:
             self._part_neighbours()
 
     def _part_neighbours(self) -> None:
-        """Let links pass through each other that one joint connects, or none."""
+        """Disable collisions between links that are connected by at most one joint."""
         welds, neighbours = self.bones.welds, set()
         for joint, parent, _ in self.bones.joints:
             neighbours.add(frozenset((welds[parent], welds[joint.child])))
@@ -139,34 +143,34 @@ class Articulation:
                 p.setCollisionFilterPair(self.body, self.body, *ends, 0, physicsClientId=self.client)
 
     def base(self) -> tuple[Vector, Quat]:
-        """Return where the base's link frame is."""
+        """Return the pose of the base's link frame."""
         return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
 
     def com(self, index: int) -> tuple[Vector, Quat]:
-        """Return Bullet's frame of a link: its link frame is rounded to single precision, its centre of mass is not."""
+        """Return Bullet's frame of a link. Bullet rounds link frames to single precision, but not centers of mass."""
         if index < 0:
             return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
         return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
 
     def link_frame(self, index: int) -> tuple[Vector, Quat]:
-        """Return where a link's own frame is."""
+        """Return the pose of a link's own frame."""
         return compose(self.com(index), self.com_backs[index])
 
     def on_twin(self, index: int, point: Vector) -> Vector:
-        """Return a point of a link as Bullet's Jacobian wants it: from the link's origin, along the principal axes."""
+        """Return a point of a link for Bullet's Jacobian: from the link's origin, along the principal axes."""
         return rotate(conjugate(self.coms[index][1]), point)
 
     def put_root(self, root: tuple[Vector, Quat]) -> None:
-        """Put the root link somewhere; the base goes with it."""
+        """Teleport the root link, and the base with it."""
         base = compose(root, invert(self.bones.root))
         p.resetBasePositionAndOrientation(self.body, *compose(base, self.coms[-1]), self.client)
 
     def place(self) -> None:
-        """Put the root where the scene has it."""
+        """Move the root to its pose in the scene."""
         self.put_root(from_pose(self.placement.pose))
 
     def write_joints(self, positions: list[float], velocities: list[float]) -> None:
-        """Put the joints somewhere; the arguments are in the file's order."""
+        """Set the joint states, in the file's order."""
         full: list[tuple[float, float]] = [(0.0, 0.0)] * len(self.joints)
         for slot, q, v in zip(self.slots, positions, velocities, strict=True):
             full[slot] = q, v
@@ -177,12 +181,12 @@ class Articulation:
             p.resetJointState(self.body, joint, q, v, self.client)
 
     def write_mass(self, link: str, mass: float) -> None:
-        """Change a link's mass [kg], and its inertia in the same ratio."""
+        """Change a link's mass [kg], and scale its inertia by the same ratio."""
         if self.links[link] < 0 and not self.floating:
-            return  # what does not move has no use for it, and Bullet would let it fall
+            return  # the mass of a fixed body has no effect, and Bullet would let it fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
-        # From the model's inertia, so that it does not matter what was written before.
+        # Relative to the model's inertia, so that earlier writes have no effect.
         moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
         p.changeDynamics(
             self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
@@ -191,7 +195,7 @@ class Articulation:
         self._stale = True
 
     def refresh(self) -> None:
-        """Let the twin know of masses that were written: it then has a server of its own."""
+        """Update the masses of the twin, which then has its own server."""
         if self._stale:
             if self._own_dynamics is None:
                 self.dynamics = self._own_dynamics = Dynamics()
@@ -200,13 +204,13 @@ class Articulation:
             self._stale = False
 
     def close(self) -> None:
-        """Disconnect from the twin's own server, if it has one."""
+        """Disconnect from the twin's own server, if there is one."""
         if self._own_dynamics is not None:
             self._own_dynamics.close()
             self._own_dynamics = None
 
     def overlaps(self) -> dict[tuple[str, str], float]:
-        """Return how deep links are in each other now [m], of those that may touch."""
+        """Return the current depth [m] of overlapping links that can collide."""
         p.performCollisionDetection(self.client)
         names = {index: name for name, index in self.links.items()}
         depths: dict[tuple[str, str], float] = {}
@@ -217,7 +221,7 @@ class Articulation:
         return depths
 
     def let_overlap(self) -> None:
-        """Let links pass that are in each other now: a robot that begins with them cannot be controlled."""
+        """Disable collisions between links that currently overlap, because such a robot could not be controlled."""
         if self.placement.robot.self_collision:
             for first, second in self.overlaps():
                 ends = self.links[first], self.links[second]

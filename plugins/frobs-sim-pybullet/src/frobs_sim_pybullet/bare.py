@@ -1,4 +1,4 @@
-"""PyBullet without FRobs, to compare with."""
+"""PyBullet without FRobs, for benchmarks."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 class BarePybullet:
-    """What a user of PyBullet would write: one arm, its joints commanded, the drive law in the tightest loop.
+    """A minimal loop as a user of PyBullet would write it: one arm with commanded joints and the drive law.
 
     Args:
-        simulation: One that :meth:`knows` accepts.
+        simulation: Simulation that :meth:`knows` accepts.
     """
 
     @staticmethod
     def knows(simulation: PybulletSimulation) -> bool:
-        """Whether the simulation is one arm on a fixed base whose joints follow nothing and do not rub."""
+        """Whether the simulation is one arm on a fixed base, without mimic joints and joint friction."""
         placements = list(simulation.placements.values())
         joints = [joint for placement in placements for joint in placement.model.joints]
         plain = not any(joint.mimic or joint.friction for joint in joints)
@@ -42,7 +42,7 @@ class BarePybullet:
         self._robot.dynamics.set_gravity(simulation.scene.gravity)
 
     def load(self, snapshot: Snapshot) -> None:
-        """Take the state and the controls of the first environment of a snapshot."""
+        """Load the state and the controls of the first environment from a snapshot."""
         gains = snapshot[f"robots/{self._name}/gains"][0].tolist()
         self._controls = [snapshot[f"robots/{self._name}/command"][0].tolist(), *gains]
         self._world.load(snapshot["bullet"][0], int(snapshot["bullet_bytes"][0]), 0, False)

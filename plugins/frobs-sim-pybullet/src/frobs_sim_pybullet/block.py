@@ -1,4 +1,4 @@
-"""Some of the environments, in one process."""
+"""A subset of the environments in one process."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from frobs_sim_pybullet.options import Engine
 
 
 class Block:
-    """Some of the environments, in this process.
+    """A subset of the environments in this process.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         engine: Settings of the physics engine.
-        arrays: Of all environments.
-        ids: Which of them are here.
+        arrays: Arrays of all environments.
+        ids: Indices of the environments in this block.
     """
 
     def __init__(
@@ -53,23 +53,23 @@ class Block:
         """Call a method of some worlds.
 
         Args:
-            method: Its name.
-            ids: The environments.
-            arguments: Each world gets its row of those that are arrays, (n, …), and the others as they are.
+            method: Name of the method.
+            ids: Indices of the environments.
+            arguments: Each world gets its row of arrays, (n, …); other arguments are passed unchanged.
 
         Returns:
-            What each world returned, in the order of ``ids``.
+            The results, in the order of ``ids``.
         """
         results = []
         for n, i in enumerate(ids):
-            if method != "write_parameter":  # so that several sizes in a row build the world once
+            if method != "write_parameter":  # so that several consecutive sizes only rebuild the world once
                 self.worlds[i].apply_sizes()
             own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
             results.append(getattr(self.worlds[i], method)(*own))
         return results
 
     def close(self) -> None:
-        """Disconnect from Bullet; twice is harmless."""
+        """Disconnect from Bullet. Calling it again has no effect."""
         if self._dynamics.client >= 0:
             for world in self.worlds.values():
                 world.close()

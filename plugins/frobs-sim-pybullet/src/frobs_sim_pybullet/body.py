@@ -1,4 +1,4 @@
-"""One body of a PyBullet scene."""
+"""The handle of a body in a PyBullet scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class PybulletBody(BodyHandle):
-    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
         moves: Whether it is not static.
@@ -40,16 +40,16 @@ class PybulletBody(BodyHandle):
         return twist[:, :3], twist[:, 3:]
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Put the body somewhere at once."""
+        """Teleport the body."""
         if not self.moves:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
+            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
         quats = None if quat_wxyz is None else np.expand_dims(quat_wxyz, -2)
         self._simulation.write_body_poses([self.name], np.expand_dims(pos, -2), quats, mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free body a velocity at once."""
+        """Set the velocity of a free body."""
         if not self._is_free:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
         n = self._simulation.count(mask)
         twist = np.concatenate([np.broadcast_to(part, (n, 3)) for part in (lin_vel_world, ang_vel_world)], axis=1)
         self._simulation.call("write_body_twist", mask, self.name, (twist, (6,)))

@@ -1,4 +1,4 @@
-"""PyBullet itself. It greets whoever imports it on standard output, which may be somebody's JSON; here it is quiet."""
+"""Imports PyBullet without its greeting on standard output, which may be used for JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["pybullet", "quiet"]
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Drop what native code writes to standard output and standard error meanwhile."""
+    """Discard output of native code to standard output and standard error inside the block."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()

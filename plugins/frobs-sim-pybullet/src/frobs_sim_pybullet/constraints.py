@@ -1,14 +1,15 @@
-"""What holds joints beside their drives, as MuJoCo has it, so that both engines make the same motion of it.
+"""Joint friction and position limits as in MuJoCo, so that both engines give the same motion.
 
-Dry friction wants a joint's velocity to decay, with a bounded effort; a position limit pushes a joint back that has gone
-beyond it. Their efforts f minimise
+Dry friction decelerates a joint with a bounded effort. A position limit pushes a joint back that has exceeded it. Their
+efforts f minimize
 
     ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit,
 
-with A the inverse mass matrix, a the acceleration without them, and a* = −B·v − K·d·r what a constraint wants of a velocity
-v and a distance r. Its softness is R = (1 − d)/d of A's diagonal at zero positions. Friction has MuJoCo's defaults: d = 0.9,
-K = 0, B = 2 / (0.95 · 20 ms). Limits are as hard as the timestep h allows: d from 0.99 to 0.999 over 1 mm or mrad,
-K = 1 / (0.999 · 2h)², B = 2 / (0.999 · 2h). See "Computation: Constraint model" of its manual.
+with the inverse mass matrix A, the acceleration a without the constraints, and a* = −B·v − K·d·r, the acceleration that
+a constraint requests for a velocity v and a distance r. The softness R is (1 − d)/d times A's diagonal at zero
+positions. Friction has MuJoCo's defaults: d = 0.9, K = 0, B = 2 / (0.95 · 20 ms). Limits are as hard as the timestep h
+allows: d from 0.99 to 0.999 over 1 mm or mrad, K = 1 / (0.999 · 2h)², B = 2 / (0.999 · 2h). See "Computation:
+Constraint model" in MuJoCo's documentation.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ class Constraints:
     """Dry friction and position limits of the joints of one robot.
 
     Args:
-        friction: Largest effort of each joint that moves [N·m or N].
-        lower: Where each joint ends [rad or m]; −inf where it does not.
-        upper: The other end.
-        inverse_at_zero: Diagonal of the inverse mass matrix at zero positions; its last entries are the joints'.
+        friction: Maximum effort of each moving joint [N·m or N].
+        lower: Lower limit of each joint [rad or m]; −inf if there is none.
+        upper: Upper limit of each joint.
+        inverse_at_zero: Diagonal of the inverse mass matrix at zero positions; its last entries belong to the joints.
         physics_timestep: [s]
     """
 
@@ -57,13 +58,13 @@ class Constraints:
         self._damping = 2.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep)  # [1/s]
 
     def __call__(self, inverse: Floats, accelerations: Floats, q: Sequence[float], v: Sequence[float]) -> Floats | None:
-        """Return the efforts, (size,), or None where nothing holds.
+        """Return the efforts, (size,), or None if no constraint is active.
 
         Args:
-            inverse: Of the mass matrix, (size, size).
-            accelerations: Without constraints, (size,).
+            inverse: Inverse mass matrix, (size, size).
+            accelerations: Accelerations without constraints, (size,).
             q: Positions of the joints [rad or m].
-            v: Their velocities.
+            v: Velocities of the joints.
         """
         beyond = [*self._limit_rows(q, v)]
         if not (self._rubbing or beyond):
@@ -82,7 +83,7 @@ class Constraints:
         return result
 
     def _limit_rows(self, q: Sequence[float], v: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield column, sign, wanted acceleration, softness and the bounds of the effort of each joint beyond a limit."""
+        """Yield column, sign, requested acceleration, softness and effort bounds of each joint beyond a limit."""
         for i, (x, (lower, upper)) in enumerate(zip(q, self._ends, strict=True)):
             if lower <= x <= upper:
                 continue
@@ -94,18 +95,18 @@ class Constraints:
 
 
 def _impedance(depth: float) -> float:
-    """Return how hard a limit is that a joint is beyond: MuJoCo's curve of power 2 with its middle at 0.5."""
+    """Return the impedance of a limit for a given depth: MuJoCo's curve of power 2 with its midpoint at 0.5."""
     x = min(1.0, depth / _LIMIT_WIDTH)
     rise = 2.0 * x * x if x <= 0.5 else 1.0 - 2.0 * (1.0 - x) ** 2
     return _LIMIT_IMPEDANCE + rise * (_LIMIT_LARGEST - _LIMIT_IMPEDANCE)
 
 
 def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
-    """Return f in [low, high] that minimises ½·fᵀ·matrix·f + fᵀ·slope.
+    """Return f in [low, high] that minimizes ½·fᵀ·matrix·f + fᵀ·slope.
 
-    Which efforts are at their bounds is guessed a few times; then Gauss-Seidel sweeps verify the guess and correct it if necessary.
-    Where they need many, what they have found is the next guess, which may be a little less exact: efforts that are
-    tiny beside others never settle, because of rounding.
+    The set of efforts at their bounds is guessed a few times. Gauss-Seidel sweeps then verify the guess and correct it
+    if necessary. If many sweeps are needed, their result becomes the next guess, which may be slightly less exact:
+    because of rounding, efforts that are tiny compared to others never converge.
     """
     efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
     for tolerance in _TOLERANCES:
@@ -118,15 +119,15 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Return efforts of which those are exact that are not at their bounds, if the guess of these is right.
+    """Return efforts that are exact for all that are not at their bounds, if the guess of these is right.
 
     Args:
         matrix: (n, n)
         slope: (n,)
         low: (n,)
         high: (n,)
-        efforts: (n,) to begin with.
-        free: (n,) which of them are not at their bounds, to begin with.
+        efforts: (n,) initial efforts.
+        free: (n,) initial guess of efforts that are not at their bounds.
     """
     for _ in range(_GUESSES):
         inner, outer = free.nonzero()[0], (~free).nonzero()[0]
@@ -148,7 +149,7 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
 def _sweep(
     matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
 ) -> tuple[Floats, bool]:
-    """Return efforts that Gauss-Seidel sweeps have improved, and whether the last one changed them by a small share only."""
+    """Return efforts improved by Gauss-Seidel sweeps, and whether the last sweep only changed them slightly."""
     found = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)

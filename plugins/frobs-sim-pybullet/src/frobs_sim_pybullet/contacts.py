@@ -1,4 +1,4 @@
-"""The contacts of a scene among Bullet's contact points."""
+"""Finds the contacts of a scene in Bullet's contact points."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ANY: Side = (-1, -2)
 
 @dataclass(frozen=True)
 class Question:
-    """What counts as one contact.
+    """Definition of one contact in Bullet's indices.
 
     Attributes:
         first: Its first side.
         second: Its second side.
-        ignored: What may be the second side and does not count, ``ANY`` link of a body included.
+        ignored: Bodies that do not count as the second side, including ``ANY`` link of a body.
     """
 
     first: Side
@@ -32,10 +32,10 @@ class Question:
     ignored: frozenset[Side]
 
     def direction(self, point: Sequence[Any]) -> int | None:
-        """Return on what the force acts that a contact point of Bullet exerts on its body A.
+        """Return which side receives the force that a contact point of Bullet exerts on its body A.
 
         Returns:
-            1: the first side; −1: the second side; 0: both; None: the point is none of this contact.
+            1: the first side; −1: the second side; 0: both; None: the point does not belong to this contact.
         """
         a, b = (point[1], point[3]), (point[2], point[4])
         forward, backward = self._joins(a, b), self._joins(b, a)
@@ -54,11 +54,11 @@ def _covers(side: Side, shape: Side) -> bool:
 
 
 def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
-    """Return what counts as a contact; None: one side has no shape.
+    """Return the definition of a contact; None if one side has no shape.
 
     Args:
-        contact: What the scene declares.
-        sides: Bullet's numbers of all that has a shape.
+        contact: Contact that the scene declares.
+        sides: Bullet's indices of everything that has a shape.
     """
     known = {**sides, "*": ANY}
     if contact.first not in known or contact.second not in known:
@@ -70,7 +70,7 @@ def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
 def force_on_first(point: Sequence[Any]) -> Floats:
     """Return the force that a contact point of Bullet exerts on its body A, (3,) [N] in the world.
 
-    Bullet turns the normal, not the friction, if a filter for bodies exchanges the two. Ask without filters.
+    If a filter for bodies swaps the two, Bullet inverts the normal but not the friction, so do not use filters.
     """
     force: Floats = np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]
     return force

@@ -1,4 +1,4 @@
-"""The drives of one robot in one environment, at the physics rate."""
+"""The drives of one robot in one environment, evaluated in each physics step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_sim_pybullet.urdf import position_range
 
 
 class Drive:
-    """What moves a robot: the law of :mod:`frobs_sim_pybullet.law`.
+    """The drives of a robot, with the law of :mod:`frobs_sim_pybullet.law`.
 
     Args:
         articulation: The robot.
@@ -35,7 +35,9 @@ class Drive:
         self._zeros = [0.0] * self._size
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
         self._armature = [joint.armature for joint in articulation.moving]
-        self._passive = [joint.damping for joint in articulation.moving]  # of followers; the others have parameters
+        self._passive = [
+            joint.damping for joint in articulation.moving
+        ]  # damping of followers; the others have parameters
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
@@ -45,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # those of no joints are empty
+        self._seen_gains: bytes | None = None  # gains of a robot without joints are empty
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
@@ -64,13 +66,13 @@ class Drive:
         return GeneralLaw(robot.offset, self._count, constraints, self._armature, robot.mimics)
 
     def _at_limits(self) -> Law:
-        """Return the law that also pushes joints back that are beyond their limits; most robots never need it."""
+        """Return the law that also handles joints beyond their limits, which most robots never need."""
         if self._law_at_limits is None:
             self._law_at_limits = self._law if self._rubs else self._general_law(constrained=True)
         return self._law_at_limits
 
     def _spread(self, values: list[float]) -> list[float]:
-        """Return values of the actuated joints in the order of the mass matrix; 0 for the others."""
+        """Return values of the actuated joints in the order of the mass matrix, and 0 for the others."""
         if self._robot.in_order:
             return values
         full = [0.0] * self._count
@@ -79,11 +81,11 @@ class Drive:
         return full
 
     def set_gravity(self, gravity: Vector) -> None:
-        """Change what pulls [m/s²]."""
+        """Change the gravity [m/s²]."""
         self._gravity, self._turned = gravity, None
 
     def forget(self) -> None:
-        """Read the state anew: it was written to."""
+        """Read the state again, because it was written."""
         self._states = self._turned = None
 
     def set_gains(self, gains: Floats) -> None:
@@ -101,7 +103,7 @@ class Drive:
         self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:
-        """Push a link at its centre of mass in the next physics steps; in the world [N, N·m]."""
+        """Apply a force and a torque at a link's center of mass in the next physics steps, in the world [N, N·m]."""
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
@@ -109,7 +111,7 @@ class Drive:
         self.pushes.append((index, point, self._robot.twin_links[body], on_twin, force, torque))
 
     def stop_pushing(self) -> None:
-        """Push no more."""
+        """Remove the applied forces."""
         self.pushes.clear()
 
     def states(self) -> tuple[list[float], list[float]]:
@@ -119,19 +121,19 @@ class Drive:
         return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
 
     def _joint_states(self) -> Sequence[tuple[float, ...]]:
-        """Return the states of the joints; of none Bullet tells nothing, not even that there are none."""
+        """Return the states of the joints. Bullet returns None instead of an empty list for a robot without joints."""
         robot = self._robot
         return p.getJointStates(robot.body, robot.joints, robot.client) or ()
 
     def applied(self) -> list[float]:
-        """Return what the drives applied in the last physics step, in the file's order."""
+        """Return the efforts that the drives applied in the last physics step, in the file's order."""
         return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
 
     def __call__(self, command: list[float]) -> bool:
-        """Set the efforts of the next physics step; return False where the state has diverged.
+        """Set the efforts of the next physics step; return False if the state has diverged.
 
         Args:
-            command: In the file's order: Kp·q*, Kd·v* or ff.
+            command: Kp·q*, Kd·v* or ff, in the file's order.
         """
         robot = self._robot
         states = self._states or self._joint_states()
@@ -168,13 +170,13 @@ class Drive:
         return True
 
     def _turn(self) -> tuple[Quat, Vector]:
-        """Return how a fixed base is turned, and what pulls in its own axes."""
+        """Return the orientation of a fixed base, and gravity in its axes."""
         turn = self._robot.base()[1]
         self._turned = turn, rotate(conjugate(turn), self._gravity)
         return self._turned
 
     def _base_motion(self) -> list[float]:
-        """Return lin and ang velocity of a free base's link frame, in its own axes."""
+        """Return linear and angular velocity of a free base's link frame, in its own axes."""
         robot = self._robot
         (com, turned), (lin, ang) = (
             p.getBasePositionAndOrientation(robot.body, robot.client),
@@ -187,12 +189,12 @@ class Drive:
         return [*rotate(back, (lin[0] + arm[0], lin[1] + arm[1], lin[2] + arm[2])), *rotate(back, ang)]
 
     def _pushed(self, positions: list[float]) -> Floats:
-        """Return what the pushes amount to in each column of the mass matrix."""
+        """Return the generalized forces of the pushes, for each column of the mass matrix."""
         robot, total = self._robot, np.zeros(self._size)
         assert self._turned is not None
         back = conjugate(self._turned[0])
         for _, _, link, point, force, torque in self.pushes:
-            if link >= 0:  # nothing moves a fixed base
+            if link >= 0:  # pushes do not move a fixed base
                 zeros = self._zeros
                 lin, ang = p.calculateJacobian(robot.twin, link, point, positions, zeros, zeros, robot.dynamics.client)
                 total += np.array(rotate(back, force)) @ np.array(lin) + np.array(rotate(back, torque)) @ np.array(ang)

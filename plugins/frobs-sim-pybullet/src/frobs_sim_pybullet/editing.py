@@ -1,4 +1,4 @@
-"""What is written to one environment, and asked of it, between its steps."""
+"""Writing to one environment and reading from it between steps."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from frobs_sim_pybullet.world import ROBOT_GROUPS, World
 
 
 class EditableWorld(World):
-    """One environment that can be written to, pushed, saved and restored; see :class:`World`."""
+    """An environment that can be written, pushed, saved and restored; see :class:`World`."""
 
     def write_joints(self, robot: str, positions: Floats, velocities: Floats) -> None:
-        """Put a robot's joints somewhere, (dof,) each; numbers that Bullet cannot bear end the episode instead."""
+        """Set a robot's joint state, (dof,) each. Numbers that Bullet cannot handle end the episode instead."""
         if not (math.hypot(*positions) < math.inf and math.hypot(*velocities) < FASTEST):
             self._broken = True
             return
@@ -28,7 +28,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_pose(self, robot: str, pose: Floats) -> None:
-        """Put a robot's root link somewhere; pose is (7,), quat_wxyz."""
+        """Teleport a robot's root link; pose is (7,), quat_wxyz."""
         if not self._can_bear(pose):
             return
         articulation = self.robots[robot]
@@ -39,7 +39,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_twist(self, robot: str, twist: Floats) -> None:
-        """Give a robot's root link a velocity; twist is (6,), linear of its origin, then angular, in the world."""
+        """Set the velocity of a robot's root link; twist is (6,), linear of its origin, then angular, in the world."""
         if not self._can_bear(twist):
             return
         articulation = self.robots[robot]
@@ -52,7 +52,7 @@ class EditableWorld(World):
         self._written()
 
     def write_bodies(self, names: list[str], pos: Floats, quat_wxyz: Floats | None = None) -> None:
-        """Put k bodies somewhere, at rest; (k, 3) and (k, 4)."""
+        """Teleport k bodies and stop them; (k, 3) and (k, 4)."""
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
         for i, name in enumerate(names):
@@ -66,7 +66,7 @@ class EditableWorld(World):
         self._written()
 
     def write_body_twist(self, body: str, twist: Floats) -> None:
-        """Give a free body a velocity; twist is (6,), linear of its origin, then angular, in the world."""
+        """Set the velocity of a free body; twist is (6,), linear of its origin, then angular, in the world."""
         if self._can_bear(twist):
             lin_x, lin_y, lin_z, *ang = twist.tolist()
             self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
@@ -79,19 +79,19 @@ class EditableWorld(World):
         return bearable
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays, (k, 3) each; returns (k,) [m].
+        """Cast rays, (k, 3) each; return (k,) [m].
 
         Args:
-            origins: [m]
-            directions: Of length 1.
+            origins: Origins [m].
+            directions: Directions of length 1.
             max_range: [m]
-            blind_to: The robot that is not seen; ``""``: all are.
+            blind_to: Robot that is not detected; ``""``: all are detected.
         """
         mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
         return self._rays.cast(origins, directions, max_range, mask)
 
     def push(self, target: str, force: Floats, torque: Floats) -> None:
-        """Push a body or ``robot/link`` at its centre of mass during the next step, (3,) each."""
+        """Apply force and torque, (3,) each, at the center of mass of a body or ``robot/link`` in the next step."""
         if target in self.bodies:
             self._body_pushes.append((self.bodies[target], tuple(force.tolist()), tuple(torque.tolist())))
             return
@@ -106,7 +106,7 @@ class EditableWorld(World):
         self._apply(name, target, plain)
 
     def save(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
-        """Return all that Bullet knows of the state, contacts that were found included."""
+        """Return Bullet's complete state, including the contacts it has found."""
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "state.bullet")
             p.saveBullet(path, self.client)
@@ -114,7 +114,7 @@ class EditableWorld(World):
                 return np.frombuffer(file.read(), np.uint8)
 
     def load(self, state: np.ndarray[Any, np.dtype[np.uint8]], size: int, steps: int, broken: bool) -> None:
-        """Return to a state that was saved here or in a world that was built alike."""
+        """Restore a state that was saved here or in a world with the same configuration."""
         if self._broken and not broken:
             self.reset()
         with tempfile.TemporaryDirectory() as folder:

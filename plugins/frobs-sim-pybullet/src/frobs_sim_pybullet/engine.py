@@ -1,4 +1,4 @@
-"""Bullet's clients: one holds what is simulated, one what the drives need to know of it."""
+"""Bullet's clients: one for the simulation, and one for dynamics that the drives need."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from frobs_sim_pybullet.transforms import Vector
 
 _FLAGS = (
     pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
-)  # else a prism of 32 sides, 1 mm too thick
+)  # otherwise a prism with 32 sides, 1 mm too thick
 MARGIN = 1e-4
-"""[m] by which Bullet rounds a mesh of the base; without any its rays miss it. On other links it keeps its own 1 mm."""
+"""Rounding margin of a mesh of the base [m]. Without a margin, rays miss it. On other links it keeps Bullet's 1 mm."""
 SELF_COLLISION = pybullet.URDF_USE_SELF_COLLISION
 
 
@@ -21,28 +21,26 @@ def connect() -> int:
     """Return a client of a new physics server in this process.
 
     Raises:
-        SimulationError: Bullet gives none; it can have 1,024 in one process.
+        SimulationError: Bullet does not provide a server; it supports 1,024 in one process.
     """
     client: int = pybullet.connect(pybullet.DIRECT)
     if client < 0:
-        raise SimulationError(
-            "Bullet gives no further physics server in this process (it can have 1,024); use more num_threads."
-        )
+        raise SimulationError("Bullet supports at most 1,024 physics servers in one process; use more num_threads.")
     return client
 
 
 def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: str = "") -> int:
-    """Load a URDF from its text; return the body's number.
+    """Load a URDF from its text; return the body's index.
 
     Args:
         text: The URDF.
-        client: Where to.
-        fixed: Whether the base is.
-        flags: Further ones of Bullet.
-        source: The file that it was made from, for messages.
+        client: Client to load it into.
+        fixed: Whether the base is fixed.
+        flags: Additional flags of Bullet.
+        source: Original file, for messages.
 
     Raises:
-        ModelFileError: Bullet refuses it.
+        ModelFileError: Bullet rejects it.
     """
     file, path = tempfile.mkstemp(suffix=".urdf")
     try:
@@ -50,7 +48,7 @@ def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: st
             handle.write(text)
         body: int = pybullet.loadURDF(path, useFixedBase=fixed, flags=_FLAGS | flags, physicsClientId=client)
     except pybullet.error as error:
-        raise ModelFileError(source or path, f"PyBullet refuses the model: {error}") from error
+        raise ModelFileError(source or path, f"PyBullet rejects the model: {error}") from error
     finally:
         os.unlink(path)
     return body
@@ -59,8 +57,8 @@ def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: st
 class Dynamics:
     """Mass matrices and bias forces of robots, in a client without gravity, shapes or time.
 
-    The simulated bodies cannot be asked: Bullet caches what it knows of their masses, takes no account of how a fixed
-    base is turned, and knows no inverse dynamics of a free base.
+    The simulated bodies cannot be used for this: Bullet caches their masses, ignores the orientation of a fixed base,
+    and does not support inverse dynamics of a free base.
     """
 
     def __init__(self) -> None:
@@ -69,7 +67,7 @@ class Dynamics:
         self._bodies: dict[str, int] = {}
 
     def load(self, text: str) -> int:
-        """Return the body of a URDF; two robots that are alike share one."""
+        """Return the body of a URDF. Equal robots share one."""
         if text not in self._bodies:
             body = self._bodies[text] = load_urdf(text, self.client, fixed=True)
             joints = [
@@ -77,18 +75,18 @@ class Dynamics:
             ]
             moving = sum(joint[2] != pybullet.JOINT_FIXED for joint in joints)
             if moving:
-                with quiet():  # it builds its model now, and remarks on axes whose length is 1 but for the last bit
+                with quiet():  # builds its model now, and warns about axes whose length differs from 1 in the last bit
                     pybullet.calculateMassMatrix(body, [0.0] * moving, 0, self.client)
         return self._bodies[text]
 
     def clear(self) -> None:
-        """Forget all bodies. Bullet keeps what it knows of a single body that is removed, and mistakes later ones for it."""
+        """Remove all bodies; if single ones are removed, Bullet confuses later bodies with them."""
         pybullet.resetSimulation(physicsClientId=self.client)
         self._bodies.clear()
         self._gravity = None
 
     def set_gravity(self, gravity: Vector) -> None:
-        """Set the gravity of the next questions, in the base's axes [m/s²]."""
+        """Set the gravity for the next computations, in the base's axes [m/s²]."""
         if gravity != self._gravity:
             pybullet.setGravity(*gravity, self.client)
             self._gravity = gravity

@@ -1,4 +1,4 @@
-"""Where the links of one robot in one environment are, and how they move: what was asked for is kept current."""
+"""Poses and motions of the links of one robot in one environment; requested ones are kept current."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Frames:
     Args:
         articulation: The robot.
         drive: Its drives, which know its joint positions.
-        row: Where to: arrays by name.
+        row: Arrays to write to, by name.
     """
 
     def __init__(self, articulation: Articulation, drive: Drive, row: Mapping[str, np.ndarray[Any, Any]]) -> None:

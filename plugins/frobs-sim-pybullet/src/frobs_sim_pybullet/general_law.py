@@ -1,4 +1,4 @@
-"""The drive law in NumPy, for dry friction, joints beyond their limits, joints that follow others, and many joints."""
+"""The drive law in NumPy, for dry friction, joints beyond their limits, mimic joints, and many joints."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_sim_pybullet.law import Constants, Matrix
 class GeneralLaw:
     """A law like :func:`frobs_sim_pybullet.law.law`, in NumPy.
 
-    Joints that follow others do so exactly: the equations are those of the independent joints.
+    Mimic joints follow exactly: the equations are those of the independent joints.
 
     Args:
-        offset: Columns of the mass matrix that are the base's.
-        count: Joints.
-        constraints: What else holds the joints; None: nothing does.
-        armature: Of the joints [kg·m² or kg].
-        mimics: (follower, leader) among the joints, and how it follows.
+        offset: Number of columns of the mass matrix that belong to the base.
+        count: Number of joints.
+        constraints: Friction and limits; None: none.
+        armature: Armatures of the joints [kg·m² or kg].
+        mimics: (follower, leader) among the joints, with the description.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class GeneralLaw:
         matrix: Matrix,
         bias: Sequence[float],
     ) -> tuple[list[float], list[float]]:
-        """Return the efforts for Bullet, and those that the drives apply."""
+        """Return the efforts for Bullet, and the efforts that the drives apply."""
         kp, kd, limit, damping, inertia, drive_inertia = np.reshape(constants, (-1, 6)).T
         speeds = np.array(v)
         explicit = np.array(command) - kp * np.array(q) - kd * speeds
@@ -74,7 +74,7 @@ class GeneralLaw:
         return torques, efforts.tolist()
 
     def _inverse(self, mass: Floats) -> Floats:
-        """Return which accelerations efforts lead to, where what follows does so."""
+        """Return the accelerations for unit efforts, including those of mimic joints."""
         if self._reduction is None:
             return np.asarray(np.linalg.inv(mass), np.float64)
         follow = self._reduction

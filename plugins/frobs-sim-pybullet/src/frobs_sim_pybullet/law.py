@@ -1,11 +1,11 @@
-"""The drive law for one robot in one environment, in Python's own floats: NumPy is slower for so few joints.
+"""The drive law for one robot in one environment, in Python floats, because NumPy is slower for few joints.
 
 With M the mass matrix, b the bias forces and h the physics timestep, the acceleration solves
 
     (M + h·D)·a = clip(Kp·(q* − q) − Kd·q̇ + ff) − d·q̇ − b,
 
-where D holds the joint damping d, and Kd of the joints that are not saturated: MuJoCo's ``implicitfast`` with a position
-actuator. Bullet gets the effort M·a + b, with which its own dynamics arrives at that a.
+where D contains the joint damping d, and Kd of the joints that are not saturated, like MuJoCo's ``implicitfast`` with a
+position actuator. Bullet gets the effort M·a + b, for which its own dynamics gives this a.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ LARGEST = 8
 
 
 Constants: TypeAlias = Sequence[tuple[float, float, float, float, float, float]]
-"""What stays the same during a control step, a row for each joint: stiffness and damping of the drive, limit of the effort,
-damping of the joint, its inertia (armature + h · damping), and what the drive adds to that (h · damping of the drive)."""
+"""Constants during a control step, a row for each joint: stiffness and damping of the drive, effort limit, damping
+of the joint, inertia of the joint (armature + h · damping), and the drive's addition to it (h · damping of the
+drive).
+"""
 
 Law: TypeAlias = Callable[
     [Sequence[float], Sequence[float], Sequence[float], Constants, Matrix, Sequence[float]],
@@ -50,7 +52,7 @@ def law(
         bias: (size,) bias forces.
 
     Returns:
-        The efforts for Bullet, and those that the drives apply, (count,) [N·m or N] each.
+        The efforts for Bullet, and the efforts that the drives apply, (count,) [N·m or N] each.
     """
     base = len(bias) - len(q)
     right: list[float] = []
@@ -82,10 +84,10 @@ def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float], fir
     """Solve (matrix + diag(diagonal))·x = right by LDLᵀ.
 
     Args:
-        matrix: (size, size), symmetric; only its lower triangle counts.
+        matrix: (size, size), symmetric; only its lower triangle is used.
         diagonal: (size,)
         right: (size,)
-        first: Index of the first component of x that is wanted.
+        first: Index of the first component of x to compute.
 
     Returns:
         (size − first,) the components of x from ``first`` on.
@@ -117,7 +119,7 @@ _Row: TypeAlias = tuple[int, int, list[tuple[int, int]]]
 
 @lru_cache
 def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
-    """Return the indices that :func:`solve` works on, in a flat list of the matrix's rows and the right side.
+    """Return the indices that :func:`solve` uses, in a flat list of the matrix's rows and the right side.
 
     The entries of L·D replace the lower triangle, those of Lᵀ the upper one.
     """
@@ -137,7 +139,7 @@ def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
 
 
 def _solve_six(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> Sequence[float]:
-    """Solve six equations, those of most arms, in less than half of the time that the loops take; same rounding.
+    """Solve six equations, as for most arms, in less than half of the time of the loops, with the same rounding.
 
     m is the matrix, p a pivot, l an entry of L, and u one of L·D.
     """

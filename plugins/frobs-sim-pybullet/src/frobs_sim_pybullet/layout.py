@@ -1,4 +1,4 @@
-"""The arrays in which simulation and worlds meet: (num_envs, …) each, in one piece of memory that processes can share."""
+"""Arrays that simulation and worlds share, (num_envs, …) each, in one block of memory for all processes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
 
 
 def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
-    """Return what there is to share; what nobody reads is never written, and costs no memory."""
+    """Return the shared arrays. Arrays that are never read are never written either, so they use no memory."""
     found: Layout = {
         "time": ((), "f8"),
         "diverged": ((), "?"),
@@ -29,7 +29,10 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
         dof = len(placement.model.joint_names)
         for field in ("command", "positions", "velocities", "efforts"):
             found[f"robots/{name}/{field}"] = (dof,), "f8"
-        found[f"robots/{name}/gains"] = (3, dof), "f8"  # Kp and Kd in the present command mode, the joints' own damping
+        found[f"robots/{name}/gains"] = (
+            (3, dof),
+            "f8",
+        )  # Kp and Kd in the current command mode, and the joints' own damping
         for sensor in placement.force_torque_sensors:
             found[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
         for link in placement.model.links:
@@ -67,7 +70,7 @@ def row(whole: Arrays, env: int) -> Arrays:
 
 
 def state_names(names: Iterable[str]) -> list[str]:
-    """Return the arrays that belong to the state, not only tell of it."""
+    """Return the names of arrays that belong to the state itself."""
     return [name for name in names if split(name)[2:3] not in (["pose"], ["twist"], ["jacobian"])]
 
 
@@ -81,4 +84,4 @@ def split(name: str) -> list[str]:
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:
-    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # nobody shares a cache line with another array
+    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # avoids cache lines that are shared with another array

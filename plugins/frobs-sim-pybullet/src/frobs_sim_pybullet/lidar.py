@@ -1,4 +1,4 @@
-"""Rays in one environment: Bullet tells what they meet, and where that is round, exact geometry tells where."""
+"""Rays in one environment: Bullet finds the hit object, and exact geometry gives the distance for round shapes."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.rays import ROUND, distances
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose
 
-_LARGEST_BATCH = 16384 - 1  # rays that Bullet takes at once
-_BEYOND = 0.02  # [m] to go on behind a shape that Bullet took to be met by a ray that passes it
+_LARGEST_BATCH = 16384 - 1  # maximum number of rays in a call of Bullet
+_BEYOND = 0.02  # [m] to continue behind a shape that the ray misses although Bullet reports a hit
 _MOST_PASSES = 8
 
 Collider: TypeAlias = tuple[tuple[tuple[Geometry, Pose], ...], Callable[[], tuple[Vector, Quat]]]
-"""The shapes of a link, and where its frame is."""
+"""The shapes of a link, and its frame's pose."""
 
 
 class Rays:
     """Casts rays in one world.
 
     Args:
-        client: Of the world.
-        colliders: By Bullet's body and link.
+        client: Client of the world.
+        colliders: Colliders by Bullet's body and link.
     """
 
     def __init__(self, client: int, colliders: Mapping[tuple[int, int], Collider]) -> None:
@@ -39,16 +39,16 @@ class Rays:
         }
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, mask: int) -> Floats:
-        """Return how far each ray goes, (k,) [m].
+        """Return the distance of each ray, (k,) [m].
 
         Args:
             origins: (k, 3) [m]
             directions: (k, 3), of length 1.
             max_range: [m]
-            mask: Bullet's collision groups that are seen.
+            mask: Bullet's collision groups that rays can hit.
         """
         result = np.full(len(origins), max_range)
-        passed = np.zeros(len(origins))  # [m] where each ray goes on
+        passed = np.zeros(len(origins))  # [m] start of the remaining part of each ray
         open_rays = np.arange(len(origins))
         for _ in range(_MOST_PASSES):
             if not len(open_rays):
@@ -83,7 +83,7 @@ class Rays:
         passed: Floats,
         max_range: float,
     ) -> np.ndarray:
-        """Put exact distances where something round was met; return the rays that pass it, which go on behind it."""
+        """Set exact distances of round shapes; return the rays that miss them, which continue behind them."""
         groups: dict[tuple[int, int], list[int]] = {}
         for ray, hit in zip(rays.tolist(), hits, strict=True):
             if hit in self._round:

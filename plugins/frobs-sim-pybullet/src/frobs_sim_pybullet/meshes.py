@@ -1,4 +1,4 @@
-"""The meshes of robots in files that Bullet reads: it knows few formats, and takes what is broken in silence."""
+"""Meshes of robots as files for Bullet, which supports few formats and silently accepts broken ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Rgba: TypeAlias = tuple[float, float, float, float]
 
 
 class MeshFiles:
-    """Writes each mesh once, in metres, into a folder of its own, and takes the folder away again."""
+    """Writes each mesh once, in meters, into a temporary folder, and removes the folder."""
 
     def __init__(self) -> None:
         self._folder: Path | None = None
@@ -23,24 +23,26 @@ class MeshFiles:
         self._drawn: dict[Mesh, list[tuple[Path, Rgba | None]]] = {}
 
     def hulls(self, mesh: Mesh) -> list[Path]:
-        """Return a file of a mesh's points, or of each of its convex pieces; Bullet takes their convex hull.
+        """Return a file with a mesh's points, or one for each of its convex pieces; Bullet uses their convex hull.
 
         Raises:
             ModelFileError: The mesh cannot be read.
-            MissingDependencyError: The mesh cannot be decomposed here.
+            MissingDependencyError: The package for decomposing the mesh is not installed.
         """
         if mesh not in self._hulls:
             files = []
             for number, piece in enumerate(convex_parts(mesh)):
                 points = np.unique(piece.vertices, axis=0)
-                corners = np.arange(-(-len(points) // 3) * 3) % len(points)  # each point once: all that a hull needs
+                corners = np.arange(-(-len(points) // 3) * 3) % len(
+                    points
+                )  # each point once, which is sufficient for a hull
                 part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
                 files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
             self._hulls[mesh] = files
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[tuple[Path, Rgba | None]]:
-        """Return a file for each of a mesh's colours, with the colour.
+        """Return a file for each of a mesh's colors, with the color.
 
         Raises:
             ModelFileError: The mesh cannot be read.
@@ -60,7 +62,7 @@ class MeshFiles:
         return path
 
     def clear(self) -> None:
-        """Remove the files; what is asked for later is written anew."""
+        """Remove the files; they are written again on demand."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None

@@ -26,7 +26,7 @@ class Engine(NamedTuple):
 
     Attributes:
         timestep: Duration of a physics step [s].
-        parameters: Further keywords of ``pybullet.setPhysicsEngineParameter``.
+        parameters: Additional keywords of ``pybullet.setPhysicsEngineParameter``.
     """
 
     timestep: float
@@ -34,10 +34,10 @@ class Engine(NamedTuple):
 
 
 def read_options(given: Mapping[str, Any]) -> dict[str, int | float]:
-    """Check options and return them as keywords of ``pybullet.setPhysicsEngineParameter``.
+    """Validate options and return them as keywords of ``pybullet.setPhysicsEngineParameter``.
 
     Args:
-        given: The arguments of the simulation, by name. Those that are options count; None: Bullet's default.
+        given: Arguments of the simulation, by name. Only options are used; None: Bullet's default.
 
     Raises:
         ConfigurationError: A value is out of range.

@@ -1,4 +1,4 @@
-"""Which links of a robot are in each other."""
+"""Detection of overlapping links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_sim_pybullet.meshes import MeshFiles
 
 
 def find_overlaps(placement: Placement, joint_positions: Floats) -> list[Overlap]:
-    """Return the pairs of links that are in each other, the deepest first; neighbours are none.
+    """Return the pairs of overlapping links, deepest first, except neighbors.
 
     Args:
         placement: The robot.

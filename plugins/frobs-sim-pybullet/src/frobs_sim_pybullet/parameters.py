@@ -28,11 +28,11 @@ class PybulletParameters(WrittenParameters):
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
 
     def sizes(self, env: int) -> dict[str, float]:
-        """Return the sizes that were written in an environment, by body."""
+        """Return the written sizes in an environment, by body."""
         return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def restore(self, state: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         super().restore(state)
         for robot in self._simulation.robots.values():
             robot.apply_gains()

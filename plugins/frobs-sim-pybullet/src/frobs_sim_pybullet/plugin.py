@@ -10,7 +10,7 @@ from frobs_core.specs import SimulatorRecord
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Offer PyBullet."""
+    """Provide PyBullet."""
     exact = (
         "determinism snapshot teleport pause drive contacts rays wrench cameras randomize_mass "
         "randomize_gains randomize_joint_damping randomize_gravity randomize_size"
@@ -23,11 +23,11 @@ def frobs_simulators() -> list[SimulatorRecord]:
             install_hint="pip install frobs-sim-pybullet, with Python 3.11: PyBullet has no wheel for newer versions",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
-                # A constraint of the engine; the drives do not know what they carry by it.
+                # A constraint of the engine; the drives do not include the attached mass.
                 "attachments": Level.APPROXIMATE,
-                # Exact at rest; in fast motion Bullet reports a few percent too little.
+                # Exact at rest; in fast motion, Bullet's values are a few percent too low.
                 "force_torque": Level.APPROXIMATE,
-                # Each environment is an engine of its own, of some 30 MB.
+                # Each environment is a separate engine of about 30 MB.
                 "batched": Level.APPROXIMATE,
                 # Bullet multiplies the friction of two bodies; only on the floor is it the larger one, as on MuJoCo.
                 "randomize_friction": Level.APPROXIMATE,

@@ -1,6 +1,6 @@
 """Environments in several processes: blocks that are called through pipes and answer in shared memory.
 
-The first block is in this process: waiting for others would waste a processor, and each message costs as much as a tenth
+The first block is in this process, because waiting for others would waste a processor, and each message costs a tenth
 of a step.
 """
 
@@ -29,42 +29,42 @@ from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.worker import work
 
-CONTEXT = multiprocessing.get_context("spawn")  # a fork would inherit locks of threads that it does not have
+CONTEXT = multiprocessing.get_context("spawn")  # a forked process would inherit locks of threads that it does not have
 
-_GRACE = 5.0  # [s] in which a worker ends by itself when its pipe is closed
+_GRACE = 5.0  # [s] for a worker to end by itself after its pipe is closed
 
 
 def count_workers(num_envs: int, num_threads: int) -> int:
-    """Return over how many processes a simulation is spread, this one among them.
+    """Return the number of processes for a simulation, including this one.
 
     Args:
         num_envs: ≥ 1.
         num_threads: 0: one for each processor.
     """
     if multiprocessing.current_process().daemon:
-        return 1  # such a process, Gymnasium's AsyncVectorEnv makes them, may have no children
+        return 1  # daemonic processes, such as those of Gymnasium's AsyncVectorEnv, cannot have children
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(num_envs, num_threads or usable)
 
 
 class Pool:
-    """Blocks of environments, one here and others in worker processes; called as a single one of them is.
+    """Blocks of environments, one in this process and the others in workers, with the interface of a single block.
 
-    Nothing outlives it: a worker ends when its pipe is closed, by :meth:`close`, by the garbage collector or because
-    this process is no more.
+    Workers never outlive it: they end when their pipe is closed, by :meth:`close`, by the garbage collector, or because
+    this process has ended.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         engine: Settings of the physics engine.
-        fields: What the shared arrays are.
-        num_envs: Of all blocks.
+        fields: Layout of the shared arrays.
+        num_envs: Number of environments in all blocks.
         buffer: The shared memory.
-        count: Blocks, ≥ 2.
+        count: Number of blocks, ≥ 2.
 
     Raises:
         SimulationError: A worker does not start.
-        FrobsError: What a worker raises when it builds its environments.
+        FrobsError: A worker raised it while building its environments.
     """
 
     def __init__(
@@ -135,13 +135,13 @@ class Pool:
 
     @contextmanager
     def _asked(self, messages: Mapping[int, Any], what: str) -> Iterator[dict[int, Any]]:
-        """Send messages to workers, let this process do its own part, and add their answers to those that it yields."""
+        """Send messages to workers, let this process do its own part, and append their answers to its results."""
         for number, message in messages.items():
             self._send(number, message, what)
         answers: dict[int, Any] = {}
         try:
             yield answers
-        finally:  # each message has its answer, whatever happened here
+        finally:  # each message has an answer, even after an error
             answers.update(zip(messages, self._collect(list(messages), what), strict=True))
 
     def _send(self, number: int, message: Any, what: str) -> None:
@@ -153,10 +153,10 @@ class Pool:
             self._fail(number, what)
 
     def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
-        """Wait for the answers of workers; the first that has failed is told of when all have answered."""
+        """Wait for the answers of workers. After all have answered, report the first failure."""
         answers: dict[int, Any] = {}
         waiting: dict[Any, int] = {self._pipes[number]: number for number in numbers}
-        while waiting:  # for all at once: one that is dead is not heard of behind one that is busy
+        while waiting:  # waits for all at once, because a dead worker would not be noticed behind a busy one
             for pipe in wait(list(waiting)):
                 number = waiting.pop(pipe)
                 try:
@@ -167,13 +167,13 @@ class Pool:
         for failure in found:
             if not isinstance(failure, Exception):
                 continue
-            self._failure = SimulationError("a worker process of this simulation failed before; build a new one.")
+            self._failure = SimulationError("a worker process of this simulation has failed; build a new simulation.")
             self.close()
             raise failure
         return found
 
     def _fail(self, number: int, what: str) -> None:
-        """Raise the error that says how a worker ended."""
+        """Raise an error that describes how a worker ended."""
         process = self.processes[number]
         process.join(_GRACE)
         code = process.exitcode
@@ -189,14 +189,14 @@ class Pool:
         raise self._failure
 
     def close(self) -> None:
-        """End the workers, and disconnect from Bullet; twice is harmless."""
+        """End the workers and disconnect from Bullet. Calling it again has no effect."""
         self._end()
         self._own.close()
 
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide the user's script from a process that starts: it would run the script again, and needs none of it."""
+    """Hide the user's script from a new process, which would otherwise run it again."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:

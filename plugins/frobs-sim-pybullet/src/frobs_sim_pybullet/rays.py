@@ -1,4 +1,4 @@
-"""Rays at round shapes, exactly: Bullet's own answer is up to a centimetre off where a ray grazes one."""
+"""Exact intersections of rays with round shapes; Bullet's results are off by up to a centimeter at grazing angles."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 
 ROUND = (Sphere, Cylinder, Capsule)
-"""Shapes at which Bullet's rays end at a distance from the surface, not on it."""
+"""Shapes for which Bullet's rays end at a distance from the surface."""
 
 
 def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats:
-    """Return how far along each ray a shape is first met from outside, (k,) [m]; infinite where it is not.
+    """Return the distance at which each ray first hits a shape from outside, (k,) [m]; infinite if it does not.
 
     Args:
         geometry: The shape; not a mesh.
@@ -39,7 +39,7 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
 
 
 def _slabs(origins: Floats, directions: Floats, low: Floats, high: Floats) -> Floats:
-    """Meet a box from outside: enter the last of its slabs before leaving the first."""
+    """Intersect a box from outside: enter the last of its slabs before leaving the first."""
     at_low, at_high = (low - origins) / directions, (high - origins) / directions
     enter = np.nanmax(np.minimum(at_low, at_high), axis=1)
     leave = np.nanmin(np.maximum(at_low, at_high), axis=1)
@@ -55,7 +55,7 @@ def _ball(origins: Floats, directions: Floats, radius: float) -> Floats:
 
 
 def _side(origins: Floats, directions: Floats, radius: float, length: float) -> Floats:
-    """Meet the side of a cylinder along z."""
+    """Intersect the side of a cylinder along z."""
     a = (directions[:, :2] ** 2).sum(axis=1)
     b = (origins[:, :2] * directions[:, :2]).sum(axis=1)
     root = b**2 - a * ((origins[:, :2] ** 2).sum(axis=1) - radius**2)
@@ -65,7 +65,7 @@ def _side(origins: Floats, directions: Floats, radius: float, length: float) -> 
 
 
 def _cylinder(origins: Floats, directions: Floats, radius: float, length: float) -> Floats:
-    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # the one that faces the ray
+    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # the cap that faces the ray
     there = origins[:, :2] + cap[:, None] * directions[:, :2]
     lid = _where((cap >= 0.0) & ((there**2).sum(axis=1) <= radius**2), cap)
     return np.minimum(_side(origins, directions, radius, length), lid)

@@ -1,4 +1,4 @@
-"""Pictures by Bullet's software renderer, which needs no OpenGL; and the window, which does."""
+"""Rendering with Bullet's software renderer, which does not need OpenGL, and the viewer, which does."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from frobs_sim_pybullet.stage import Stage
 from frobs_sim_pybullet.transforms import Quat, Vector, rotate
 
 _NEAR, _FAR = 0.01, 50.0  # [m]
-_LIGHT = (1.5, -1.5, 3.5)  # where it comes from
+_LIGHT = (1.5, -1.5, 3.5)  # position of the light
 _DEFAULT = Camera(pos=(1.4, -1.4, 1.1), target=(0.1, 0.0, 0.35))
 
 
 class Renderer:
-    """Draws environments.
+    """Renders environments.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
     """
 
     def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -48,18 +48,18 @@ class Renderer:
         markers: Sequence[Marker],
         fast: bool,
     ) -> np.ndarray[Any, Any]:
-        """Draw one environment; (h, w, c) as ``Simulation.render`` says.
+        """Render one environment; (h, w, c) as in ``Simulation.render``.
 
         Args:
-            arrays: Of the simulation.
-            env: Which environment.
-            sizes: Of its bodies that are not as the scene has them.
-            camera: Its name; None where the scene has none.
-            frame: Where what the camera is fixed to is.
+            arrays: Arrays of the simulation.
+            env: Index of the environment.
+            sizes: Sizes of its bodies that differ from the scene.
+            camera: Name of the camera; None if the scene has none.
+            frame: Pose of the frame that the camera is fixed to.
             size: (height, width)
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
-            markers: Drawn into rgb pictures.
-            fast: Whether shadows are omitted.
+            markers: Markers to draw into rgb images.
+            fast: Whether to omit shadows.
         """
         self._stage.pose(arrays, env, sizes)
         self._stage.mark(markers if modality == "rgb" else (), env)
@@ -89,23 +89,23 @@ class Renderer:
         return self._segments(np.reshape(np.asarray(segments, np.int64), (height, width, 1)))
 
     def _segments(self, coded: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Turn Bullet's numbers, body + (link + 1) << 24, into ours."""
+        """Convert Bullet's indices, body + (link + 1) << 24, into segmentation numbers."""
         result = np.full(coded.shape, -1, np.int32)
         for code in np.unique(coded[coded >= 0]).tolist():
             result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
         return result
 
     def close(self) -> None:
-        """Release what is drawn."""
+        """Release the rendered world."""
         p.disconnect(self._client)
 
 
 class Viewer:
-    """A window on the first environment.
+    """A window that shows the first environment.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
 
     Raises:
         RenderingUnavailableError: There is no display, or no OpenGL.
@@ -117,7 +117,7 @@ class Viewer:
         with quiet():
             self._client = p.connect(p.GUI)
         if self._client < 0:
-            raise RenderingUnavailableError("Bullet's window does not open (it wants OpenGL 3)", "libgl1-mesa-dri")
+            raise RenderingUnavailableError("Bullet's window does not open (it requires OpenGL 3)", "libgl1-mesa-dri")
         p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0, physicsClientId=self._client)
         self._stage = Stage(self._client, robots, scene)
         camera = next(iter(scene.cameras.values()), _DEFAULT)
@@ -129,7 +129,7 @@ class Viewer:
             p.resetDebugVisualizerCamera(distance, yaw, pitch, camera.target, self._client)
 
     def sync(self, arrays: Arrays, sizes: Mapping[str, float]) -> None:
-        """Show the present state; nothing once the window was closed."""
+        """Show the current state. This has no effect after the window was closed."""
         if p.isConnected(self._client):
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             self._stage.pose(arrays, 0, sizes)

@@ -1,4 +1,4 @@
-"""One robot of a PyBullet simulation."""
+"""The handle of a robot in a PyBullet simulation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PybulletRobot(RobotHandle):
-    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, simulation: PybulletSimulation, name: str, placement: Placement) -> None:
         self._simulation = simulation
@@ -45,30 +45,30 @@ class PybulletRobot(RobotHandle):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Put the joints somewhere at once."""
+        """Set the joint state without simulating the motion."""
         self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
+        """Change the command mode, and hold."""
         self._set_modes(mode)
         self.apply_gains()
         self.hold(slice(None))
 
     def apply_gains(self) -> None:
-        """Tell the drives the gains of each environment, in the present command modes."""
+        """Pass the gains of each environment, for the current command modes, to the drives."""
         self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
         self._command[rows] *= self._write_gains(which, rows, values)
         self.apply_gains()
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow."""
+        """Set the targets of the drives."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._command)
             self._simulation.command_rows.pop(self.name, None)
@@ -76,7 +76,7 @@ class PybulletRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def hold(self, rows: slice | np.ndarray) -> None:
-        """Command some environments to stay where they are, or to rest."""
+        """Command some environments to hold their positions, or to rest."""
         self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
     @property
@@ -90,21 +90,21 @@ class PybulletRobot(RobotHandle):
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Put the root link somewhere at once."""
+        """Teleport the root link."""
         n = self._simulation.count(mask)
         pose = np.concatenate([np.broadcast_to(pos, (n, 3)), np.broadcast_to(quat_wxyz, (n, 4))], axis=1)
         self._simulation.call("write_base_pose", mask, self.name, (pose, (7,)))
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free root link a velocity at once."""
+        """Set the velocity of a free root link."""
         if self.robot.base == "fixed":
-            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
         n = self._simulation.count(mask)
         twist = np.concatenate([np.broadcast_to(lin_vel_world, (n, 3)), np.broadcast_to(ang_vel_world, (n, 3))], axis=1)
         self._simulation.call("write_base_twist", mask, self.name, (twist, (6,)))
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return where a link is, or would be, in the world."""
+        """Return the pose of a link in the world, currently or for given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
@@ -123,7 +123,7 @@ class PybulletRobot(RobotHandle):
         return self._watched("jacobian", frame)
 
     def lidar(self, name: str) -> Floats:
-        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)
 

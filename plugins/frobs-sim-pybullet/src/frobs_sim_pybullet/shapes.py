@@ -14,7 +14,7 @@ from frobs_sim_pybullet.urdf import write_link_urdf
 
 
 def add_body(client: int, body: Body, meshes: MeshFiles) -> int:
-    """Create a scene body; return Bullet's number of it.
+    """Create a scene body; return Bullet's index of it.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -32,7 +32,7 @@ def add_body(client: int, body: Body, meshes: MeshFiles) -> int:
 
 
 def is_plain(body: Body) -> bool:
-    """Return whether a body is one primitive, centered in its frame, whose moments of inertia are principal."""
+    """Return whether a body is a single primitive, centered in its frame, with principal moments of inertia."""
     part, inertial = body.parts[0], body.inertial
     return (
         len(body.parts) == 1
@@ -55,7 +55,7 @@ def _add_plain_body(client: int, body: Body) -> int:
 
 
 def prepare(client: int, number: int, friction: float, torsional: float = 0.0, rolling: float = 0.0) -> None:
-    """Set a body's friction, and turn off what Bullet adds to its own mechanics."""
+    """Set a body's friction, and disable mechanics that Bullet would add to its own."""
     p.changeDynamics(
         number,
         -1,
@@ -72,11 +72,12 @@ def prepare(client: int, number: int, friction: float, torsional: float = 0.0, r
 
 
 def shape_keywords(geometry: Geometry, length_name: str) -> dict[str, Any]:
-    """Return the keywords that make a primitive.
+    """Return the keywords for creating a primitive.
 
     Args:
         geometry: The primitive.
-        length_name: Of a length: ``"height"`` for ``createCollisionShape``, ``"length"`` for ``createVisualShape``.
+        length_name: Keyword of a length: ``"height"`` for ``createCollisionShape``, ``"length"`` for
+            ``createVisualShape``.
     """
     match geometry:
         case Box(size):

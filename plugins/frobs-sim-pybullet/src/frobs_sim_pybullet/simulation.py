@@ -37,14 +37,14 @@ from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""What becomes of each kind of element of a model file."""
+"""Translation of each kind of element of a model file."""
 
 
 class Native(NamedTuple):
-    """PyBullet's own numbers in one environment.
+    """PyBullet's own indices in one environment.
 
     Attributes:
-        client: Of its physics server.
+        client: Client of its physics server.
         robots: Body of each robot.
         bodies: Body of each scene body.
     """
@@ -57,25 +57,25 @@ class Native(NamedTuple):
 class PybulletSimulation(Simulation):
     """``num_envs`` copies of robots and a scene on PyBullet; see :class:`frobs_core.interfaces.Simulation`.
 
-    With one environment, or ``num_threads=1``, all are in this process; else ``num_threads`` worker processes have a
-    share of them each. For the engine's options, None means Bullet's default.
+    A single environment, or all with ``num_threads=1``, run in this process. Otherwise, the environments are
+    distributed over ``num_threads`` worker processes. For the engine's options, None means Bullet's default.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: Processes; 0: one for each processor.
+        num_threads: Number of processes; 0: one for each processor.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        iterations: Most iterations of the constraint solver in a physics step, ≥ 1.
+        iterations: Maximum number of iterations of the constraint solver in a physics step, ≥ 1.
         tolerance: Residual at which the solver stops, ≥ 0.
-        erp: Share of a joint's constraint error that is corrected in a physics step.
-        contact_erp: Share of a contact's penetration that is corrected in a physics step.
-        friction_erp: Share of a friction anchor's error that is corrected in a physics step.
+        erp: Fraction of a joint's constraint error that is corrected in a physics step.
+        contact_erp: Fraction of a contact's penetration that is corrected in a physics step.
+        friction_erp: Fraction of a friction anchor's error that is corrected in a physics step.
         cfm: Constraint force mixing, which softens constraints, ≥ 0.
 
     Raises:
-        ConfigurationError: The scene is contradictory, or an option is out of range.
+        ConfigurationError: The scene is inconsistent, or an option is out of range.
     """
 
     robots: Mapping[str, PybulletRobot]
@@ -131,19 +131,19 @@ class PybulletSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Say what becomes of a robot's model file."""
+        """Return the translation of a robot's model file."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Native, ...]:
-        """PyBullet's numbers, one for each environment.
+        """PyBullet's indices, one object for each environment.
 
         Raises:
-            SimulationError: The environments are in worker processes, where nothing of the caller's can reach them.
+            SimulationError: The environments are in worker processes, which the caller cannot access.
         """
         if not isinstance(self._backend, Block):
             raise SimulationError(
-                "the environments live in worker processes, out of reach; build with num_threads=1 to have them here."
+                "the environments are in worker processes; build with num_threads=1 to access them in this process."
             )
         self.call("apply_sizes", None)
         worlds = self._backend.worlds.values()
@@ -156,11 +156,11 @@ class PybulletSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Which environments stand still because their numbers blew up, or None."""
+        """Environments that stopped because their numbers diverged, or None."""
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Go back to the scene as it was built."""
+        """Return to the initial state of the scene."""
         self.call("reset", mask)
         self.contacts.clear(mask)
         for robot in self.robots.values():
@@ -187,32 +187,32 @@ class PybulletSimulation(Simulation):
             self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at everything that collides."""
+        """Cast rays at all colliding shapes."""
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that do not see one robot; (num_envs, k) [m]."""
+        """Cast rays that do not detect one robot; (num_envs, k) [m]."""
         ends = origins.shape[1:]
         return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
 
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None
     ) -> None:
-        """Put several bodies somewhere at once."""
+        """Teleport several bodies."""
         if not all(self.bodies[name].moves for name in names):
-            super().write_body_poses(names, pos, quat_wxyz, mask)  # which names the one that is static
+            super().write_body_poses(names, pos, quat_wxyz, mask)  # reports the static body
             return
         quats = () if quat_wxyz is None else ((quat_wxyz, (len(names), 4)),)
         self.call("write_bodies", mask, list(names), (pos, (len(names), 3)), *quats)
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Push a body at its centre of mass during the next ``step``."""
+        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
         self.call("push", mask, body, (force_world, (3,)), (torque_world, (3,)))
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter of each environment."""
+        """Return a physical parameter for each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -224,7 +224,7 @@ class PybulletSimulation(Simulation):
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
-        """Return what Bullet knows of the state, what the simulation does, and the parameters that were written."""
+        """Return Bullet's state, the state of the simulation, and the written parameters."""
         saved = self.call("save", None)
         longest = max(map(len, saved))
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
@@ -233,7 +233,7 @@ class PybulletSimulation(Simulation):
         return {**state, **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.parameters.restore(snapshot)
         for name in layout.state_names(self.arrays):
             self.arrays[name][...] = snapshot[name]
@@ -253,7 +253,7 @@ class PybulletSimulation(Simulation):
         markers: Sequence[Marker] = (),
         fast: bool = False,
     ) -> np.ndarray[Any, Any]:
-        """Draw environments."""
+        """Render environments."""
         if camera is not None and camera not in self.scene.cameras:
             raise UnknownNameError("camera", camera, self.scene.cameras)
         if modality not in self.render_modalities:
@@ -267,12 +267,12 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # which gives an empty result its shape and dtype
+            for i in chosen or [0]  # gives an empty result its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
 
     def open_viewer(self) -> None:
-        """Open a window on the first environment."""
+        """Open a window that shows the first environment."""
         self._watch_what_is_drawn()
         if self._viewer is None:
             self._viewer = Viewer(self.placements, self.scene)
@@ -285,7 +285,7 @@ class PybulletSimulation(Simulation):
             _ = body.pose
 
     def _frame(self, camera: str | None, env: int) -> tuple[Vector, Quat]:
-        """Return where what a camera is fixed to is."""
+        """Return the pose of the frame that a camera is fixed to."""
         frame = None if camera is None else self.scene.cameras[camera].frame
         if frame is None:
             return IDENTITY
@@ -295,20 +295,20 @@ class PybulletSimulation(Simulation):
         return tuple(pos), (x, y, z, w)
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return which links of a robot are in each other now, in the first environment, the deepest first.
+        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
 
-        Among them are those that are so at home, which never push each other apart.
+        They include pairs that overlap at home, which never push each other apart.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
         return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:
-        """Return PyBullet without FRobs; offered for one robot on a fixed base."""
+        """Return PyBullet without FRobs; only available for one robot on a fixed base."""
         return BarePybullet(self) if BarePybullet.knows(self) else None
 
     def close(self) -> None:
-        """Release the physics servers and the workers; twice is harmless."""
+        """Release the physics servers and the workers. Calling it again has no effect."""
         if not self._closed:
             self._closed = True
             for resource in (self._renderer, self._viewer):
@@ -318,16 +318,17 @@ class PybulletSimulation(Simulation):
             self._backend.close()
 
     def count(self, mask: Mask | None) -> int:
-        """Return how many environments a mask means."""
+        """Return the number of environments of a mask."""
         return self.num_envs if mask is None else int(np.count_nonzero(mask))
 
     def call(self, method: str, mask: Mask | None, *arguments: Any) -> list[Any]:
         """Call a method of the worlds of ``mask``.
 
         Args:
-            method: Of :class:`frobs_sim_pybullet.editing.EditableWorld`.
+            method: Name of a method of :class:`frobs_sim_pybullet.editing.EditableWorld`.
             mask: The environments.
-            *arguments: Arrays with a row for each; (values, shape of a row), which are broadcast; others as they are.
+            *arguments: Arrays with a row for each environment; (values, shape of a row), which are broadcast; others
+                are passed unchanged.
         """
         if self._closed:
             raise SimulationError("the simulation is closed.")

@@ -1,4 +1,4 @@
-"""What is drawn: a second world with visual shapes and without physics, put where an environment's bodies are."""
+"""The rendered world: a second world with visual shapes and without physics, moved to an environment's poses."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _FAR, _LARGE_TILE, _MOST_TILES = (
     8.0,
     2.0,
     40,
-)  # [m] from where a floor is looked at that needs larger ones; [m]; along each axis
+)  # [m] viewing distance from which the floor needs larger tiles; [m] edge; tiles along each axis
 
 
 class Stage:
-    """What is drawn.
+    """The rendered world.
 
     Args:
-        client: Of a server for it alone.
-        robots: By name.
-        scene: Everything else.
+        client: Client of a separate server.
+        robots: Robots, by name.
+        scene: The rest of the scene.
 
     Attributes:
-        numbers: Bullet's body and link of all that is drawn, to its number in segmentations: 0 is the floor.
+        numbers: Segmentation number of each of Bullet's bodies and links; 0 is the floor.
     """
 
     def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -68,7 +68,7 @@ class Stage:
         self.numbers[body, link] = max(self.numbers.values(), default=0) + 1
 
     def _floor(self) -> list[int]:
-        """Add a floor of tiles in two tones; return Bullet's numbers of them."""
+        """Add a floor of tiles in two colors; return Bullet's indices of them."""
         far = self._scene.span
         tile = _TILE if far < _FAR else _LARGE_TILE
         tiles = _TILES if far < _FAR else min(_MOST_TILES, 2 * math.ceil(far / tile))
@@ -97,12 +97,12 @@ class Stage:
         return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
 
     def pose(self, arrays: Arrays, env: int, sizes: Mapping[str, float]) -> None:
-        """Put all where it is in an environment.
+        """Move everything to its pose in an environment.
 
         Args:
-            arrays: Of the simulation; the poses of root links and bodies are current.
-            env: Which environment.
-            sizes: Of its bodies that are not as the scene has them.
+            arrays: Arrays of the simulation, with current poses of root links and bodies.
+            env: Index of the environment.
+            sizes: Sizes of its bodies that differ from the scene.
         """
         for name, size in self._sizes.items():
             if sizes.get(name, 1.0) != size:
@@ -125,7 +125,7 @@ class Stage:
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
 
     def _resize(self, name: str, size: float) -> None:
-        """Draw a body in another size, with its number in segmentations."""
+        """Draw a body in another size, with the same segmentation number."""
         self._sizes[name] = size
         segment = self.numbers.pop((self._bodies[name], -1))
         p.removeBody(self._bodies[name], self.client)
@@ -133,7 +133,7 @@ class Stage:
         self.numbers[number, -1] = segment
 
     def mark(self, markers: Sequence[Marker], env: int) -> None:
-        """Show markers; those of the last call are gone."""
+        """Show markers, and remove those of the last call."""
         for number in self._markers:
             p.removeBody(number, self.client)
         self._markers = []

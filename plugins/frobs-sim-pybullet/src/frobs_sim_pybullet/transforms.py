@@ -1,4 +1,4 @@
-"""Rigid transforms of one body at a time, as tuples in Bullet's order (x, y, z, w): faster than arrays at this size."""
+"""Rigid transforms of single bodies, as tuples in Bullet's order (x, y, z, w), which are faster than small arrays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def from_pose(pose: Pose) -> tuple[Vector, Quat]:
 
 
 def multiply(first: Quat, second: Quat) -> Quat:
-    """Return the rotation that does ``second``, then ``first``; quat_xyzw."""
+    """Return the rotation that applies ``second``, then ``first``; quat_xyzw."""
     x1, y1, z1, w1 = first
     x2, y2, z2, w2 = second
     w, x, y, z = multiply_components(w1, x1, y1, z1, w2, x2, y2, z2)
@@ -46,7 +46,7 @@ def conjugate(quat: Quat) -> Quat:
 
 
 def compose(outer: tuple[Vector, Quat], inner: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
-    """Return the transform that does ``inner``, then ``outer``."""
+    """Return the transform that applies ``inner``, then ``outer``."""
     (px, py, pz), quat = outer
     x, y, z = rotate(quat, inner[0])
     return (px + x, py + y, pz + z), multiply(quat, inner[1])

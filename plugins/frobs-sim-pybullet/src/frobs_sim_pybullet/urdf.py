@@ -1,8 +1,8 @@
-"""Writing a robot's model as the one URDF that Bullet reads.
+"""Writes a robot's model as a URDF for Bullet.
 
-Whatever the robot's file was, Bullet sees what the core's reader made of it: each link with its own inertia along its
-principal axes (Bullet would find those to six digits only), each joint with its limits. A link that weighs nothing and
-has no shape is only a frame: it is left out, and known by where it sits on the link that carries it.
+Bullet gets the model of the core's reader, regardless of the file's format. Each link has its inertia along its
+principal axes, because Bullet would compute them with six digits only. A link without mass and shape is only a frame:
+it is omitted and represented by its pose on the link that carries it.
 """
 
 from __future__ import annotations
@@ -40,22 +40,24 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
 NET = {JointType.REVOLUTE: 0.02, JointType.PRISMATIC: 0.002}
-"""[rad], [m] beyond a position limit at which Bullet stops a joint; at the limit itself the drive law does."""
+"""Distance beyond a position limit at which Bullet stops a joint [rad], [m]; at the limit itself, the drive law
+does.
+"""
 
 VIRTUAL = 6
-"""Joints that a floating base has in the dynamics model: three slide, three turn."""
+"""Number of joints of a floating base in the dynamics model: three prismatic, three revolute."""
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """Which links of a model are bodies of their own, and where the others sit on them.
+    """The links of a model that are separate bodies, and the poses of the other links on them.
 
     Attributes:
-        bodies: Names of the links that are bodies; the base first.
-        frames: Body that carries each link, and where on it.
-        joints: Each joint to a body, with the body that it hangs from and its place there.
-        root: Where the root link is on the base.
-        welds: For each body, the first of those that move as one with it.
+        bodies: Names of the links that are bodies, base first.
+        frames: Body that carries each link, and the link's pose on it.
+        joints: Each joint to a body, with its parent body and its pose there.
+        root: Pose of the root link on the base.
+        welds: For each body, the first of those that move together with it.
     """
 
     bodies: tuple[str, ...]
@@ -66,13 +68,13 @@ class Skeleton:
 
 
 def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
-    """Tell bodies from mere frames.
+    """Distinguish bodies from mere frames.
 
-    The base is the root. Of a floating robot it must weigh something, or Bullet takes it as fixed: where the root
-    weighs nothing, the first link that is fixed to it and does is the base.
+    The base is the root. Bullet treats a floating base without mass as fixed, so if the root has no mass, the first
+    link that is fixed to it and has mass becomes the base.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
         floating: Whether the base moves.
 
     Raises:
@@ -110,14 +112,14 @@ def _hang_from_a_weight(
     frames: dict[str, tuple[str, tuple[Vector, Quat]]],
     joints: list[tuple[Joint, str, tuple[Vector, Quat]]],
 ) -> tuple[Vector, Quat]:
-    """Make a link that weighs something the base, instead of the root to which it is fixed; return the root on it."""
+    """Make a link with mass the base, instead of the root that it is fixed to; return the root's pose on it."""
     root = model.root
     for found in joints:
         joint, parent, place = found
         if parent == root and joint.type is JointType.FIXED and links[joint.child].inertial is not None:
             break
     else:
-        raise ModelFileError(model.path, f"the root '{root}' weighs nothing, so a base that moves freely has no mass.")
+        raise ModelFileError(model.path, f"the root '{root}' has no mass, so a free base would have no mass.")
     base, back = joint.child, invert(place)
     joints.remove(found)
     bodies.remove(base)
@@ -142,14 +144,14 @@ def _is_body(link: Link) -> bool:
 def write_urdf(
     model: RobotModel, meshes: MeshFiles, *, floating: bool, collisions: bool = True, visuals: bool = False
 ) -> str:
-    """Return the URDF that Bullet simulates or draws.
+    """Return the URDF that Bullet simulates or renders.
 
     Args:
-        model: The robot.
-        meshes: Writes the mesh files that the URDF names.
+        model: Model of the robot.
+        meshes: Writes the mesh files that the URDF refers to.
         floating: Whether the base moves.
-        collisions: With what collides.
-        visuals: With what is drawn: the visuals, or for a link without any its collision shapes.
+        collisions: Whether to include collision shapes.
+        visuals: Whether to include visual shapes, or for a link without any its collision shapes.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
     lines = [f"<robot name={quoteattr(model.name)}>"]
@@ -175,20 +177,21 @@ def _link(link: Link, meshes: MeshFiles, *, collisions: bool, visuals: bool) -> 
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return between which positions a joint moves [rad or m]; None: it has no limits."""
+    """Return the range of a joint's positions [rad or m]; None if it has no limits."""
     lower, upper = joint.limits.lower, joint.limits.upper
     limited = joint.type in NET and math.isfinite(lower) and math.isfinite(upper)
     return (lower, upper) if limited else None
 
 
 def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
-    """Return the URDF whose mass matrix and bias forces the drives need: without shapes, the base always fixed.
+    """Return the URDF for computing mass matrices and bias forces for the drives: without shapes, with a fixed base.
 
-    A floating base hangs from six virtual joints: Bullet's inverse dynamics knows fixed bases only.
+    A floating base is connected through six virtual joints, because Bullet's inverse dynamics only supports fixed
+    bases.
 
     Args:
-        model: The robot.
-        masses: Of links that were changed [kg]; their inertia changes alike.
+        model: Model of the robot.
+        masses: Changed masses of links [kg]; their inertia is scaled accordingly.
         floating: Whether the base moves.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
@@ -207,14 +210,14 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
     for name in bones.bodies:
         inertial = links[name].inertial or _WEIGHTLESS
         if name == bones.bodies[0] and not floating:
-            inertial = _WEIGHTLESS  # a fixed base weighs nothing in motion, and Bullet refers all to its centre of mass
+            inertial = _WEIGHTLESS  # its mass has no effect, and Bullet would refer everything to its center of mass
         lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
 
 
 def principal(inertial: Inertial) -> tuple[Vector, Quat, Vector]:
-    """Return where the centre of mass is, how the principal axes are turned, and the moments about them [kg·m²]."""
+    """Return the center of mass, the orientation of the principal axes, and the moments about them [kg·m²]."""
     ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
     pos, quat = from_pose(inertial.origin)
     if ixy == ixz == iyz == 0.0:
@@ -238,7 +241,7 @@ def _inertial(inertial: Inertial, mass: float | None = None) -> str:
 def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
     found, kind = position_range(joint), joint.type.value
     if found is None:
-        lower, upper = 1.0, -1.0  # Bullet takes an empty range for none
+        lower, upper = 1.0, -1.0  # Bullet treats an empty range as unlimited
         kind = "continuous" if joint.type is JointType.REVOLUTE else kind
     else:
         net = NET[joint.type]
@@ -251,7 +254,7 @@ def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
 
 
 def _solids(geometry: Geometry, meshes: MeshFiles) -> list[str]:
-    """Return what of a shape collides: one element, or one for each convex piece of a mesh."""
+    """Return the colliding elements of a shape: one, or one for each convex piece of a mesh."""
     if isinstance(geometry, Mesh):
         return [_mesh(path) for path in meshes.hulls(geometry)]
     return [_geometry(geometry)]
@@ -262,7 +265,7 @@ def _collision(inner: str, shape: Collision) -> str:
 
 
 def _visuals(shape: Visual | Collision, meshes: MeshFiles) -> list[str]:
-    """Return the <visual> elements of a shape: one, or for a mesh one for each of its colours."""
+    """Return the <visual> elements of a shape: one, or one for each color of a mesh."""
     geometry, rgba = shape.geometry, getattr(shape, "rgba", None) or _GREY
     if isinstance(geometry, Mesh):
         parts = [(_mesh(path), own or rgba) for path, own in meshes.drawn(geometry)]
@@ -290,7 +293,7 @@ def _geometry(geometry: Geometry) -> str:
             return f'<cylinder radius="{float(radius)!r}" length="{float(length)!r}"/>'
         case Capsule(radius, length):
             return f'<capsule radius="{float(radius)!r}" length="{float(length)!r}"/>'
-    raise TypeError(f"{geometry} is no shape that is written as such")
+    raise TypeError(f"{geometry} cannot be written as a shape")
 
 
 def _origin(transform: tuple[Vector, Quat]) -> str:

@@ -1,4 +1,4 @@
-"""One environment: a physics server of its own, with robots, bodies and a floor."""
+"""One environment: a separate physics server with robots, bodies and a floor."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, cross
 from frobs_sim_pybullet.wrenches import WrenchSensor
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
-"""Bullet's collision group of each robot; lidars leave out their own robot's."""
+"""Bullet's collision group of each robot; lidars ignore that of their own robot."""
 
 
-_WELD_FORCE = 1e5  # [N] and [N·m], largest of an attachment: Bullet's own default breaks at a few newtons
+_WELD_FORCE = 1e5  # [N] and [N·m], maximum of an attachment; Bullet's default breaks at a few newtons
 
 
 class RobotRow(NamedTuple):
@@ -53,12 +53,12 @@ class World:
     """One environment.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         engine: Settings of the physics engine.
-        dynamics: Where mass matrices are asked for.
+        dynamics: Computes mass matrices.
         meshes: Writes mesh files for Bullet.
-        row: This environment's row of the arrays that it shares with the simulation.
+        row: This environment's row of the shared arrays.
     """
 
     def __init__(
@@ -85,8 +85,9 @@ class World:
         client = self.client = connect()
         p.setTimeStep(self._h, client)
         p.setGravity(*self._scene.gravity, client)
-        # Sorted pairs: what was there before a reset or a snapshot then has no influence on what comes after.
-        # No slop: contacts that may sink in a little first let bodies fall, then push them harder than they weigh.
+        # Sorted pairs prevent the history before a reset or restore from influencing the results. There is no slop:
+        # contacts that may be penetrated slightly would first let bodies fall and then push them harder than their
+        # weight.
         p.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
         )
@@ -101,7 +102,7 @@ class World:
         }
         self._resized = False
         self.bodies = {name: add_body(client, body, self._meshes) for name, body in bodies.items()}
-        self._coms = {  # where Bullet's frame of each body is in its own, if it is elsewhere
+        self._coms = {  # pose of Bullet's frame in each body's own frame, if it differs
             name: p.getDynamicsInfo(number, -1, client)[3:5]
             for name, number in self.bodies.items()
             if not is_plain(bodies[name])
@@ -177,7 +178,7 @@ class World:
         p.setCollisionFilterPair(first, second, first_link, second_link, 0, self.client)
 
     def _in_bullet(self, side: str) -> tuple[int, int, tuple[Vector, Quat]]:
-        """Return Bullet's body and link of a scene body or ``robot/link``, and where its frame is in Bullet's frame of it."""
+        """Return Bullet's body and link of a scene body or ``robot/link``, and its frame's pose in Bullet's frame."""
         if side in self.bodies:
             return self.bodies[side], -1, invert(self._coms.get(side, IDENTITY))
         name, _, link = side.partition("/")
@@ -187,28 +188,28 @@ class World:
         return robot.body, index, compose(robot.com_backs[index], offset)
 
     def body_frame(self, name: str) -> tuple[Vector, Quat]:
-        """Return where a scene body's frame is."""
+        """Return the pose of a scene body's frame."""
         pose: tuple[Vector, Quat] = p.getBasePositionAndOrientation(self.bodies[name], self.client)
         com = self._coms.get(name)
         return pose if com is None else compose(pose, invert(com))
 
     def _set_twist(self, name: str, lin: Vector, ang: Vector) -> None:
-        """Give a scene body a velocity: linear of its origin, then angular."""
+        """Set the velocity of a scene body: linear of its origin, then angular."""
         if name in self._coms:
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] + shift[0], lin[1] + shift[1], lin[2] + shift[2]
         p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
     def _twist(self, name: str) -> tuple[Vector, Vector]:
-        """Return a scene body's velocity: linear of its origin, then angular."""
+        """Return the velocity of a scene body: linear of its origin, then angular."""
         lin, ang = p.getBaseVelocity(self.bodies[name], self.client)
-        if name in self._coms:  # Bullet's is that of the center of mass
+        if name in self._coms:  # Bullet's velocity is that of the center of mass
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] - shift[0], lin[1] - shift[1], lin[2] - shift[2]
         return lin, ang
 
     def _put(self, name: str, frame: tuple[Vector, Quat]) -> None:
-        """Put a scene body's frame somewhere."""
+        """Teleport a scene body's frame."""
         com = self._coms.get(name)
         pose = frame if com is None else compose(frame, com)
         p.resetBasePositionAndOrientation(self.bodies[name], *pose, self.client)
@@ -219,7 +220,7 @@ class World:
         robot.write_joints(home, [0.0] * len(home))
 
     def reset(self) -> None:
-        """Go back to the state as it was built; parameters stay."""
+        """Return to the initial state; parameters are kept."""
         if self._broken:
             self._rebuild()  # NaNs may have corrupted Bullet's state
         else:
@@ -234,7 +235,7 @@ class World:
         self._written()
 
     def _rebuild(self) -> None:
-        """Build everything again, in the state of the scene."""
+        """Rebuild everything in the initial state."""
         self.close()
         self._build()
         self._meshes.clear()
@@ -243,9 +244,9 @@ class World:
         self._sort_readers()
 
     def apply_sizes(self) -> None:
-        """Build everything again if a size was written, in the present state.
+        """Rebuild everything in the current state if a size was written.
 
-        Bullet cannot change a shape. The order of the bodies counts for its solver, so a single one is not exchanged.
+        Bullet cannot change a shape. Because the order of the bodies affects its solver, all are rebuilt.
         """
         if not self._resized or self._broken:
             return
@@ -259,7 +260,7 @@ class World:
         for name, (frame, twist) in bodies.items():
             self._put(name, frame)
             self._set_twist(name, *twist)
-        for number, (pose, motion, joints) in robots.items():  # Bullet numbers them as before
+        for number, (pose, motion, joints) in robots.items():  # the bodies have the same indices as before
             p.resetBasePositionAndOrientation(number, *pose, self.client)
             p.resetBaseVelocity(number, *motion, self.client)
             for joint, (position, velocity) in enumerate(joints):
@@ -276,8 +277,8 @@ class World:
         """Advance.
 
         Args:
-            decimation: Physics steps.
-            rows: For robots that have one, a command for each physics step, (decimation, dof).
+            decimation: Number of physics steps.
+            rows: For some robots, a command for each physics step, (decimation, dof).
         """
         if self._broken or self._row["diverged"]:
             self._row["diverged"][...] = True
@@ -336,7 +337,7 @@ class World:
                     resultant[i] += direction / decimation * force_on_first(point)
 
     def _written(self) -> None:
-        """Bring all up to date after something was written."""
+        """Update everything after a write."""
         for drive in self._drives.values():
             drive.forget()
         self._publish()
@@ -345,7 +346,7 @@ class World:
                 read()
 
     def _publish(self) -> None:
-        """Bring up to date what a step changes."""
+        """Update everything that a step changes."""
         self._time[...] = self._steps * self._h
         for _, drive, own in self._driven:
             own.positions[:], own.velocities[:] = drive.states()
@@ -365,7 +366,7 @@ class World:
             self._sort_readers()
 
     def _sort_readers(self) -> None:
-        """Tell what a step can change from what only stands."""
+        """Separate arrays that a step can change from constant ones."""
         self._still = {channel for channel in self._watched if self._stands(channel)}
         self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
 
@@ -393,7 +394,7 @@ class World:
         return read_pose if field == "pose" else read_twist
 
     def _apply(self, name: str, target: str, value: Any) -> None:
-        """Tell Bullet of a parameter."""
+        """Pass a parameter to Bullet."""
         match name:
             case "gravity":
                 p.setGravity(*value, self.client)

@@ -14,14 +14,14 @@ from frobs_sim_pybullet.transforms import compose, conjugate, cross, from_pose, 
 
 
 class WrenchSensor:
-    """Adds up what Bullet reports of the joints to the bodies that hang from a link.
+    """Adds up Bullet's joint reactions of the bodies below a link.
 
-    There is one such joint, the link's own, unless the link is only a frame, which Bullet does not have.
+    Usually this is a single joint, the link's own, unless the link is only a frame, which Bullet does not contain.
 
     Args:
-        robot: That carries it.
-        link: In whose joint it measures.
-        pose: Of the sensor in the link.
+        robot: Robot that carries it.
+        link: Link in whose joint it measures.
+        pose: Pose of the sensor in the link.
 
     Raises:
         UnsuitableRobotError: The link is the base of the robot in Bullet, which has no joint.
@@ -37,8 +37,10 @@ class WrenchSensor:
             else:
                 waiting += [joint.child for joint in children.get(name, ())]
         if min(self._joints) < 0:
-            raise UnsuitableRobotError(robot.name, f"has '{link}' as its base in PyBullet, above which no joint is.")
-        with quiet():  # it remarks on a joint that another sensor has enabled
+            raise UnsuitableRobotError(
+                robot.name, f"has '{link}' as its base in PyBullet, so there is no joint above it."
+            )
+        with quiet():  # prints a message for a joint that another sensor has enabled
             for joint in self._joints:
                 p.enableJointForceTorqueSensor(robot.body, joint, True, robot.client)
         body, place = bones.frames[link]
@@ -46,7 +48,7 @@ class WrenchSensor:
         self._place = compose(compose(robot.com_backs[self._body], place), from_pose(pose))
 
     def read(self) -> Floats:
-        """Return force [N] and torque [N·m] in the last physics step, (6,), in the frame of the sensor."""
+        """Return force [N] and torque [N·m] in the last physics step, (6,), in the sensor's frame."""
         robot, total = self._robot, np.zeros(6)
         origin, turn = compose(robot.com(self._body), self._place)
         back = conjugate(turn)
