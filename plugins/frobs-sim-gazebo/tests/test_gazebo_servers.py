@@ -154,7 +154,7 @@ def test_a_server_that_hangs_is_ended_and_said_so(gazebo: Installation, monkeypa
 @pytest.mark.slow
 def test_an_environment_that_loses_server_after_server_is_an_error(gazebo: Installation) -> None:
     sim = simulate(1)
-    with pytest.raises(SimulationError, match="lost 3 Gazebo servers in a row"):  # noqa: PT012 - one of these does
+    with pytest.raises(SimulationError, match="lost 3 consecutive Gazebo servers"):  # noqa: PT012 - one of these does
         for _ in range(3):
             server = sim.native[0]
             assert server is not None

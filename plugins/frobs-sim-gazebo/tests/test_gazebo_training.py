@@ -150,7 +150,7 @@ def test_a_training_whose_servers_are_killed_again_and_again_ends_and_can_be_res
         time.sleep(0.02)
     assert training.end() == 2
     (last,) = [line for line in training.log.splitlines() if f"frobs resume {training.path}" in line]
-    assert "lost 3 Gazebo servers in a row" in last
+    assert "lost 3 consecutive Gazebo servers" in last
     assert Run.open(training.path).checkpoints
     check_resume(start, training.path)
 

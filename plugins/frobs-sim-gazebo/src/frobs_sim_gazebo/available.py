@@ -1,4 +1,4 @@
-"""The simulation, where there is a Gazebo: importing this fails where there is none, as with any engine that is missing."""
+"""The simulation class. Like for any missing engine, importing this module fails if Gazebo is not installed."""
 
 from frobs_sim_gazebo.installation import find_gazebo
 from frobs_sim_gazebo.simulation import GazeboSimulation

@@ -1,4 +1,4 @@
-"""One body of a Gazebo scene."""
+"""The handle of a body in a Gazebo scene."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _NO_JOINTS = slice(0, 0)
 
 
 class GazeboBody(BodyHandle):
-    """One body, in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
 
     def __init__(self, simulation: GazeboSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation, self._body = simulation, body
-        self._span = simulation.layout.bodies.get(("body", name))  # None: nothing pushes it
+        self._span = simulation.layout.bodies.get(("body", name))  # None: not moved by forces
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
@@ -46,14 +46,14 @@ class GazeboBody(BodyHandle):
         return read_only(raw[:, 7:10] - np.cross(raw[:, 10:], self._arm(raw[:, 3:7]))), read_only(raw[:, 10:])
 
     def _arm(self, quat_wxyz: Floats) -> Floats:
-        """Return the center of mass from the origin in the world, (n, 3) [m]."""
+        """Return the vector from the origin to the center of mass in the world, (n, 3) [m]."""
         assert self._body.inertial is not None
         return quat_rotate(quat_wxyz, np.array(self._body.inertial.origin.pos))
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Put the body somewhere at once."""
+        """Teleport the body."""
         if self._span is None and not self._body.kinematic:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic, or give it a mass.")
+            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
         envs = self._simulation.envs(mask)
         pose = np.empty((len(envs), 7))
         pose[:, :3] = pos
@@ -61,21 +61,21 @@ class GazeboBody(BodyHandle):
         self._put(envs, pose, np.zeros(6))
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free body a velocity at once."""
+        """Set the velocity of a free body."""
         if self._span is None:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; give it a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
         envs = self._simulation.envs(mask)
         twist = np.empty((len(envs), 6))
         twist[:, :3], twist[:, 3:] = lin_vel_world, ang_vel_world
         self._put(envs, np.concatenate(self.pose, axis=1)[envs], twist)
 
     def put_home(self, envs: Sequence[int]) -> None:
-        """Put it where the scene has it."""
+        """Move the body to its pose in the scene."""
         if self._span is not None:
             self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)), np.concatenate(self._body.twist))
 
     def _put(self, envs: Sequence[int], pose: Floats, twist: Floats) -> None:
-        """Put it somewhere, (k, 7), with the velocity of its origin, (k, 6)."""
+        """Move the body to poses (k, 7), with velocities of its origin (k, 6)."""
         if self._span is None:
             self._simulation.place(self.name, pose, envs)
             return

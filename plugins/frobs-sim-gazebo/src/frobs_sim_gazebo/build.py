@@ -1,4 +1,4 @@
-"""Building the world plugin for a Gazebo, once for each of its versions and each version of the sources."""
+"""Builds the world plugin, once for each version of Gazebo and of the sources."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from frobs_sim_gazebo.installation import Installation
 
 _SOURCES = Path(__file__).with_name("world_plugin")
 _LIBRARY, _WORLD = "libfrobs_world.so", "frobs.world"
-_LONGEST = 600.0  # [s] that a build may take
+_LONGEST = 600.0  # [s] maximum duration of a build
 
 
 def built_plugin(installation: Installation) -> Path:
-    """Return the folder that holds the plugin's library and its world, building them if need be (about half a minute).
+    """Return the folder with the plugin's library and its world, building them if necessary (about half a minute).
 
-    Several processes may ask at once: one builds, the others wait. What is there is complete, or is not there.
+    Several processes may call this at once: one builds, the others wait. The folder is created atomically.
 
     Raises:
-        SimulationError: It cannot be built; the message ends with what the build said.
+        SimulationError: The build fails; the message ends with its output.
     """
     files = sorted(path for path in _SOURCES.iterdir() if path.is_file() and path.name != _WORLD)
     key = hashlib.sha256(installation.version.encode())
@@ -45,7 +45,7 @@ def built_plugin(installation: Installation) -> Path:
 
 
 def stored_world(installation: Installation, text: bytes) -> Path:
-    """Return a file with the text of a world, where servers see it."""
+    """Return a file with the text of a world, in a folder that servers can read."""
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:
@@ -89,10 +89,12 @@ def _run(installation: Installation, command: list[str]) -> None:
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise SimulationError(f"building the world plugin took longer than {_LONGEST:.0f} s and was ended.") from error
+        raise SimulationError(
+            f"building the world plugin took longer than {_LONGEST:.0f} s and was stopped."
+        ) from error
     if done.returncode != 0:
         said = "\n".join(done.stdout.splitlines()[-30:])
         raise SimulationError(
-            "the world plugin for Gazebo cannot be built. It needs Gazebo's headers, CMake and a C++ compiler (Debian: "
-            f"libgazebo-dev, cmake, g++). '{' '.join(command)}' said:\n{said}"
+            "the world plugin for Gazebo cannot be built. The build requires Gazebo's headers, CMake and a C++ "
+            f"compiler (Debian: libgazebo-dev, cmake, g++). Output of '{' '.join(command)}':\n{said}"
         )

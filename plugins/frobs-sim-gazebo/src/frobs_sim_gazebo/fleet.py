@@ -1,4 +1,4 @@
-"""The servers of a simulation, one for each environment: started together, spoken to in parallel, lost one by one."""
+"""The servers of a simulation, one for each environment: started and used in parallel, replaced individually."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.server import Server, ServerError
 
 _log = logging.getLogger(__name__)
-_AT_ONCE = 8  # servers that start at the same time
-_MOST_LOST = 3  # servers in a row that an environment may lose without a step between
+_AT_ONCE = 8  # servers that start simultaneously
+_MOST_LOST = 3  # consecutive servers that an environment may lose without a step in between
 
 Message = tuple[Op, bytes]
 
@@ -23,13 +23,13 @@ class Fleet:
     """One server for each environment.
 
     Args:
-        installation: Of Gazebo.
+        installation: Installation of Gazebo.
         count: Number of servers.
         world: Text of the world file that they start with.
-        prepare: Fills a server's world; called in a thread of its own.
+        prepare: Fills a server's world; called in a separate thread.
 
     Raises:
-        SimulationError: One does not start; none is left then.
+        SimulationError: A server does not start; the others are then stopped.
     """
 
     def __init__(self, installation: Installation, count: int, world: bytes, prepare: Callable[[Server], None]) -> None:
@@ -40,14 +40,14 @@ class Fleet:
         self._start(range(count), self._started)
 
     def server(self, env: int) -> Server | None:
-        """Return the server of an environment, or None: it was lost."""
+        """Return the server of an environment, or None if it was lost."""
         return self._servers[env]
 
     def replace(self, envs: Sequence[int]) -> None:
-        """Give some environments, which have lost theirs, other servers.
+        """Start new servers for environments that have lost theirs.
 
         Raises:
-            SimulationError: An environment has lost too many in a row; all servers are ended.
+            SimulationError: An environment has lost too many consecutive servers; all servers are then stopped.
         """
         self._start(envs, self._replaced)
 
@@ -67,25 +67,25 @@ class Fleet:
         self._prepare(server)
 
     def _replaced(self, env: int) -> None:
-        """Start servers until one stays: what ended the one before may end the next."""
+        """Start servers until one keeps running; the cause of the last failure may affect the next one."""
         while True:
             try:
                 return self._started(env)
             except ServerError as error:
                 self._count_loss(env, error)
-                _log.error("environment %d lost another Gazebo server while it started: %s", env, error)
+                _log.error("environment %d lost another Gazebo server during its start: %s", env, error)
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send each environment its messages and return the answer to the last of them.
+        """Send each environment its messages and return the answers to the last of them.
 
-        A server that ends or hangs is reported, its environment left out of the answers until :meth:`replace`.
+        If a server ends or hangs, this is logged, and its environment has no answers until :meth:`replace`.
 
         Args:
-            messages: By environment.
-            steps: Physics steps that the last message asks for.
+            messages: Messages, by environment.
+            steps: Number of physics steps that the last message requests.
 
         Raises:
-            SimulationError: A server refused a message, or an environment lost one server after the other.
+            SimulationError: A server rejected a message, or an environment lost several consecutive servers.
         """
         sent, answers = [], {}
         refusal: SimulationError | None = None
@@ -108,7 +108,7 @@ class Fleet:
                     self._lose(env, error)
                     break
                 except SimulationError as error:
-                    refusal = error  # the other answers are on their way, and must be fetched
+                    refusal = error  # the other answers must still be read
         if refusal is not None:
             raise refusal
         if steps:
@@ -123,7 +123,7 @@ class Fleet:
             self.close()
             raise
         _log.error(
-            "environment %d lost its Gazebo server: %s\nIts episode is cut off here; the next reset starts another server.",
+            "environment %d lost its Gazebo server: %s\nIts episode is truncated; the next reset starts another server.",
             env,
             error,
         )
@@ -133,11 +133,11 @@ class Fleet:
         self._lost[env] += 1
         if self._lost[env] >= _MOST_LOST:
             raise SimulationError(
-                f"environment {env} lost {_MOST_LOST} Gazebo servers in a row; the last one: {error}"
+                f"environment {env} lost {_MOST_LOST} consecutive Gazebo servers; the last one: {error}"
             ) from error
 
     def close(self) -> None:
-        """End all servers; twice is harmless."""
+        """Stop all servers. Calling it again has no effect."""
         for env, server in enumerate(self._servers):
             if server is not None:
                 server.close()

@@ -1,4 +1,4 @@
-"""Where Gazebo 11 is: this machine's own, or a root that ``tools/make_root.sh`` has made."""
+"""Finds Gazebo 11: on this machine, or in a root folder created by ``tools/make_root.sh``."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from frobs_core.files import cache_folder
 
 ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
 
-_MARK = Path("etc/frobs-gazebo-root")  # what make_root.sh writes last
+_MARK = Path("etc/frobs-gazebo-root")  # written last by make_root.sh
 _LAUNCH = Path(__file__).with_name("launch.py")
 _ENVIRONMENT = {
     "LC_ALL": "C.UTF-8",
     "GAZEBO_MASTER_URI": "http://127.0.0.1:11345",
     "GAZEBO_IP": "127.0.0.1",
     "IGN_IP": "127.0.0.1",
-    "GAZEBO_MODEL_DATABASE_URI": "",  # it looks for no models on a network
-    "ALSOFT_DRIVERS": "null",  # nor for a loudspeaker, which fills its log
+    "GAZEBO_MODEL_DATABASE_URI": "",  # do not search for models on a network
+    "ALSOFT_DRIVERS": "null",  # do not search for a loudspeaker, which would fill the log
 }
 
 
 def tool() -> Path:
-    """Return the script that makes a root."""
+    """Return the script that creates a root folder."""
     here = Path(__file__).parent
     installed = here / "tools" / "make_root.sh"
     return installed if installed.exists() else here.parents[1] / "tools" / "make_root.sh"
@@ -37,11 +37,11 @@ def tool() -> Path:
 
 @dataclass(frozen=True)
 class Installation:
-    """A Gazebo 11.
+    """An installation of Gazebo 11.
 
     Attributes:
-        root: Folder that is the ``/`` of its programs; None: this machine's own.
-        version: Its full version, ``"11.1.0"``.
+        root: Folder that its programs use as ``/``; None: installed on this machine.
+        version: Full version, ``"11.1.0"``.
     """
 
     root: Path | None
@@ -49,12 +49,12 @@ class Installation:
 
     @property
     def store(self) -> Path:
-        """Folder for what is built for it, as this process sees it."""
+        """Folder for files that are built for it, as a path of this process."""
         return cache_folder("gazebo") if self.root is None else self.root / "var" / "cache" / "frobs"
 
     @property
     def scratch(self) -> Path | None:
-        """Folder that is in memory for its programs, each of which has its own; None: the root's ``/tmp``."""
+        """Folder that each of its programs gets as a separate in-memory folder; None: the root's ``/tmp``."""
         return self.store / "scratch" if self.root is None else None
 
     def inside(self, path: Path) -> str:
@@ -62,10 +62,10 @@ class Installation:
         return str(path) if self.root is None else f"/{path.relative_to(self.root)}"
 
     def command(self, *command: str) -> list[str]:
-        """Return the command line that runs one of its programs, walled off; see :mod:`frobs_sim_gazebo.launch`."""
+        """Return the command line that runs one of its programs in isolation; see :mod:`frobs_sim_gazebo.launch`."""
         network = os.environ.get(NETWORK_VARIABLE, "own")
         if network not in ("own", "host"):
-            raise SimulationError(f"{NETWORK_VARIABLE} is '{network}'; it is 'own', the default, or 'host'.")
+            raise SimulationError(f"{NETWORK_VARIABLE} is '{network}'; it must be 'own' (the default) or 'host'.")
         line = [sys.executable, "-I", "-S", str(_LAUNCH), f"--network={network}"]
         if self.root is not None:
             line.append(f"--root={self.root}")
@@ -84,10 +84,10 @@ class Installation:
 
 
 def find_gazebo() -> Installation:
-    """Return the Gazebo to use: ``$FROBS_GAZEBO_ROOT``, else this machine's own, else the root in the cache.
+    """Return the Gazebo to use: that of ``$FROBS_GAZEBO_ROOT``, or this machine's, or that in the cache.
 
     Raises:
-        SimulationError: There is none, or it is not of version 11.
+        SimulationError: It is not installed, or not version 11.
     """
     named = os.environ.get(ROOT_VARIABLE)
     return _find(named, str(cache_folder()), os.environ.get("PATH", ""))
@@ -105,17 +105,17 @@ def _find(named: str | None, cache: str, path: str) -> Installation:
     root = Path(cache) / "gazebo-root"
     if root.exists():
         return _in_root(root, "the cache")
-    reason = f"{own} is not of version 11 but '{found.version}'" if own else "there is no gzserver on this machine"
+    reason = f"{own} has version '{found.version}', not 11" if own else "gzserver is not installed"
     raise SimulationError(
-        f"Gazebo 11 is not here: {reason}. Install Gazebo 11 (Debian 11, Ubuntu 20.04 or 22.04: apt-get install gazebo "
-        f"libgazebo-dev cmake g++), or put it into a folder of its own on any other Debian: sudo {tool()}."
+        f"Gazebo 11 is not available: {reason}. Install Gazebo 11 (Debian 11, Ubuntu 20.04 or 22.04: apt-get install "
+        f"gazebo libgazebo-dev cmake g++), or create a separate folder for it on another Debian: sudo {tool()}."
     )
 
 
 def _in_root(root: Path, whence: str) -> Installation:
     if not (root / _MARK).is_file() or not (root / "usr/bin/gzserver").is_file():
         raise SimulationError(
-            f"the Gazebo root {root} (named by {whence}) is not there or half made; make it: sudo {tool()} {root}."
+            f"the Gazebo root {root} (from {whence}) does not exist or is incomplete; create it: sudo {tool()} {root}."
         )
     libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # asking gzserver itself takes a second
     version = libraries[-1].name.partition(".so.")[2] if libraries else "11"

@@ -1,8 +1,8 @@
-"""Run a program of a Gazebo installation, walled off: on a network of its own, in the installation's root, logs in memory.
+"""Runs a program of a Gazebo installation in isolation: separate network, the installation's root, logs in memory.
 
-Runs as a script in a process of its own, with the standard library alone. Gazebo listens on every interface; in a network
-namespace that holds nothing but the loopback interface nobody can reach it from outside, and each server has its ports to
-itself. A user without root's rights gets both from a user namespace.
+This script runs in a separate process and only uses the standard library. Gazebo listens on every interface. In a
+network namespace that only contains the loopback interface, it cannot be reached from outside, and each server has all
+ports to itself. A user without root privileges gets both from a user namespace.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ _SIOCGIFFLAGS, _SIOCSIFFLAGS, _SIOCADDRT = 0x8913, 0x8914, 0x890B
 _IFF_UP, _RTF_UP = 1, 1
 
 NO_NAMESPACE = 97
-"""Exit status where the kernel refuses the namespaces."""
+"""Exit status if the kernel rejects the namespaces."""
 
 
 def main() -> None:
-    """Do as the command line says; it does not return."""
+    """Execute the command line; does not return."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--root", default="", help="folder of the installation; none: this machine's own")
+    parser.add_argument("--root", default="", help="folder of the installation; default: this machine's")
     parser.add_argument("--network", choices=("own", "host"), default="own")
-    parser.add_argument("--scratch", default="", help="folder that is empty and in memory for the program")
+    parser.add_argument("--scratch", default="", help="folder that is replaced with an empty in-memory folder")
     parser.add_argument("command", nargs="+")
     given = parser.parse_args()
     try:
@@ -43,7 +43,7 @@ def main() -> None:
         elif given.scratch:
             _mount("tmpfs", given.scratch, "tmpfs", 0)
     except OSError as error:
-        sys.stderr.write(f"no namespace for Gazebo: {error}\n")
+        sys.stderr.write(f"cannot create a namespace for Gazebo: {error}\n")
         sys.exit(NO_NAMESPACE)
     try:
         os.execvp(given.command[0], given.command)
@@ -66,7 +66,7 @@ def _wall_off(own_network: bool) -> None:
 
 
 def _raise_loopback() -> None:
-    """Bring up the loopback interface, and let it take what is sent to everybody, as Gazebo's discovery does."""
+    """Bring up the loopback interface and route broadcasts to it, which Gazebo's discovery uses."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         request = struct.pack("16sh14x", b"lo", 0)
         flags = struct.unpack("16sh14x", fcntl.ioctl(control, _SIOCGIFFLAGS, request))[1]

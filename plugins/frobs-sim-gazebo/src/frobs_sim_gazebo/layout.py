@@ -1,4 +1,4 @@
-"""What is in a world, in the order in which the plugin and the simulation speak of it."""
+"""The contents of a world, in the order that plugin and simulation share."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ class Layout:
     """Models, joints, bodies and shapes of a scene.
 
     Args:
-        robots: By name.
-        scene: Everything else.
-        meshes: Writes the mesh files that the models name.
+        robots: Robots, by name.
+        scene: The rest of the scene.
+        meshes: Writes the mesh files that the models refer to.
 
     Attributes:
         models: SDF of each model, by its name in Gazebo.
-        model_names: Gazebo's name of each robot, scene body and the floor.
-        skeletons: Of each robot.
-        joints: Which of all joints are a robot's.
-        bodies: Which of all moving bodies are a robot's, or a scene body's.
-        placed: The scene bodies that only move where they are written to.
-        joint_count: Of all robots.
-        body_count: That move, bases of fixed robots among them.
-        coms: (bodies, 3) centre of mass in the body's frame [m].
-        shapes: Which shapes are those of a side of a contact.
+        model_names: Gazebo's name of each robot, each scene body and the floor.
+        skeletons: Skeletons of the robots.
+        joints: Index range of each robot's joints.
+        bodies: Index range of the moving bodies of each robot or scene body.
+        placed: The kinematic scene bodies.
+        joint_count: Number of joints of all robots.
+        body_count: Number of moving bodies, including bases of fixed robots.
+        coms: (bodies, 3) center of mass in the body's frame [m].
+        shapes: Indices of the shapes of each side of a contact.
 
     Raises:
-        ConfigurationError: The scene contradicts itself, or names what is not there.
+        ConfigurationError: The scene is inconsistent or refers to missing objects.
         ModelFileError: A robot cannot be simulated.
     """
 
@@ -48,7 +48,7 @@ class Layout:
         scene.check(robots, lacking=("attachments",))
         self._robots, self._scene = robots, scene
         floor = [FLOOR] if scene.floor else []
-        # A robot may have the name of a body: each kind has names of its own.
+        # A robot may have the same name as a body, so the kinds have separate names.
         keys = (
             [("floor", name) for name in floor] + [("body", n) for n in scene.bodies] + [("robot", n) for n in robots]
         )
@@ -108,7 +108,7 @@ class Layout:
         self._shape_names += [(self.model_names[kind, name], link, shape) for shape in shapes]
 
     def message(self) -> bytes:
-        """Return the request that tells the plugin of it."""
+        """Return the request that describes the layout to the plugin."""
         parts = [protocol.count(self.joint_count)]
         for name in self._robots:
             bones, model = self.skeletons[name], self.model_names["robot", name]
@@ -149,5 +149,5 @@ class Layout:
         return found
 
     def start(self, robot: str) -> Floats:
-        """Return where the scene places a robot's base, (7,)."""
+        """Return the pose of a robot's base in the scene, (7,)."""
         return pose_array(self._robots[robot].pose)

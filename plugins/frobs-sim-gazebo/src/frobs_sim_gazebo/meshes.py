@@ -1,4 +1,4 @@
-"""Meshes of robots in files that Gazebo reads: convex hulls, kept where its programs see them, by content."""
+"""Meshes of robots as files for Gazebo: convex hulls, stored by content in a folder that its programs can read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class MeshFiles:
     """Writes each mesh once.
 
     Args:
-        installation: Whose programs read them; None: none does, and meshes are only checked.
+        installation: Installation whose programs read them; None: meshes are only checked.
     """
 
     def __init__(self, installation: Installation | None) -> None:
@@ -26,13 +26,13 @@ class MeshFiles:
         self._hulls: dict[Mesh, list[str]] = {}
 
     def hulls(self, mesh: Mesh) -> list[str]:
-        """Return the URI of a mesh's convex hull in metres, or of each of its convex pieces.
+        """Return the URI of a mesh's convex hull in meters, or those of its convex pieces.
 
-        They are what other engines let touch, and fast to collide with.
+        They are also what collides on other engines, and are fast to collide with.
 
         Raises:
             ModelFileError: The mesh cannot be read, or is flat.
-            MissingDependencyError: The mesh cannot be decomposed here.
+            MissingDependencyError: The package for decomposing the mesh is not installed.
         """
         if mesh not in self._hulls:
             self._hulls[mesh] = [self._store(_hull(mesh, piece)) for piece in convex_parts(mesh)]
@@ -46,7 +46,7 @@ class MeshFiles:
 
         def write(aside: Path) -> None:
             write_stl(part, aside)
-            aside.chmod(0o644)  # also under a strict umask
+            aside.chmod(0o644)  # even with a strict umask
 
         if not path.exists():
             try:
@@ -61,7 +61,7 @@ def _hull(mesh: Mesh, piece: MeshPart) -> MeshPart:
     try:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
-        raise ModelFileError(mesh.path, "the mesh is flat: a shape that collides needs a volume.") from error
+        raise ModelFileError(mesh.path, "the mesh is flat, but colliding shapes need a volume.") from error
     faces = found.simplices.astype(np.int32)
     corners = points[faces]
     inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)

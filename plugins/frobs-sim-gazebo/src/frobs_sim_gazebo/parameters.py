@@ -26,11 +26,11 @@ class GazeboParameters(WrittenParameters):
         self._simulation = simulation
 
     def collides(self, target: str) -> bool:
-        """Return whether Gazebo has a shape of it."""
+        """Return whether the target has a shape in Gazebo."""
         return bool(self._simulation.layout.shapes[target])
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter of the environments of ``mask``."""
+        """Change a parameter in the environments of ``mask``."""
         super().write(name, target, values, mask)
         if name == "joint_damping":
             self._simulation.stale_gains[self._simulation.envs(mask)] = True
@@ -42,7 +42,7 @@ class GazeboParameters(WrittenParameters):
                 self._simulation.later(env, op, body)
 
     def messages(self, env: int) -> list[Message]:
-        """Return what tells a new server of the parameters that were written."""
+        """Return the messages with all written parameters for a new server."""
         return [message for key in self.written for message in self._messages(env, *key)]
 
     def _messages(self, env: int, name: str, target: str) -> list[Message]:
@@ -54,7 +54,7 @@ class GazeboParameters(WrittenParameters):
             return [(Op.FRICTION, protocol.indices(simulation.layout.shapes[target]) + protocol.numbers(value))]
         number, _ = centre(simulation, target)
         if number is None:
-            return []  # what does not move has no use for it
+            return []  # fixed bodies do not use it
         if target in simulation.scene.bodies:
             inertial = simulation.scene.bodies[target].inertial
             assert inertial is not None
@@ -74,14 +74,14 @@ class GazeboParameters(WrittenParameters):
         return [(Op.MASS, protocol.count(number) + protocol.numbers([weight, *upper]))]
 
     def snapshot(self) -> Snapshot:
-        """Return what was written, and the gains."""
+        """Return the written parameters and the gains."""
         damping = {
             f"joint_damping/{name}": robot.joint_damping.copy() for name, robot in self._simulation.robots.items()
         }
         return {**super().snapshot(), **damping}
 
     def restore(self, state: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         super().restore(state)
         for name, robot in self._simulation.robots.items():
             robot.joint_damping[:] = state[f"joint_damping/{name}"]
@@ -89,10 +89,11 @@ class GazeboParameters(WrittenParameters):
 
 
 def centre(simulation: GazeboSimulation, target: str) -> tuple[int | None, Floats]:
-    """Return the moving body that a scene body or link is part of, and its own centre of mass.
+    """Return the moving body that contains a scene body or link, and the center of mass of the latter.
 
     Returns:
-        Number of the body, or None: nothing moves it. The point from the body's centre of mass, in its axes, (3,) [m].
+        Index of the body, or None if it is fixed. The point relative to the body's center of mass, in its axes, (3,)
+        [m].
     """
     layout = simulation.layout
     if target in simulation.scene.bodies:

@@ -7,11 +7,11 @@ from frobs_core.specs import SimulatorRecord
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Offer Gazebo 11."""
+    """Provide Gazebo 11."""
     exact = "teleport pause contacts rays wrench randomize_gravity"
-    # Each environment is a server of its own. Gazebo repeats a motion closely, not to the bit. Its drives follow the law to
-    # the first order in the timestep, its friction is the smaller one of two bodies where MuJoCo takes the larger, and what
-    # is fixed together keeps its centre of mass when a mass is changed.
+    # Each environment is a separate server. Gazebo repeats motions closely, but not bit by bit. Its drives follow the
+    # law to first order in the timestep. Its friction is the smaller one of two bodies, while MuJoCo uses the larger.
+    # Links that are fixed together keep their center of mass when a mass is changed.
     approximate = "batched determinism snapshot drive randomize_mass randomize_friction randomize_gains "
     approximate += "randomize_joint_damping"
     return [
@@ -19,7 +19,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
             name="gazebo",
             summary="Gazebo 11 in lock-step: one server for each environment",
             entry_point="frobs_sim_gazebo.available:GazeboSimulation",
-            install_hint="pip install frobs-sim-gazebo, and Gazebo 11: apt-get install gazebo, or its tools/make_root.sh",
+            install_hint="pip install frobs-sim-gazebo, and Gazebo 11: apt-get install gazebo, or its "
+            "tools/make_root.sh",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 **dict.fromkeys(approximate.split(), Level.APPROXIMATE),

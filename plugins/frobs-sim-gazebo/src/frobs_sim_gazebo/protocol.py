@@ -1,4 +1,4 @@
-"""The messages to the world plugin: operations, and how numbers and names lie in them; ``wire.hh`` has the other half."""
+"""Messages to the world plugin: operations and binary format; ``wire.hh`` is the counterpart."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 
 class Op(IntEnum):
-    """What the plugin is asked for."""
+    """Operations of the plugin."""
 
     HELLO = 0
     SETUP = 1
@@ -35,46 +35,46 @@ class Op(IntEnum):
 
 
 HEADER = struct.Struct("<IB")
-"""Size of the body, and operation (of a request) or 1 for done, 0 for refused (of an answer)."""
+"""Size of the body, and the operation (in a request) or 1 for done, 0 for rejected (in an answer)."""
 
 
 def count(value: int) -> bytes:
-    """Return a count or an index."""
+    """Encode a count or an index."""
     return struct.pack("<I", value)
 
 
 def numbers(values: npt.ArrayLike) -> bytes:
-    """Return numbers, without their count."""
+    """Encode numbers without their count."""
     return np.ascontiguousarray(values, "<f8").tobytes()
 
 
 def text(value: str) -> bytes:
-    """Return a text."""
+    """Encode a text."""
     data = value.encode()
     return count(len(data)) + data
 
 
 def texts(*values: str) -> bytes:
-    """Return several texts, without their count."""
+    """Encode several texts without their count."""
     return b"".join(map(text, values))
 
 
 def indices(values: Iterable[int]) -> bytes:
-    """Return indices, with their count."""
+    """Encode indices with their count."""
     found = list(values)
     return struct.pack(f"<{len(found) + 1}I", len(found), *found)
 
 
 def read_numbers(body: bytes) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return the numbers of an answer."""
+    """Decode the numbers of an answer."""
     return np.frombuffer(body, "<f8")
 
 
 def step(decimation: int, commands: npt.ArrayLike) -> bytes:
-    """Return the request of steps.
+    """Return the request for steps.
 
     Args:
-        decimation: Physics steps.
+        decimation: Number of physics steps.
         commands: (rows, joints): one row that is held, or one for each physics step.
     """
     rows, joints = np.shape(commands)

@@ -1,4 +1,4 @@
-"""One robot of a Gazebo simulation."""
+"""The handle of a robot in a Gazebo simulation."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class GazeboRobot(RobotHandle):
-    """One robot, in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
+    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
 
-    Frames are where the base and the joint positions put them, as a robot's own controller knows them: Gazebo keeps the
-    links together by forces, so its own may be some micrometres off.
+    Frames are computed from the base and the joint positions, like a robot's own controller does. Gazebo holds the
+    links together by forces, so its own poses may be off by some micrometers.
     """
 
     def __init__(self, simulation: GazeboSimulation, name: str, placement: Placement) -> None:
@@ -50,11 +50,11 @@ class GazeboRobot(RobotHandle):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: what the drives applied in the last physics step."""
+        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
         return read_only(self._simulation.efforts[:, self._columns])
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
-        """Put the joints somewhere at once."""
+        """Set the joint state without simulating the motion."""
         envs = self._simulation.envs(mask)
         shape = len(envs), self.dof
         q = np.broadcast_to(np.asarray(positions, np.float64), shape)
@@ -62,16 +62,18 @@ class GazeboRobot(RobotHandle):
         self._put(envs, self._base()[envs], self._base_motion()[envs], q, v)
 
     def put_home(self, envs: Sequence[int]) -> None:
-        """Put the robot where the scene has it, at home and at rest."""
+        """Move the robot to its pose in the scene, at home and at rest."""
         k = len(envs)
         base = np.tile(self._simulation.layout.start(self.name), (k, 1))
         self._put(envs, base, np.zeros((k, 6)), self.home[envs], np.zeros((k, self.dof)))
 
     def _put(self, envs: Sequence[int], base: Floats, motion: Floats, q: Floats, v: Floats) -> None:
-        """Put base and joints somewhere: base (k, 7), its twist (k, 6), joints (k, dof) twice."""
+        """Move base and joints: base (k, 7), its twist (k, 6), joints (k, dof) twice."""
         simulation, bones, links = self._simulation, self._bones, self._links
         positions, velocities = bones.all_positions(q), bones.all_velocities(v)
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite ends the episode, not the program
+        with np.errstate(
+            invalid="ignore", over="ignore"
+        ):  # values that are not finite end the episode, not the program
             pos, turn, axes = bones.place(base, positions)
             lin, ang = bones.move(pos, axes, motion, velocities)
             arms = (turn * simulation.layout.coms[links][None, :, None, :]).sum(-1)
@@ -88,26 +90,26 @@ class GazeboRobot(RobotHandle):
                 simulation.bases[self.name][env] = base[row]
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change what commands mean, and hold."""
+        """Change the command mode, and hold."""
         self._set_modes(mode)
         self._simulation.stale_gains[:] = True
         self._simulation.command_rows.pop(self.name, None)
         self.hold(range(self.num_envs))
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) of some environments; what the drives follow stays what it is."""
+        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
         self.target[rows] *= self._write_gains(which, rows, values)
         self._simulation.stale_gains[rows] = True
 
     def fill_gains(self, env: int, into: Floats) -> None:
-        """Write what the plugin's drives need of an environment, (joints, 5)."""
+        """Write the drive parameters of an environment for the plugin, (joints, 5)."""
         actuated = self._bones.actuated
         into[actuated, 0], into[actuated, 1] = self._active_stiffness[env], self._active_damping[env]
         into[actuated, 2], into[actuated, 3] = self.joint_damping[env], self._friction
         into[actuated, 4] = self.effort_limit[env]
 
     def command(self, values: Floats) -> None:
-        """Set what the drives follow."""
+        """Set the targets of the drives."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self.target)
             self._simulation.command_rows.pop(self.name, None)
@@ -115,13 +117,13 @@ class GazeboRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def fill(self, into: Floats, rows: Floats | None) -> None:
-        """Write what the drives follow in the next steps, (num_envs, rows, joints); the last row is held."""
+        """Write the targets of the drives for the next steps, (num_envs, rows, joints); the last row is held."""
         if rows is not None:
             self.target[:] = rows[:, -1]
         into[:, :, self._bones.actuated] = self.target[:, None] if rows is None else rows
 
     def hold(self, envs: Sequence[int]) -> None:
-        """Command some environments to stay where they are, or to rest."""
+        """Command some environments to hold their positions, or to rest."""
         rows = list(envs)
         self.target[rows] = (self._factor * self.holding_command(self.joint_positions))[rows]
 
@@ -154,23 +156,23 @@ class GazeboRobot(RobotHandle):
         return read_only(motion[:, :3]), read_only(motion[:, 3:])
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Put the root link somewhere at once."""
+        """Teleport the root link."""
         envs = self._simulation.envs(mask)
         base = np.empty((len(envs), 7))
         base[:, :3], base[:, 3:] = pos, quat_wxyz
         self._put(envs, base, self._base_motion()[envs], self.joint_positions[envs], self.joint_velocities[envs])
 
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
-        """Give a free root link a velocity at once."""
+        """Set the velocity of a free root link."""
         if self._fixed:
-            raise SimulationError(f"robot '{self.name}' has a fixed base, which has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
         envs = self._simulation.envs(mask)
         motion = np.empty((len(envs), 6))
         motion[:, :3], motion[:, 3:] = lin_vel_world, ang_vel_world
         self._put(envs, self._base()[envs], motion, self.joint_positions[envs], self.joint_velocities[envs])
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return where a link is, or would be, in the world."""
+        """Return the pose of a link in the world, currently or for given joint positions."""
         link = self.frame_name(frame)
         if joint_positions is not None:
             base = self._simulation.layout.start(self.name)[None]
@@ -181,7 +183,7 @@ class GazeboRobot(RobotHandle):
         return pos, quat
 
     def _on_base(self, base: Floats, pos: Floats, quat: Floats) -> tuple[Floats, Floats]:
-        if (base[:, 3:] == _UNTURNED).all():  # as most arms stand, and a product less to wait for
+        if (base[:, 3:] == _UNTURNED).all():  # the orientation of most arms, which saves a product
             return pos + base[:, :3], quat
         turn = np.broadcast_to(base[:, 3:], quat.shape)
         return quat_rotate(turn, pos) + base[:, :3], quat_multiply(turn, quat)
@@ -208,7 +210,7 @@ class GazeboRobot(RobotHandle):
         return pos, turn, axes
 
     def _cached(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
-        """Return what is computed from the state, once for each state."""
+        """Return a value that depends on the state, computed once for each state."""
         version, found = self._seen.get(what, (-1, ()))
         if version != self._simulation.version:
             found = tuple(map(read_only, compute()))
@@ -216,6 +218,6 @@ class GazeboRobot(RobotHandle):
         return found
 
     def lidar(self, name: str) -> Floats:
-        """Return (num_envs, rays) [m] of a lidar of the robot."""
+        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)

@@ -1,4 +1,4 @@
-"""Robots, bodies and the floor as SDF models, the way Gazebo spawns them."""
+"""Robots, bodies and the floor as SDF models that Gazebo can spawn."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from frobs_sim_gazebo.shapes import elements, numbers
 from frobs_sim_gazebo.skeleton import Mass, Skeleton
 
 LINK = "link"
-"""Name of the one link of a scene body's model."""
+"""Name of the link in a scene body's model."""
 
-_OPEN = 1e16  # a limit that is none: the plugin stops joints at theirs
-# Of a contact, [N/m] and [N s/m]: rigid ones would not share a load, and casters would take it off their wheels.
+_OPEN = 1e16  # effectively no limit, because the plugin enforces the joints' limits
+# Contact stiffness and damping [N/m] and [N s/m]: rigid contacts would not share loads, and casters would lift wheels.
 _STIFFNESS, _DAMPING = 1e7, 1e3
-_STANDING = 1.0  # [kg] of a base that nothing moves
+_STANDING = 1.0  # [kg] mass of a fixed base
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
-    """Return names that SDF and Gazebo take, one for each."""
+    """Return unique names that SDF and Gazebo accept."""
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name) or "_"
@@ -65,17 +65,17 @@ def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
 
 
 def body_mass(inertial: Inertial) -> Mass:
-    """Return what a scene body weighs."""
+    """Return the inertial of a scene body."""
     return Mass(inertial.mass, np.array(inertial.origin.pos), inertia_matrix(inertial))
 
 
 def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFiles) -> tuple[str, dict[str, list[str]]]:
     """Return the model of a robot with all joints at 0, and the names of each link's shapes.
 
-    What is fixed together is one link, named after its first; a fixed base is a link that nothing moves.
+    Links that are fixed together become one link, named after the first one; a fixed base is a kinematic link.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or a free base weighs nothing.
+        ModelFileError: A mesh cannot be read, or a free base has no mass.
     """
     model, robot = placement.model, placement.robot
     links = safe_names(bones.bodies)
@@ -83,8 +83,8 @@ def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFile
     masses = bones.masses()
     fixed = robot.base == "fixed"
     if not fixed and masses[0].mass <= 0.0:
-        raise ModelFileError(model.path, f"the root '{model.root}' weighs nothing, so a base that moves has no mass.")
-    if fixed:  # at its own origin, where Gazebo has no centre of mass to keep
+        raise ModelFileError(model.path, f"the root '{model.root}' has no mass, so a movable base would have no mass.")
+    if fixed:  # at its own origin, because Gazebo does not use its center of mass
         masses[0] = Mass(_STANDING, np.zeros(3), _STANDING * np.eye(3))
     collisions: list[list[str]] = [[] for _ in bones.bodies]
     shapes: dict[str, list[str]] = {}
@@ -126,7 +126,7 @@ def _model(name: str, place: Floats, inner: str) -> str:
 def _collision(name: str, geometry: str, place: Floats, friction: float, torsional: float = 0.0) -> str:
     mu = float(friction)
     twist = ""
-    if torsional > 0.0:  # ODE's largest torque per normal force is 3π/16 times coefficient and radius
+    if torsional > 0.0:  # ODE's maximum torque per normal force is 3π/16 times coefficient and radius
         twist = (
             f"<torsional><coefficient>1</coefficient><patch_radius>{16.0 * torsional / (3.0 * np.pi)!r}</patch_radius>"
             "</torsional>"
@@ -155,6 +155,6 @@ def _rpy(quat_wxyz: Floats) -> Floats:
     m = matrix_from_quat(quat_wxyz)
     flat = np.hypot(m[0, 0], m[1, 0])
     pitch = np.arctan2(-m[2, 0], flat)
-    if flat < 1e-9:  # straight up or down: yaw turns about the same axis as roll
+    if flat < 1e-9:  # straight up or down: yaw and roll have the same axis
         return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])

@@ -1,4 +1,4 @@
-"""One gzserver, owned: started, spoken to through a socket that only the two processes have, ended by handle."""
+"""A gzserver process, used through a private socket."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.protocol import HEADER, Op
 
 TIMEOUT_VARIABLE = "FROBS_GAZEBO_TIMEOUT"
-_START = 60.0  # [s] until a server must have said hello
-_ANSWER = 60.0  # [s] until it must have answered
-_STEP = 0.05  # [s] that a physics step may take on top
+_START = 60.0  # [s] maximum time until a server is ready
+_ANSWER = 60.0  # [s] maximum time until it answers
+_STEP = 0.05  # [s] additional time for each physics step
 _LOG_LINES = 12
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class ServerError(SimulationError):
-    """A gzserver ended, or did not answer; it has been ended and its last words are in the message."""
+    """A gzserver ended or did not answer; it is stopped, and the message contains its last output."""
 
 
 class Server:
     """A gzserver with the world plugin.
 
     Args:
-        installation: Of Gazebo; None: :func:`find_gazebo` finds it.
-        world: Text of the world file; None: the empty world with our settings of the physics engine.
+        installation: Installation of Gazebo; None: result of :func:`find_gazebo`.
+        world: Text of the world file; None: an empty world with FRobs's settings of the physics engine.
 
     Attributes:
-        installation: Of Gazebo.
-        process: The server's; it holds no others.
+        installation: Installation of Gazebo.
+        process: Process of the server; it has no child processes.
 
     Raises:
-        SimulationError: Gazebo is not here, or the plugin cannot be built.
+        SimulationError: Gazebo is not installed, or the plugin cannot be built.
         ServerError: It does not start.
     """
 
@@ -57,7 +57,7 @@ class Server:
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
         self._socket, theirs = socket.socketpair()
-        theirs.setblocking(True)  # what rospy does not leave it: it gives all of its process's sockets a timeout
+        theirs.setblocking(True)  # rospy sets a timeout for all sockets of its process
         try:
             self.process = subprocess.Popen(
                 self.installation.command("gzserver", "--verbose", file),
@@ -68,7 +68,7 @@ class Server:
                 stdout=self._log,
                 stderr=subprocess.STDOUT,
                 pass_fds=(theirs.fileno(),),
-                start_new_session=True,  # Ctrl-C is for the process that holds the other end
+                start_new_session=True,  # Ctrl-C is handled by the process at the other end
             )
         except BaseException:
             self._socket.close()
@@ -82,7 +82,7 @@ class Server:
         self.version = self.receive(_START).decode()
 
     def _master(self) -> dict[str, str]:
-        """Return the address of Gazebo's own master; on the host's network each server needs another port."""
+        """Return the address of Gazebo's own master. On the host's network, each server needs a different port."""
         if os.environ.get(NETWORK_VARIABLE) != "host":
             return {}
         with socket.socket() as probe:
@@ -91,7 +91,7 @@ class Server:
 
     @property
     def is_alive(self) -> bool:
-        """Whether it can be spoken to."""
+        """Whether the connection is open."""
         return self._finalizer.alive
 
     def call(self, op: Op, body: bytes = b"") -> bytes:
@@ -100,10 +100,10 @@ class Server:
         return self.receive()
 
     def send(self, op: Op, body: bytes = b"") -> None:
-        """Send a request, whose answer :meth:`receive` must fetch.
+        """Send a request; its answer must be read with :meth:`receive`.
 
         Raises:
-            ServerError: The server is gone.
+            ServerError: The server has ended.
         """
         self._waiting_for.append(op.name.lower())
         try:
@@ -112,15 +112,15 @@ class Server:
             self._fail("ended")
 
     def receive(self, longest: float | None = None, steps: int = 0) -> bytes:
-        """Return the answer to the oldest request that was sent and not answered yet.
+        """Return the answer to the oldest unanswered request.
 
         Args:
-            longest: [s] to wait.
-            steps: Physics steps that it makes meanwhile.
+            longest: Time limit [s].
+            steps: Number of physics steps that the request takes.
 
         Raises:
-            ServerError: The server ended, or did not answer in time; it is ended then.
-            SimulationError: It refused the request, and says why.
+            ServerError: The server ended, or did not answer in time; it is then stopped.
+            SimulationError: The server rejected the request; the message contains its reason.
         """
         seconds = (self._timeout if longest is None else longest) + _STEP * steps
         try:
@@ -133,7 +133,7 @@ class Server:
             self._fail("ended")
         asked = self._waiting_for.popleft()
         if not done:
-            raise SimulationError(f"Gazebo refused '{asked}': {body.decode(errors='replace')}.")
+            raise SimulationError(f"Gazebo rejected '{asked}': {body.decode(errors='replace')}.")
         return body
 
     def _read(self, size: int) -> bytes:
@@ -146,15 +146,15 @@ class Server:
         return bytes(data)
 
     def _fail(self, how: str) -> NoReturn:
-        """End the server and raise the error that says how it failed."""
+        """Stop the server and raise an error that describes its failure."""
         if how == "ended":
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.process.wait(5.0)
             code = self.process.poll()
             if code == NO_NAMESPACE:
                 how = (
-                    "could not have a network of its own, without which others could reach it. Run as root, allow user "
-                    f"namespaces, or say {NETWORK_VARIABLE}=host to let it listen on this machine's network"
+                    "could not create a separate network, which prevents access from outside. Run as root, allow user "
+                    f"namespaces, or set {NETWORK_VARIABLE}=host to let it listen on this machine's network"
                 )
             elif code is not None and code < 0:
                 how = f"was killed by {signal.Signals(-code).name}"
@@ -163,10 +163,10 @@ class Server:
         said = self.log()
         self.close()
         during = f" during {self._waiting_for[0]}" if self._waiting_for else ""
-        raise ServerError(f"gzserver {how}{during}." + (f" It said last:\n{said}" if said else ""))
+        raise ServerError(f"gzserver {how}{during}." + (f" Its last output:\n{said}" if said else ""))
 
     def log(self) -> str:
-        """Return the last lines of what the server said."""
+        """Return the last lines of the server's output."""
         with contextlib.suppress(ValueError, OSError):
             size = self._log.seek(0, os.SEEK_END)
             self._log.seek(max(0, size - 8192))
@@ -175,12 +175,12 @@ class Server:
         return ""
 
     def close(self) -> None:
-        """End the server; twice is harmless."""
+        """Stop the server. Calling it again has no effect."""
         self._finalizer()
 
 
 def _end(process: subprocess.Popen[bytes], connection: socket.socket, log: IO[bytes]) -> None:
-    connection.close()  # at which the plugin ends the server
+    connection.close()  # the plugin then ends the server
     deadline = time.monotonic() + 0.5
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)

@@ -1,4 +1,4 @@
-"""Shapes as Gazebo has them: one of ours may be several of its own."""
+"""Shapes as Gazebo's elements; one shape may become several elements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
-    """Return the ``<geometry>`` elements that make a shape, each with its place in it."""
+    """Return the ``<geometry>`` elements of a shape, each with its pose in the shape."""
     match geometry:
         case Box(size):
             return [(f"<box><size>{numbers(size)}</size></box>", Pose())]
@@ -20,7 +20,7 @@ def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
             return [(_sphere(radius), Pose())]
         case Cylinder(radius, length):
             return [(_cylinder(radius, length), Pose())]
-        case Capsule(radius, length):  # which Gazebo 11 does not know
+        case Capsule(radius, length):  # not supported by Gazebo 11
             ends = [(_sphere(radius), Pose((0.0, 0.0, side * length / 2), _UNTURNED)) for side in (-1.0, 1.0)]
             return [(_cylinder(radius, length), Pose()), *ends]
         case Mesh():
@@ -28,7 +28,7 @@ def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
 
 
 def numbers(values: tuple[float, ...] | Floats) -> str:
-    """Return numbers as XML has them, to the last digit."""
+    """Format numbers for XML with all digits."""
     return " ".join(repr(float(value)) for value in values)
 
 

@@ -35,33 +35,33 @@ from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""What becomes of each kind of element of a model file."""
+"""Translation of each kind of element of a model file."""
 
 FASTEST = 1e6
-"""[rad/s or m/s] beyond which an environment has diverged."""
+"""Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
 
 
 class GazeboSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene, each in a Gazebo 11 of its own; see :class:`frobs_core.interfaces.Simulation`.
+    """``num_envs`` copies of robots and a scene, each in a Gazebo 11; see :class:`frobs_core.interfaces.Simulation`.
 
-    An environment whose server ends or hangs is reported in the log, shows in :attr:`diverged`, and has a new server
-    after its reset; three in a row are a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` means nothing
-    here: servers are processes. The options are those of ODE; None means our default.
+    If a server ends or hangs, this is logged, its environment is marked in :attr:`diverged`, and the next reset starts
+    a new server. Three consecutive failures raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` has no
+    effect, because servers are processes. The options are those of ODE; None means FRobs's default.
 
     Args:
-        robots: By name.
-        scene: Everything else.
+        robots: Robots, by name.
+        scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
         num_threads: Ignored.
-        solver: ODE's solver: ``"world"``, direct and the default, or ``"quick"``, iterative.
-        iterations: Iterations of the ``"quick"`` solver in a physics step, ≥ 1.
+        solver: ODE's solver: ``"world"``, which is direct and the default, or ``"quick"``, which is iterative.
+        iterations: Number of iterations of the ``"quick"`` solver in a physics step, ≥ 1.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        erp: Share of a constraint's error that is corrected in a physics step.
+        erp: Fraction of a constraint's error that is corrected in a physics step.
         cfm: Constraint force mixing, which softens constraints, ≥ 0.
 
     Raises:
-        ConfigurationError: The scene is contradictory, or an option is out of range.
+        ConfigurationError: The scene is inconsistent, or an option is out of range.
         SimulationError: Gazebo is not installed, or does not start.
     """
 
@@ -86,14 +86,16 @@ class GazeboSimulation(Simulation):
         world = world_text(solver=solver, iterations=iterations, cone=cone, erp=erp, cfm=cfm)
         self.num_envs, self.physics_timestep, self.scene, self.placements = num_envs, physics_timestep, scene, robots
         n = num_envs
-        # What the scene says wrong is told before it is looked whether Gazebo is here.
+        # Errors in the scene are reported before Gazebo is searched.
         Layout(robots, scene, MeshFiles(None))
         installation = find_gazebo()
         self.layout = layout = Layout(robots, scene, MeshFiles(installation))
-        self.version = 0  # of the state: what is computed from it is kept until it changes
+        self.version = 0  # version of the state, for caching values that depend on it
         self.positions, self.velocities, self.efforts = np.zeros((3, n, layout.joint_count))
-        self.raw = np.zeros((n, layout.body_count, 13))  # at the centres of mass: pos, quat_wxyz, lin and ang vel
-        self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # of robots whose base is fixed
+        self.raw = np.zeros(
+            (n, layout.body_count, 13)
+        )  # at the centers of mass: pos, quat_wxyz, linear and angular velocity
+        self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # of robots with a fixed base
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
         self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
@@ -123,12 +125,12 @@ class GazeboSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Say what becomes of a robot's model file."""
+        """Return the translation of a robot's model file."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Server | None, ...]:
-        """The servers, one for each environment; None where one was lost."""
+        """The servers, one for each environment; None for lost servers."""
         return tuple(self._fleet.server(env) for env in range(self.num_envs))
 
     @property
@@ -138,11 +140,11 @@ class GazeboSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Which environments stand still because their numbers blew up or their server was lost, or None."""
+        """Environments that stopped because their numbers diverged or their server was lost, or None."""
         return self._diverged if self._diverged.any() else None
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Go back to the scene as it was built; lost servers are replaced."""
+        """Return to the initial state of the scene; lost servers are replaced."""
         envs = self.envs(mask)
         fresh = [env for env in envs if self._fleet.server(env) is None]
         if self._closed:
@@ -171,7 +173,7 @@ class GazeboSimulation(Simulation):
             robot.hold(envs)
 
     def _part(self, envs: Sequence[int]) -> None:
-        """Let links pass through each other that are in each other at home."""
+        """Disable collisions between links that overlap at home."""
         for name, placement in self.placements.items():
             if placement.robot.self_collision and envs:
                 model = protocol.text(self.layout.model_names["robot", name])
@@ -211,7 +213,7 @@ class GazeboSimulation(Simulation):
         return protocol.numbers(whole)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
-        """Take over the state that a server sent, after a step also efforts and contacts; return whether it is sound."""
+        """Store the state in a server's answer, after a step also efforts and contacts; return whether it is valid."""
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
         if found[0]:
@@ -229,7 +231,7 @@ class GazeboSimulation(Simulation):
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send messages to environments and return their last answers; those that lost their server diverge."""
+        """Send messages to environments and return their last answers. Environments that lost their server diverge."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
         answers = self._fleet.exchange(messages, steps)
@@ -242,29 +244,29 @@ class GazeboSimulation(Simulation):
         return not self._diverged[env]
 
     def set_diverged(self, which: Mask) -> None:
-        """Say which environments have diverged, and that the state is another."""
+        """Set the diverged environments, and mark the state as changed."""
         self._diverged[:] = which
         self.version += 1
 
     def later(self, env: int, op: Op, body: bytes) -> None:
-        """Send a message before the next step or write; its answer tells nothing."""
+        """Send a message before the next step or write; its answer is ignored."""
         self._queues[env].append((op, body))
 
     def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:
-        """Put bodies somewhere at once.
+        """Teleport bodies.
 
         Args:
-            bodies: Which of all.
-            raw: (k, bodies, 13): pos, quat_wxyz, lin and ang vel of the centres of mass.
+            bodies: Index range of the bodies.
+            raw: (k, bodies, 13): pos, quat_wxyz, linear and angular velocity of the centers of mass.
             envs: The k environments.
-            joints: Which of all joints are put somewhere by it.
-            positions: (k, joints) where.
+            joints: Index range of the joints that move with them.
+            positions: (k, joints) positions of these joints.
         """
         messages = {}
         for row, env in enumerate(envs):
             sound = np.isfinite(raw[row]).all() and np.abs(raw[row, :, 7:]).max(initial=0.0) < FASTEST
             if not sound:
-                self._diverged[env] = True  # Gazebo could not bear them
+                self._diverged[env] = True  # Gazebo could not handle them
             if self._diverged[env]:
                 continue
             angles = np.full(self.layout.joint_count, np.nan)
@@ -278,7 +280,7 @@ class GazeboSimulation(Simulation):
             self._take(env, answer)
 
     def place(self, body: str, poses: Floats, envs: Sequence[int]) -> None:
-        """Put a body that nothing pushes somewhere, (k, 7)."""
+        """Teleport a kinematic body, (k, 7)."""
         model = protocol.text(self.layout.model_names["body", body])
         for pose, env in zip(poses, envs, strict=True):
             if (self.stands[body][env] != pose).any():
@@ -287,11 +289,11 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at everything that collides."""
+        """Cast rays at all colliding shapes."""
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that do not see one robot; (num_envs, k) [m]."""
+        """Cast rays that do not detect one robot; (num_envs, k) [m]."""
         count = origins.shape[1]
         head = protocol.count(count) + protocol.numbers(max_range)
         head += protocol.text(self.layout.model_names["robot", blind_to] if blind_to else "")
@@ -306,12 +308,12 @@ class GazeboSimulation(Simulation):
         return found
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
-        """Push a body at its centre of mass during the next ``step``."""
+        """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
         envs = self.envs(mask)
         number, point = centre(self, body)
         if number is None:
-            return  # nothing moves it
+            return  # it is fixed
         forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
         torques = np.broadcast_to(np.asarray(torque_world, np.float64), (len(envs), 3))
         for env, force, torque in zip(envs, forces, torques, strict=True):
@@ -319,7 +321,7 @@ class GazeboSimulation(Simulation):
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter of each environment."""
+        """Return a physical parameter for each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -327,21 +329,21 @@ class GazeboSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
-        """Return where everything is and how it moves, what the drives follow, and the parameters that were written."""
+        """Return poses, velocities, targets of the drives, and the written parameters."""
         return {**snapshots.take(self), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
         self.parameters.restore(snapshot)
         snapshots.put_back(self, snapshot)
 
     def close(self) -> None:
-        """End the servers; twice is harmless."""
+        """Stop the servers. Calling it again has no effect."""
         if not self._closed:
             self._closed = True
             self._fleet.close()
 
     def envs(self, mask: Mask | None) -> list[int]:
-        """Return the environments of a mask."""
+        """Return the indices of the environments of a mask."""
         return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()

@@ -1,4 +1,4 @@
-"""A robot as bodies and joints that move: what is fixed is one body, and where all of them are, for many robots at once."""
+"""A robot as moving bodies and joints, with fixed links merged, and batched kinematics of the bodies."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from frobs_core.rotations import matrix_from_quat, quat_from_matrix
 
 @dataclass(frozen=True)
 class Mass:
-    """What a body weighs.
+    """Mass properties of a body.
 
     Attributes:
         mass: [kg]
-        com: Centre of mass in the body's frame [m], (3,).
-        inertia: About it, in the body's axes [kg·m²], (3, 3).
+        com: Center of mass in the body's frame [m], (3,).
+        inertia: Inertia about it, in the body's axes [kg·m²], (3, 3).
     """
 
     mass: float
@@ -42,16 +42,16 @@ class Skeleton:
     """Bodies and moving joints of a model.
 
     Args:
-        model: The robot.
+        model: Model of the robot.
 
     Attributes:
-        bodies: Name of the first link of each body; the base first, parents before children.
-        frames: Body that each link is part of, and where on it, (7,).
-        joints: The moving joints, each the parent joint of body i + 1; those that mimic others too.
-        parents: Body that each of them hangs from.
-        actuated: Where each actuated joint, in the file's order, is among the joints.
-        leaders: For each joint the joint that it follows, itself where it follows none.
-        multipliers: (joints,) of the leader's position.
+        bodies: Name of the first link of each body; base first, parents before children.
+        frames: Body that contains each link, and the link's pose on it, (7,).
+        joints: The moving joints, including mimic joints; joint i moves body i + 1.
+        parents: Parent body of each joint.
+        actuated: Index of each actuated joint, in the file's order, in ``joints``.
+        leaders: Leader of each joint; the joint itself if it is not a mimic joint.
+        multipliers: (joints,) multiplier of the leader's position.
         offsets: (joints,) [rad or m]
 
     Raises:
@@ -94,21 +94,21 @@ class Skeleton:
         self._cross_squared = np.matmul(self._cross, self._cross)
 
     def all_positions(self, actuated: Floats) -> Floats:
-        """Return the positions of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
+        """Return the positions of all joints, (n, joints), from those of the actuated ones, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
-        """Return the velocities of all joints, (n, joints), for those of the actuated ones, (n, dof)."""
+        """Return the velocities of all joints, (n, joints), from those of the actuated ones, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         velocities: Floats = found[:, self.leaders] * self.multipliers
         return velocities
 
     def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return where the bodies are.
+        """Return the poses of the bodies.
 
         Args:
             base: (n, 7): position [m] and quat_wxyz of the root link in the world.
@@ -119,7 +119,7 @@ class Skeleton:
         """
         n, count = positions.shape
         angles = np.where(self._slides, 0.0, positions)[..., None, None]
-        # Rodrigues: 1 + sin·[axis]× + (1 − cos)·[axis]×²
+        # Rodrigues' formula: 1 + sin·[axis]× + (1 − cos)·[axis]×²
         own = np.eye(3) + np.sin(angles) * self._cross + (1.0 - np.cos(angles)) * self._cross_squared
         relative = np.matmul(self._turns, own)  # (n, joints, 3, 3)
         pos, turn = np.empty((n, count + 1, 3)), np.empty((n, count + 1, 3, 3))
@@ -134,11 +134,11 @@ class Skeleton:
         return pos, turn, axes
 
     def move(self, pos: Floats, axes: Floats, base_twist: Floats, velocities: Floats) -> tuple[Floats, Floats]:
-        """Return how the bodies move.
+        """Return the velocities of the bodies.
 
         Args:
-            pos: Of the bodies, from :meth:`place`.
-            axes: Of the joints, from :meth:`place`.
+            pos: Positions of the bodies, from :meth:`place`.
+            axes: Axes of the joints, from :meth:`place`.
             base_twist: (n, 6): lin_vel_world [m/s] of the root link's origin and ang_vel_world [rad/s].
             velocities: (n, joints) [rad/s or m/s]
 
@@ -159,7 +159,7 @@ class Skeleton:
         return lin, ang
 
     def on_body(self, link: str, pos: Floats, turn: Floats) -> tuple[int, Floats, Floats]:
-        """Return the body of a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
+        """Return the body that contains a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
         body, offset = self.frames[link]
         at = pos[:, body] + (turn[:, body] * offset[:3]).sum(-1)
         return body, at, quat_from_matrix(np.matmul(turn[:, body], matrix_from_quat(offset[3:])))
@@ -180,10 +180,10 @@ class Skeleton:
         return whole[:, :, self.actuated]
 
     def masses(self, changed: Mapping[str, float] | None = None) -> list[Mass]:
-        """Return what each body weighs; a body that weighs nothing has a mass of 0.
+        """Return the mass properties of each body; a massless body has a mass of 0.
 
         Args:
-            changed: Masses [kg] of links that are not the model's; their inertia changes alike.
+            changed: Changed masses of links [kg]; their inertia is scaled accordingly.
         """
         parts: list[list[tuple[Link, int, Floats]]] = [[] for _ in self.bodies]
         for link in self.model.links:
@@ -193,7 +193,7 @@ class Skeleton:
         return [_joined(links, changed or {}, self._armature(body)) for body, links in enumerate(parts)]
 
     def _armature(self, body: int) -> Floats:
-        """Return the inertia of the motor that turns a body, as if it sat on it, (3, 3) [kg·m²]."""
+        """Return the inertia of the motor that rotates a body, as if it belonged to the body, (3, 3) [kg·m²]."""
         if body == 0 or self._slides[body - 1]:
             return np.zeros((3, 3))
         axis = self.axes[body - 1]

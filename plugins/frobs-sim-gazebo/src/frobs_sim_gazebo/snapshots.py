@@ -1,4 +1,4 @@
-"""The state of a simulation as arrays: where every body is and how it moves, and what the drives follow."""
+"""The state of a simulation as arrays: poses and velocities of all bodies, and targets of the drives."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def take(simulation: GazeboSimulation) -> Snapshot:
 
 
 def put_back(simulation: GazeboSimulation, state: Snapshot) -> None:
-    """Return to a state."""
+    """Restore a state."""
     envs = range(simulation.num_envs)
     for name, robot in simulation.robots.items():
         robot.set_command_mode([_MODES[int(number)] for number in state[f"modes/{name}"][0]])
