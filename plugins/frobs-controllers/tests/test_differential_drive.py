@@ -54,7 +54,7 @@ def test_wheels_at_their_limit_keep_the_curve(fake_cart, bound):
 
 
 def test_a_robot_without_differential_drive_is_refused(fake_arm, bound):
-    with pytest.raises(ConfigurationError, match="describes no differential drive"):
+    with pytest.raises(ConfigurationError, match="has no differential drive"):
         bound(DifferentialDrive(), fake_arm())
 
 
@@ -62,7 +62,7 @@ def test_a_robot_without_differential_drive_is_refused(fake_arm, bound):
     ("change", "message"),
     [
         ({"left": ("wheel",)}, "has no actuated joint 'wheel'"),
-        ({"right": ()}, "names no wheels"),
+        ({"right": ()}, "has no wheels"),
         ({"wheel_radius": 0.0}, "wheel_radius"),
         ({"separation": -1.0}, "separation"),
         ({"max_linear_velocity": np.inf}, "max_linear_velocity"),

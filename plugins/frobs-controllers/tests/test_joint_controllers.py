@@ -42,7 +42,7 @@ def test_joint_position_turns_a_continuous_joint_half_a_turn_each_way(fake_arm, 
 
 
 def test_joint_position_refuses_a_prismatic_joint_without_limits(fake_cart, bound):
-    with pytest.raises(ConfigurationError, match="'mast_lift' no position limits"):
+    with pytest.raises(ConfigurationError, match="no position limits for the prismatic joint 'mast_lift'"):
         bound(JointPosition(), fake_cart())
 
 

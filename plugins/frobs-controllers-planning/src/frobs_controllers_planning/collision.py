@@ -1,4 +1,4 @@
-"""Whether a robot touches itself, the floor or the scene at given joint positions, and on the way between two."""
+"""Collision checks of a robot with itself, the floor and the scene, at joint positions and on the way between two."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from frobs_core.models import Collision, JointType
 FLOOR = "floor"
 """Name of the floor among the obstacles."""
 
-_LEAST_SPACING = 0.005  # [m] between checks where next to no clearance is asked for
+_LEAST_SPACING = 0.005  # [m] between checks if the requested clearance is almost zero
 
 
 class CollisionChecker:
-    """Keeps the pairs of shapes that must not come nearer to each other than a clearance.
+    """Checks pairs of shapes that must keep a minimum distance.
 
-    As in the simulators, links that one joint connects, or none, may overlap, and so may what is in each other at
-    home. Links that no joint moves are not looked at beside the scene: no motion would change it.
+    As in the simulators, links that are connected by at most one joint may overlap, and so may links that overlap at
+    home. Fixed links are not checked against the scene, because motions do not affect them.
 
     Args:
-        kinematics: The robot's; all poses are in the frame of its root link.
+        kinematics: Kinematics of the robot; all poses are in the frame of its root link.
         obstacles: Shapes of the scene by the name of their body, each in that body's frame.
-        floor: Whether there is a floor; it is then an obstacle too, :data:`FLOOR`, below the xy plane of its frame.
-        self_collision: Whether the links of the robot can touch each other.
-        clearance: [m]
+        floor: Whether there is a floor; it is then another obstacle, :data:`FLOOR`, below the xy plane of its frame.
+        self_collision: Whether the links of the robot can collide with each other.
+        clearance: Minimum distance [m].
         may_touch: Pairs of links that may touch each other.
 
     Attributes:
-        reach: (dof,) how far [m] a part of the robot goes, at most, for each unit [rad or m] that a joint moves.
+        reach: (dof,) maximum motion of a part of the robot [m] per unit [rad or m] of a joint.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class CollisionChecker:
         self._margins = np.full(len(self._geometry.collisionPairs), clearance)  # (pairs,) [m]
 
     def _add_links(self) -> dict[str, list[int]]:
-        """Add the shapes of the robot's links; return their numbers by link."""
+        """Add the shapes of the robot's links; return their indices by link."""
         numbers: dict[str, list[int]] = {}
         for link in self._kinematics.robot.links:
             joint, placement = self._kinematics.links[link.name]
@@ -85,7 +85,7 @@ class CollisionChecker:
         return numbers
 
     def _add_obstacles(self, obstacles: Mapping[str, Sequence[Collision]], floor: bool) -> dict[str, list[int]]:
-        """Add the shapes of the scene; return their numbers by body."""
+        """Add the shapes of the scene; return their indices by body."""
         self._origins: dict[int, Any] = {}
         numbers: dict[str, list[int]] = {}
         for name, collisions in obstacles.items():
@@ -110,9 +110,9 @@ class CollisionChecker:
                 self._geometry.addCollisionPair(pin.CollisionPair(first, second))
 
     def let_overlap(self, home: Floats) -> None:
-        """Let pass what is in each other at home: links, and a link and the floor; call it when the floor is placed.
+        """Allow overlaps at home: of links, and of a link with the floor. Call it after the floor is placed.
 
-        Pairs of these that are merely near each other at home may come half as near again.
+        Pairs of these that are merely close to each other at home may approach to half of that distance.
 
         Args:
             home: (dof,) [rad or m]
@@ -132,10 +132,10 @@ class CollisionChecker:
         self._require(self._margins)
 
     def place(self, poses: Mapping[str, Any]) -> None:
-        """Put obstacles somewhere.
+        """Set the poses of obstacles.
 
         Args:
-            poses: SE3 in the frame of the robot's root link, by the name of the body.
+            poses: Poses as SE3 in the frame of the robot's root link, by the name of the body.
         """
         shapes = self._geometry.geometryObjects
         for name, pose in poses.items():
@@ -143,17 +143,19 @@ class CollisionChecker:
                 shapes[number].placement = pose * self._origins[number]
 
     def begin_anywhere(self) -> None:
-        """Forget where the last motion began."""
+        """Discard the start of the last motion."""
         self._require(self._margins)
 
     def begin_at(self, joint_positions: Floats) -> bool:
-        """Accept where a motion begins: what is nearer than the clearance there may come half as near again.
+        """Accept the start of a motion, even if pairs are closer than the clearance.
+
+        Such pairs may approach to half of their distance at the start.
 
         Args:
             joint_positions: (dof,) [rad or m]
 
         Returns:
-            False: something touches there.
+            False if something touches there.
         """
         self.begin_anywhere()
         if self.is_free(joint_positions):
@@ -163,26 +165,26 @@ class CollisionChecker:
         return bool((distances > 0.0).all())
 
     def is_free(self, joint_positions: Floats) -> bool:
-        """Return whether nothing is nearer to anything than it may be; (dof,) [rad or m]."""
+        """Return whether all pairs keep their minimum distance at joint positions (dof,) [rad or m]."""
         kinematics = self._kinematics
         q = kinematics.configuration(joint_positions)
         return not pin.computeCollisions(kinematics.model, kinematics.data, self._geometry, self._data, q, True)
 
     def is_way_free(self, start: Floats, end: Floats) -> bool:
-        """Return whether the straight line between two joint vectors (dof,) is free; its ends are not looked at.
+        """Return whether the straight line between two joint vectors (dof,) is free, without checking its ends.
 
-        It is checked so often that no part of the robot moves by more than twice the clearance in between: whatever
-        comes no nearer than the clearance at the checks touches nothing on the whole line.
+        No part of the robot moves by more than twice the clearance between two checks. If the clearance is kept at all
+        checks, nothing touches on the whole line.
         """
         count = self.count_checks(np.abs(end - start))
         return all(self.is_free(start + share * (end - start)) for share in _shares(count))
 
     def count_checks(self, change: Floats) -> int:
-        """Return in how many parts a motion has to be looked at in which each joint moves by ``change`` (dof,)."""
+        """Return the number of parts into which a motion by ``change`` (dof,) must be divided for checks."""
         return max(1, math.ceil(float(change @ self.reach) / self._spacing))
 
     def _distances(self, joint_positions: Floats) -> Floats:
-        """Return how far the shapes of each pair are from each other, (pairs,) [m]; negative where they overlap."""
+        """Return the distances of the shapes of each pair, (pairs,) [m]; negative if they overlap."""
         kinematics = self._kinematics
         q = kinematics.configuration(joint_positions)
         pin.computeDistances(kinematics.model, kinematics.data, self._geometry, self._data, q)
@@ -195,14 +197,14 @@ class CollisionChecker:
 
 @lru_cache(maxsize=1024)
 def _shares(count: int) -> tuple[float, ...]:
-    """Return the inner ones of ``count`` equal parts of [0, 1], the middle first: an obstacle is found soon."""
+    """Return the inner ends of ``count`` equal parts of [0, 1], middle first, which finds obstacles early."""
     bits = max(count - 1, 1).bit_length()
     order = sorted(range(1, count), key=lambda number: f"{number:0{bits}b}"[::-1])
     return tuple(number / count for number in order)
 
 
 def _reach(kinematics: Kinematics) -> Floats:
-    """Return how far [m] a part of the robot goes, at most, for each unit that a joint moves, (dof,)."""
+    """Return the maximum motion of a part of the robot [m] per unit of a joint, (dof,)."""
     robot = kinematics.robot
     above = {joint.child: joint for joint in robot.joints}
     reach = np.zeros(len(robot.joint_names))

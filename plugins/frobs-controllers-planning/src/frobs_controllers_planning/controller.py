@@ -1,4 +1,4 @@
-"""An action is one whole motion: planned around what is in the way, and followed at the physics rate."""
+"""An action is one whole motion, planned around obstacles and followed at the physics rate."""
 
 from __future__ import annotations
 
@@ -16,37 +16,38 @@ from frobs_core.errors import ParameterValueError, UnsuitableRobotError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
 
 TARGETS = ("joint", "tcp")
-"""What ``target`` may be."""
+"""Valid values of ``target``."""
 
 
 class TrajectoryController(Controller):
-    """Moves the robot from rest to rest, once in each control step, along a way that touches nothing.
+    """Moves the robot from rest to rest, once in each control step, along a collision-free path.
 
-    With ``target="joint"`` an action names joint positions: −1 is the lower limit, 1 the upper; a joint without limits
-    turns in [−π, π]. With ``target="tcp"`` it names a point for the tool centre point, however that is turned: −1 to 1
-    are the edges of :attr:`workspace`, a box along the base's axes. Its corners are out of reach, and so may be some of
-    its inside.
+    With ``target="joint"`` an action specifies joint positions: −1 is the lower limit, 1 the upper limit; a joint
+    without limits uses [−π, π]. With ``target="tcp"`` it specifies a position of the tool center point with any
+    orientation: −1 to 1 are the edges of :attr:`workspace`, a box along the base's axes. Its corners, and possibly some
+    points inside, are out of reach.
 
-    Where there is no plan, or its motion would take longer than the control step, the robot stays where it is, and
-    :meth:`info` says why. The scene is looked at as it is when the motion begins, and taken to stay so. The drives
-    follow what is commanded with the lag that their gains give; the next motion begins where the last one was to end,
-    not where gravity lets the arm hang. It is not batched: environments are planned for one after the other.
+    If there is no plan, or its motion would take longer than the control step, the robot stays where it is, and
+    :meth:`info` contains the reason. The scene is read when the motion begins and assumed to be static. The drives
+    follow the commands with the lag that results from their gains. The next motion begins at the end of the last
+    planned one, not at the position to which gravity deflects the arm. Planning is not batched: environments are
+    planned one after another.
 
     Args:
         target: ``"joint"`` or ``"tcp"``.
-        clearance: How far everything stays from everything [m], in [0, 0.5].
-        velocity_scaling: Share of the model file's velocity limits that is used, in (0, 1].
-        acceleration_scaling: Share of the acceleration limits that is used, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name; None: what gets
-            each joint to its velocity limit in half a second.
-        max_steps: Of the search for a way, before it gives up.
-        seed: Of the search; the same motion in the same scene is planned the same way.
+        clearance: Minimum distance between all objects [m], in [0, 0.5].
+        velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
+        acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
+        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name; None: each joint
+            reaches its velocity limit in half a second.
+        max_steps: Maximum number of steps of the path search.
+        seed: Seed of the search; the same motion in the same scene always has the same plan.
 
     Attributes:
-        planner: That plans; set by ``bind``.
-        workspace: Lowest and highest corner (3,) [m] of what ``target="tcp"`` reaches, in the frame of the base; set by
-            ``bind``. Nine in ten of the points where joint vectors inside the limits put the tool lie in between along
-            each axis.
+        planner: The planner; set by ``bind``.
+        workspace: Minimum and maximum corner (3,) [m] of the positions for ``target="tcp"``, in the frame of the base;
+            set by ``bind``. Along each axis, it contains nine in ten of the tool positions of joint vectors inside the
+            limits.
     """
 
     command_mode = CommandMode.POSITION
@@ -78,7 +79,7 @@ class TrajectoryController(Controller):
         self._simulation: Simulation | None = None
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
-        """Keep what stands around the robot."""
+        """Store the robot's surroundings."""
         self._scene, self._simulation = scene, simulation
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -86,13 +87,13 @@ class TrajectoryController(Controller):
 
         Raises:
             ConfigurationError: A parameter is out of its range.
-            UnsuitableRobotError: The group lacks some of the robot's joints.
-            UnknownNameError: ``max_acceleration`` names no joint.
+            UnsuitableRobotError: The group does not contain all joints of the robot.
+            UnknownNameError: ``max_acceleration`` contains a name that is not a joint.
             ModelFileError: A mesh cannot be read.
         """
         if joints.joint_names != joints.model.joint_names:
             raise UnsuitableRobotError(
-                joints.robot.name, "has joints outside of the group; plan for all joints.", "trajectory"
+                joints.robot.name, "has joints outside of the group; planning requires all joints.", "trajectory"
             )
         self._joints = joints
         self.planner = Planner(joints.robot, self._scene, model=joints.model, tcp=joints.tcp, **self._parameters)
@@ -109,7 +110,7 @@ class TrajectoryController(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Hold the present positions."""
+        """Hold the current positions."""
         rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
 
@@ -142,7 +143,7 @@ class TrajectoryController(Controller):
         return plan
 
     def _look_around(self, i: int) -> None:
-        """Tell the planner where things are in environment ``i``."""
+        """Update the planner's scene with the poses in environment ``i``."""
         if self._simulation is None:
             return
         bodies: dict[str, Pose] = {}
@@ -165,18 +166,18 @@ class TrajectoryController(Controller):
         info["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return how the last motions were planned, (num_envs,) each.
+        """Return results of the last planning, (num_envs,) each.
 
-        ``plan_success`` (0 or 1), ``plan_reason`` (a number of :class:`~frobs_controllers_planning.plan.Reason`),
-        ``plan_time`` [s] that planning took, ``plan_waypoints`` of the way (2: a straight line in joint space; 0: none),
-        ``motion_duration`` [s] of the motion, 0 where the robot stays.
+        ``plan_success`` (0 or 1), ``plan_reason`` (a value of :class:`~frobs_controllers_planning.plan.Reason`),
+        ``plan_time`` [s] for planning, ``plan_waypoints`` of the path (2: a straight line in joint space; 0: none),
+        ``motion_duration`` [s], 0 if the robot stays.
         """
         return self._info
 
     def snapshot(self) -> Snapshot:
-        """Return where the last motions were to end."""
+        """Return the ends of the last motions."""
         return {"target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._target[:] = snapshot["target"]

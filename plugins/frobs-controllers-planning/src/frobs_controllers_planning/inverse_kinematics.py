@@ -1,4 +1,4 @@
-"""Joint positions that put the tool somewhere: damped least squares from several starts."""
+"""Joint positions for a tool pose: damped least squares from several initial positions."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ ROTATION_TOLERANCE = 1e-3
 """[rad]"""
 
 _ITERATIONS = 60
-_LARGEST_STEP = 0.5  # [rad or m] of any joint in an iteration
-_DAMPING = 1e-3  # times the error: large far away, next to nothing at the goal
-_HOPELESS = 12  # starts that lead nowhere: from half of them or more a goal in reach is usually found
-_STALLED = 10  # iterations without getting nearer by a tenth
+_LARGEST_STEP = 0.5  # [rad or m] per joint and iteration
+_DAMPING = 1e-3  # times the error: large far away, almost zero at the goal
+_HOPELESS = 12  # initial positions without success; a reachable goal usually succeeds from at least half of them
+_STALLED = 10  # iterations without reducing the distance by a tenth
 
 
 class InverseKinematics:
-    """Solves for the joint positions of an arm, inside its limits.
+    """Computes the joint positions of an arm inside its limits.
 
     Args:
-        kinematics: The robot's.
+        kinematics: Kinematics of the robot.
         tcp: Name of the tool's link.
         lower: (dof,) [rad or m], finite.
         upper: (dof,) [rad or m], finite.
@@ -47,17 +47,17 @@ class InverseKinematics:
         tries: int,
         tolerances: tuple[float, float] = (POSITION_TOLERANCE, ROTATION_TOLERANCE),
     ) -> Iterator[Floats]:
-        """Yield joint positions (dof,) [rad or m] that reach a goal: from ``start`` first, then from random ones.
+        """Yield joint positions (dof,) [rad or m] for a goal, from ``start`` first, then from random positions.
 
-        A goal that the first of them do not lead to is given up.
+        The search ends if the first initial positions all fail.
 
         Args:
-            pos: (3,) [m] of the tool in the frame of the root link.
-            rotation: (3, 3) of the tool; None: any.
+            pos: (3,) [m] position of the tool in the frame of the root link.
+            rotation: (3, 3) orientation of the tool; None: any.
             start: (dof,) [rad or m]
-            rng: Random starts are drawn from it.
-            tries: How many starts.
-            tolerances: Largest distance [m] and angle [rad] from the goal.
+            rng: Source of random initial positions.
+            tries: Number of initial positions.
+            tolerances: Maximum distance [m] and angle [rad] from the goal.
         """
         if float(np.linalg.norm(pos)) > self._reach + tolerances[0]:
             return
@@ -74,7 +74,7 @@ class InverseKinematics:
     def _solve(
         self, pos: Floats, rotation: Floats | None, joint_positions: Floats, tolerances: tuple[float, float]
     ) -> Floats | None:
-        """Return a solution near where it starts, or None."""
+        """Return a solution near the initial position, or None."""
         best, stalled = np.inf, 0
         rows = 3 if rotation is None else 6
         for _ in range(_ITERATIONS):
@@ -97,7 +97,7 @@ class InverseKinematics:
         return None
 
     def _step(self, jacobian: Floats, error: Floats, joint_positions: Floats) -> Floats:
-        """Return joint positions nearer to the goal; joints that a limit stops leave their part to the others."""
+        """Return joint positions closer to the goal; if limits stop joints, the others take over their part."""
         damping = (_DAMPING * float(np.linalg.norm(error)) + 1e-8) * np.eye(len(error))
         free = np.ones(len(joint_positions), bool)
         for _ in range(2):

@@ -1,4 +1,4 @@
-"""A robot for Pinocchio, made from the model that the simulators build from, not from its file again."""
+"""Kinematics of a robot with Pinocchio, built from the same model as in the simulators."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ _ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
 
 
 class Kinematics:
-    """A robot's joints, in the frame of its root link.
+    """Kinematics of a robot in the frame of its root link.
 
-    Every joint that moves is one of Pinocchio's, those that mimic others too; floating and planar joints stay at zero.
+    All moving joints, including mimic joints, become joints in Pinocchio; floating and planar joints stay at zero.
 
     Args:
         robot: The robot's model.
 
     Attributes:
         robot: The robot's model.
-        model: Pinocchio's.
-        data: Pinocchio's.
-        links: For each link, the number of the joint that carries it (0: the root), and its pose in that joint's frame.
+        model: Pinocchio's model.
+        data: Pinocchio's data.
+        links: For each link, the index of the joint that carries it (0: the root), and its pose in that joint's frame.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -55,14 +55,14 @@ class Kinematics:
         return found
 
     def frame_pose(self, link: str, joint_positions: Floats) -> Any:
-        """Return where a link is in the root link's frame, as Pinocchio's SE3."""
+        """Return the pose of a link in the root link's frame, as Pinocchio's SE3."""
         pin.forwardKinematics(self.model, self.data, self.configuration(joint_positions))
         joint, placement = self.links[link]
         return self.data.oMi[joint] * placement
 
     def frame_jacobian(self, link: str, joint_positions: Floats) -> tuple[Any, Floats]:
-        """Return a link's pose as SE3, and (6, dof) its Jacobian in the axes of the root link: linear, then angular."""
-        pose = self.frame_pose(link, joint_positions)  # the next line does not compute it
+        """Return a link's pose as SE3, and its Jacobian (6, dof) in the axes of the root link: linear, then angular."""
+        pose = self.frame_pose(link, joint_positions)  # not computed by the next line
         joint, placement = self.links[link]
         columns = pin.computeJointJacobian(self.model, self.data, self.configuration(joint_positions), joint)
         local = placement.toActionMatrixInverse() @ columns

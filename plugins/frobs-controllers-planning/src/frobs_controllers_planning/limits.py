@@ -1,4 +1,4 @@
-"""How far and how fast the joints of a robot may be asked to move."""
+"""Position, velocity and acceleration limits for planning."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from frobs_core.models import RobotModel
 from frobs_core.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
-"""[s] in which a joint gets to its velocity limit where nobody says how fast it may accelerate: no URDF does."""
+"""Default time for a joint to reach its velocity limit [s], because URDF does not define acceleration limits."""
 
 UNLIMITED_RANGE = math.pi
-"""± [rad or m] where a joint without position limits is moved."""
+"""Range of joints without position limits, ± [rad or m]."""
 
 UNLIMITED_VELOCITY = 2.0
-"""[rad/s or m/s] of a joint whose file gives no velocity limit."""
+"""Velocity limit of joints whose file does not define one [rad/s or m/s]."""
 
 
 def ranges(model: RobotModel) -> tuple[Floats, Floats]:
@@ -40,13 +40,13 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
     """Return the acceleration limits, (dof,) [rad/s² or m/s²].
 
     Args:
-        model: The robot.
-        given: One for all joints, or by joint name; None, and for a joint that is left out: what gets it to its
-            velocity limit in :data:`SECONDS_TO_FULL_SPEED`.
+        model: Model of the robot.
+        given: One for all joints, or by joint name. Joints you omit, or all for None, reach their velocity limit in
+            :data:`SECONDS_TO_FULL_SPEED`.
 
     Raises:
-        UnknownNameError: A name is no actuated joint's.
-        ConfigurationError: One is not above 0.
+        UnknownNameError: A name is not that of an actuated joint.
+        ConfigurationError: A value is not above 0.
     """
     found = velocities(model) / SECONDS_TO_FULL_SPEED
     chosen = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(model.joint_names, given)
@@ -61,14 +61,14 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
     """Return a parameter as a float.
 
     Args:
-        name: For the message.
-        value: What was given.
-        unit: For the message.
-        largest: That it may be.
-        zero: Whether it may be 0.
+        name: Name of the parameter, for the message.
+        value: Value of the parameter.
+        unit: Unit, for the message.
+        largest: Maximum value.
+        zero: Whether 0 is allowed.
 
     Raises:
-        ConfigurationError: It is no finite number in (0, largest], or [0, largest].
+        ConfigurationError: The value is not a finite number in (0, largest], or [0, largest].
     """
     name = f"trajectory: {name}"
     found = non_negative(name, value, unit) if zero else positive(name, value, unit)

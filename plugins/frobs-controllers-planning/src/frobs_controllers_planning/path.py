@@ -1,4 +1,4 @@
-"""A way through joint space: straight lines whose corners are rounded off."""
+"""A path through joint space: straight lines with rounded corners."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from frobs_core.arrays import Floats
 
 
 class RoundedPath:
-    """Straight lines between way-points, with a parabola at each corner: no jump of direction on the way.
+    """Straight lines between waypoints, with a parabola at each corner, so that the direction is continuous.
 
-    Its parameter is the length in joint space, less what the rounding saves; the second derivative is constant on each
-    of its pieces.
+    Its parameter is the length in joint space, reduced by the rounding. The second derivative is constant on each
+    piece.
 
     Args:
-        waypoints: (n, dof) [rad or m], no two in a row the same; n ≥ 2.
-        radii: (n − 2,) how far before and after each corner it leaves the lines, in joint space; above 0, and
-            together no longer than the line between two corners.
+        waypoints: (n, dof) [rad or m], without consecutive duplicates; n ≥ 2.
+        radii: (n − 2,) distance before and after each corner at which the path leaves the lines, in joint space; above
+            0, and together at most the length of the line between two corners.
 
     Attributes:
-        breaks: (m + 1,) where the m pieces begin and end; the first is 0.
+        breaks: (m + 1,) parameters at the ends of the m pieces; the first is 0.
     """
 
     def __init__(self, waypoints: Floats, radii: Floats) -> None:

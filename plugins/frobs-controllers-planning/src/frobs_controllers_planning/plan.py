@@ -1,4 +1,4 @@
-"""What a planner is asked for, and what it answers."""
+"""Goals and results of planning."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from frobs_core.arrays import Floats
 
 
 class Reason(IntEnum):
-    """Why there is a plan, or none: the numbers that ``info["frobs/plan_reason"]`` holds."""
+    """Result of planning, as in ``info["frobs/plan_reason"]``."""
 
     PLANNED = 0
     """There is a plan."""
     START_OUTSIDE_LIMITS = 1
-    """A joint is beyond its limits where the motion would begin."""
+    """A joint is beyond its limits at the start."""
     START_IN_COLLISION = 2
-    """Something touches something where the motion would begin."""
+    """Something touches at the start."""
     GOAL_OUTSIDE_LIMITS = 3
     """A joint position of the goal is beyond the joint's limits."""
     GOAL_IN_COLLISION = 4
-    """Something touches something, or comes too near, at the goal: with all joint positions that were found for it."""
+    """Something touches or is too close at the goal, for all joint positions that were found."""
     GOAL_OUT_OF_REACH = 5
-    """No joint positions were found that put the tool at the goal."""
+    """No joint positions were found for the tool goal."""
     NO_WAY_FOUND = 6
-    """The search gave up; there may be a way."""
+    """The search was stopped; a path may exist."""
     TOO_LONG = 7
-    """There is a plan, but its motion takes longer than a control step. Only the controller says so."""
+    """There is a plan, but its motion takes longer than a control step. Only the controller returns this."""
 
 
 @dataclass(frozen=True)
 class ToolGoal:
-    """Where the tool centre point should be, in the world.
+    """A target pose of the tool center point in the world.
 
     Attributes:
         pos: (3,) [m]
-        quat_wxyz: (4,) scalar first; None: however it is turned.
-        position_tolerance: Largest distance from ``pos`` [m].
-        rotation_tolerance: Largest angle from ``quat_wxyz`` [rad].
+        quat_wxyz: (4,) scalar first; None: any orientation.
+        position_tolerance: Maximum distance from ``pos`` [m].
+        rotation_tolerance: Maximum angle from ``quat_wxyz`` [rad].
     """
 
     pos: Floats
@@ -50,14 +50,14 @@ class ToolGoal:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The answer of a planner.
+    """Result of planning.
 
     Attributes:
         reason: :attr:`Reason.PLANNED`, or why there is no plan.
-        path: (n, dof) way-points [rad or m], from start to goal, whose corners the trajectory rounds off; None where
-            there is no plan.
-        trajectory: Where the joints should be at each time; None where there is no plan.
-        seconds: What planning took [s].
+        path: (n, dof) waypoints [rad or m], from start to goal; the trajectory rounds their corners. None if there is
+            no plan.
+        trajectory: Joint positions over time; None if there is no plan.
+        seconds: Time for planning [s].
     """
 
     reason: Reason

@@ -1,4 +1,4 @@
-"""The planner: from where a robot is to where it should be, around what is in the way, within its limits."""
+"""The planner: finds collision-free motions to a goal within the robot's limits."""
 
 from __future__ import annotations
 
@@ -30,47 +30,47 @@ from frobs_core.validation import whole_number
 Pose = tuple[Floats, Floats]
 """pos (3,) [m] and quat_wxyz (4,) in the world."""
 
-_WAYS = 3  # are looked for to joint positions of a tool goal, the nearest first
-_SOLUTIONS = 4  # that are free, from which these are chosen
-_TRIES = 30  # of inverse kinematics
-_POSTURES = 4096  # that tell where the tool can be
-_STILL = 1e-6  # [rad or m]: a motion this short is none
-_LIMIT_TOLERANCE = 1e-3  # [rad or m] that a measured joint may be beyond its limit
+_WAYS = 3  # path searches for a tool goal, nearest joint positions first
+_SOLUTIONS = 4  # free solutions from which these are selected
+_TRIES = 30  # initial positions of inverse kinematics
+_POSTURES = 4096  # random postures for the tool's range
+_STILL = 1e-6  # [rad or m]: shorter motions are not planned
+_LIMIT_TOLERANCE = 1e-3  # [rad or m] by which a measured joint may exceed its limit
 
 
 class Planner:
     """Plans motions of one robot in a scene, without a simulation.
 
-    The same arguments give the same plan. What may not touch is what the simulators do not let pass: the collision
-    shapes of the robot's links beside each other (but for neighbours, and what overlaps at home), the bodies of the
-    scene, further robots, the floor.
+    The same arguments give the same plan. Collisions are those of the simulators: the collision shapes of the robot's
+    links with each other (except neighbors and links that overlap at home), the bodies of the scene, additional robots,
+    the floor.
 
     Args:
-        robot: Its name, the path of its model file, or its description.
-        scene: What stands around it; None: a floor.
-        model: Its model file, where it is read already.
-        tcp: Link that tool goals talk about; None: the robot's own.
-        clearance: How far everything stays from everything [m], in [0, 0.5]; what is nearer where the motion begins,
-            or is always near, may come half as near again.
-        velocity_scaling: Share of the model file's velocity limits that is used, in (0, 1].
-        acceleration_scaling: Share of the acceleration limits that is used, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name; None, and for a
-            joint that is left out: what gets it to its velocity limit in half a second.
-        may_touch: Pairs of links of the robot that may touch, beside those named above.
-        max_steps: Of the search, before it gives up, ≥ 1.
-        seed: Of what is drawn at random, ≥ 1.
+        robot: Name of the robot, path of its model file, or description.
+        scene: Surroundings of the robot; None: a floor.
+        model: Parsed model file, if available.
+        tcp: Link that tool goals refer to; None: the robot's tool center point.
+        clearance: Minimum distance between all objects [m], in [0, 0.5]. Pairs that are closer at the start, or always,
+            may approach to half of that distance.
+        velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
+        acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
+        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. Joints you omit, or
+            all for None, reach their velocity limit in half a second.
+        may_touch: Additional pairs of links of the robot that may touch.
+        max_steps: Maximum number of steps of the search, ≥ 1.
+        seed: Seed of the random numbers, ≥ 1.
 
     Attributes:
-        joint_names: The order of joint positions.
+        joint_names: Names of the joints, in the order of joint positions.
         home: (dof,) [rad or m]
-        lower: (dof,) [rad or m]; −π where there is no limit.
-        upper: (dof,) [rad or m]; π where there is no limit.
-        max_velocity: (dof,) [rad/s or m/s] that no motion exceeds.
-        max_acceleration: (dof,) [rad/s² or m/s²] that no motion exceeds.
+        lower: (dof,) [rad or m]; −π if there is no limit.
+        upper: (dof,) [rad or m]; π if there is no limit.
+        max_velocity: (dof,) [rad/s or m/s] upper limit of all motions.
+        max_acceleration: (dof,) [rad/s² or m/s²] upper limit of all motions.
 
     Raises:
-        UnknownNameError: There is no such robot, link or joint.
-        ConfigurationError: A value cannot be used.
+        UnknownNameError: The robot, a link or a joint does not exist.
+        ConfigurationError: A value is invalid.
         ModelFileError: A model file or a mesh cannot be read.
     """
 
@@ -125,14 +125,14 @@ class Planner:
         self._search = Search(self._checker, self.lower, self.upper, max_steps=max_steps, seed=self._seed)
 
     def place(self, bodies: Mapping[str, Pose], base: Pose | None = None) -> None:
-        """Say where things are now; what is not named stays where it was.
+        """Set the current poses; objects that are not named keep their poses.
 
         Args:
-            bodies: Poses in the world by name; the links of further robots are ``"robot/link"``.
-            base: Of the robot's root link in the world; None: as it was.
+            bodies: Poses in the world by name; the links of additional robots are ``"robot/link"``.
+            base: Pose of the robot's root link in the world; None: unchanged.
 
         Raises:
-            UnknownNameError: The scene has no such body, or nothing can touch it.
+            UnknownNameError: The scene does not contain the body, or it does not collide.
         """
         for name, pose in bodies.items():
             if name not in self._poses:
@@ -143,31 +143,31 @@ class Planner:
         self._place()
 
     def _place(self) -> None:
-        """Put everything where it is in the frame of the robot's root link."""
+        """Transform all poses to the frame of the robot's root link."""
         into_base = self._base.inverse()
         self._checker.place({FLOOR: into_base, **{name: into_base * pose for name, pose in self._poses.items()}})
 
     @property
     def obstacles(self) -> tuple[str, ...]:
-        """Names of what the robot can touch beside the floor, as :meth:`place` takes them."""
+        """Names of the obstacles except the floor, as :meth:`place` accepts them."""
         return tuple(self._poses)
 
     def workspace(self) -> tuple[Floats, Floats]:
-        """Return the lowest and the highest corner (3,) [m] of where the tool mostly is, in the root link's frame.
+        """Return the minimum and maximum corner (3,) [m] of the tool's usual range, in the root link's frame.
 
-        Along each axis, nine in ten of the points lie between them where random joint vectors put the tool.
+        Along each axis, it contains nine in ten of the tool positions of random joint vectors.
         """
         drawn = RandomSource(1).uniform("workspace", self.lower, self.upper, (_POSTURES, len(self.lower)))[0]
         low, high = np.percentile(self._model.frame_pose(self._tcp, drawn)[0], (5.0, 95.0), axis=0)
         return low, np.maximum(high, low)
 
     def tool_pos(self, joint_positions: npt.ArrayLike) -> Floats:
-        """Return where the tool centre point is in the world, (3,) [m], for joint positions (dof,) [rad or m]."""
+        """Return the tool center point's position in the world, (3,) [m], for joint positions (dof,) [rad or m]."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
         return self.in_world(self._model.frame_pose(self._tcp, position[None])[0][0])
 
     def in_world(self, pos: Floats) -> Floats:
-        """Return where a point (3,) [m] of the root link's frame is in the world, (3,) [m]."""
+        """Transform a point (3,) [m] from the root link's frame to the world."""
         return np.asarray(self._base.act(pos))
 
     def plan(self, start: npt.ArrayLike, goal: npt.ArrayLike | ToolGoal, *, max_seconds: float | None = None) -> Plan:
@@ -175,16 +175,16 @@ class Planner:
 
         Args:
             start: (dof,) [rad or m]
-            goal: Joint positions (dof,) [rad or m], or where the tool should be: the nearest of the joint positions
-                that were found for it then is the goal, as far as a way to them is found.
-            max_seconds: The search for a way also gives up after this time [s]; then the result depends on how fast the
-                machine is. None: only ``max_steps`` counts.
+            goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the nearest joint positions for
+                which a path is found become the goal.
+            max_seconds: Additional time limit of the path search [s], which makes the result depend on the speed of the
+                machine. None: only ``max_steps`` counts.
 
         Returns:
-            A plan, or the reason why there is none, which is no error.
+            A plan. If no plan is found, it contains the reason; this is not an error.
 
         Raises:
-            ConfigurationError: Start or goal has the wrong shape, or is not finite.
+            ConfigurationError: Start or goal has the wrong shape or is not finite.
         """
         begin = perf_counter()
         self._search.deadline = math.inf if max_seconds is None else begin + max_seconds
@@ -196,7 +196,7 @@ class Planner:
         return replace(plan, seconds=perf_counter() - begin)
 
     def is_free(self, joint_positions: npt.ArrayLike) -> bool:
-        """Return whether the robot could be told to go there: joint positions (dof,) [rad or m]."""
+        """Return whether joint positions (dof,) [rad or m] are a valid target."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
         self._checker.begin_anywhere()
         within = bool(((position >= self.lower) & (position <= self.upper)).all())
@@ -223,7 +223,7 @@ class Planner:
         return [goal] if self._checker.is_free(goal) else Reason.GOAL_IN_COLLISION
 
     def _joint_goals(self, start: Floats, goal: ToolGoal) -> list[Floats] | Reason:
-        """Return joint positions that put the tool at a goal, the nearest first."""
+        """Return joint positions for a tool goal, nearest first."""
         pos = self._base.actInv(self._vector("the goal's pos", goal.pos, 3))
         rotation = None
         if goal.quat_wxyz is not None:

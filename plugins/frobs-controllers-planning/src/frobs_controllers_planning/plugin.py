@@ -7,11 +7,11 @@ from frobs_core.specs import ControllerRecord
 
 @hookimpl
 def frobs_controllers() -> list[ControllerRecord]:
-    """Offer the controller."""
+    """Provide the controller."""
     return [
         ControllerRecord(
             name="trajectory",
-            summary="an action is one whole motion, planned around what is in the way",
+            summary="an action is one whole motion, planned around obstacles",
             entry_point="frobs_controllers_planning.controller:TrajectoryController",
             install_hint="pip install frobs-controllers-planning",
             needs={"drive": Level.APPROXIMATE},

@@ -1,4 +1,4 @@
-"""Finding a way around what is in the way: RRT-Connect, then shortcuts, then rounded corners."""
+"""Path search around obstacles: RRT-Connect, then shortcuts, then rounded corners."""
 
 from __future__ import annotations
 
@@ -15,50 +15,50 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 _RANGE = 0.5
-"""[m] longest step of a tree, measured as how far the robot's parts move."""
+"""Maximum step of a tree, measured as the motion of the robot's parts [m]."""
 
 _SHORTCUTS = 40
 _HALVINGS = 12
-_LARGEST_CUT = 0.45  # of the line before or after a corner: a piece of every line stays straight
+_LARGEST_CUT = 0.45  # fraction of the line before or after a corner; part of every line stays straight
 
-_OMPL = threading.Lock()  # its random numbers have one seed for all
+_OMPL = threading.Lock()  # its random generators share one seed
 
 
 class Search:
-    """Looks for ways between two joint vectors.
+    """Searches for paths between two joint vectors.
 
-    The same arguments give the same way: the numbers are drawn from a seed, and the effort is bounded by steps, not by
-    seconds, unless there is a deadline.
+    The same arguments give the same path: random numbers have a fixed seed, and the effort is limited by steps instead
+    of seconds, unless there is a deadline.
 
     Args:
-        checker: Says what is free.
+        checker: Checks for collisions.
         lower: (dof,) [rad or m], finite.
         upper: (dof,) [rad or m], finite.
-        max_steps: Of the growing trees, before the search gives up.
+        max_steps: Maximum number of steps of the growing trees.
         seed: ≥ 1.
 
     Attributes:
-        deadline: Value of :func:`time.perf_counter` at which the search gives up too [s].
+        deadline: Additional limit as a value of :func:`time.perf_counter` [s].
     """
 
     def __init__(self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int) -> None:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
         self.deadline = math.inf
-        self._scale = np.maximum(checker.reach, 0.05)  # [m] for each unit of a joint, so that distances are comparable
+        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of a joint, which makes distances comparable
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
-        """Return way-points (n, dof) from start to goal, both free; None: no way was found."""
+        """Return waypoints (n, dof) from start to goal, both free; None if no path was found."""
         if self._checker.is_way_free(start, goal):
             return np.stack([start, goal])
         found = self._connect(start, goal)
         return None if found is None else self._shorten(found)
 
     def _connect(self, start: Floats, goal: Floats) -> Floats | None:
-        """Grow a tree from either end until they meet."""
+        """Grow trees from both ends until they meet."""
         with _OMPL:
             util.setLogLevel(util.LogLevel.LOG_NONE)
-            util.RNG.setSeed(self._seed)  # counts for what is made from here on
+            util.RNG.setSeed(self._seed)  # applies to objects that are created from here on
             space = base.RealVectorStateSpace(len(start))
             bounds = base.RealVectorBounds(len(start))
             for i, (low, high) in enumerate(zip(self._lower * self._scale, self._upper * self._scale, strict=True)):
@@ -95,12 +95,12 @@ class Search:
         return state
 
     def is_line_free(self, first: Any, second: Any) -> bool:
-        """Return whether the line between two of ompl's states is free, the second included."""
+        """Return whether the line between two of ompl's states is free, including the second state."""
         start, end = self._joints(first), self._joints(second)
         return self._checker.is_free(end) and self._checker.is_way_free(start, end)
 
     def _shorten(self, waypoints: Floats) -> Floats:
-        """Cut corners between random points of the way as long as that leaves it free."""
+        """Shorten the path between random points as long as it stays free."""
         rng = np.random.default_rng(self._seed)
         for _ in range(_SHORTCUTS):
             if len(waypoints) == 2:
@@ -108,7 +108,7 @@ class Search:
             lengths = np.linalg.norm(np.diff(waypoints, axis=0) * self._scale, axis=1)
             ends = np.concatenate([[0.0], np.cumsum(lengths)])
             first, second = np.sort(rng.uniform(0.0, ends[-1], 2))
-            if rng.random() < 0.3:  # from one way-point to another: fewer of them
+            if rng.random() < 0.3:  # between waypoints, which reduces their number
                 first, second = ends[np.sort(rng.choice(len(ends), 2, replace=False))]
             i, j = (
                 int(np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(lengths) - 1)) for at in (first, second)
@@ -124,7 +124,7 @@ class Search:
         return waypoints
 
     def round_off(self, waypoints: Floats) -> RoundedPath | None:
-        """Return the way with its corners rounded off as far as that leaves it free; None: not even a little."""
+        """Return the path with its corners rounded as far as it stays free; None if that is impossible."""
         lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
         radii = _LARGEST_CUT * np.minimum(lengths[:-1], lengths[1:])
         for i in range(len(radii)):
@@ -137,7 +137,7 @@ class Search:
         return RoundedPath(waypoints, radii)
 
     def _is_corner_free(self, waypoints: Floats, radius: float) -> bool:
-        """Return whether a corner, given as three way-points, is free when it is rounded off."""
+        """Return whether a corner, given as three waypoints, is free when it is rounded."""
         steps = np.diff(waypoints, axis=0)
         directions = steps / np.linalg.norm(steps, axis=1, keepdims=True)
         ends = np.stack([waypoints[1] - radius * directions[0], waypoints[1], waypoints[1] + radius * directions[1]])
@@ -148,7 +148,7 @@ class Search:
 
 
 class _Lines(base.MotionValidator):
-    """Lets ompl ask whether the line between two states is free."""
+    """Lets ompl check whether the line between two states is free."""
 
     def __init__(self, information: Any, search: Search) -> None:
         super().__init__(information)
@@ -159,7 +159,7 @@ class _Lines(base.MotionValidator):
 
 
 def _distinct(waypoints: Floats) -> Floats:
-    """Return way-points without those that repeat the one before; start and goal stay."""
+    """Return waypoints without consecutive duplicates; start and goal are kept."""
     moves = np.abs(np.diff(waypoints, axis=0)).max(axis=1) > 1e-6
     kept: Floats = waypoints[np.concatenate([[True], moves])]
     kept[-1] = waypoints[-1]

@@ -1,4 +1,4 @@
-"""Shapes of robots and scenes as coal's; meshes as their convex hulls or pieces, as in the simulators."""
+"""Conversion of shapes to coal; meshes become convex hulls or pieces, as in the simulators."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _THICKNESS = 1e-4
 
 
 def to_coal(geometry: Geometry) -> list[Any]:
-    """Return a shape as coal's: several for a mesh that is decomposed, else one.
+    """Return the coal shapes of a geometry: several for a decomposed mesh, otherwise one.
 
     Raises:
-        ModelFileError: It is a mesh that cannot be read, or has too many triangles to be decomposed.
-        MissingDependencyError: It is a mesh that cannot be decomposed here.
+        ModelFileError: A mesh cannot be read, or has too many triangles for a decomposition.
+        MissingDependencyError: The package for decomposing the mesh is not installed.
     """
     match geometry:
         case Box(size):
@@ -34,7 +34,7 @@ def to_coal(geometry: Geometry) -> list[Any]:
 
 
 def bounding_radius(geometry: Geometry) -> float:
-    """Return how far [m] a shape reaches from its own origin."""
+    """Return the maximum distance of a shape from its origin [m]."""
     match geometry:
         case Box(size):
             return float(np.linalg.norm(size)) / 2
@@ -53,7 +53,7 @@ def _pieces(mesh: Mesh) -> list[Floats]:
 
 
 def _with_volume(points: Floats) -> Floats:
-    """Return points (n, 3) [m]; flat ones get a thickness, as a hull must have a volume."""
+    """Return points (n, 3) [m]; flat ones get a thickness, because a hull must have a volume."""
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     for axis, extent in zip(axes, extents, strict=True):
         if extent < _THICKNESS:

@@ -1,4 +1,4 @@
-"""What stands around a robot: the shapes of a scene, and where they are."""
+"""Surroundings of a robot: the shapes of a scene and their poses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_core.models import Collision, home_positions
 
 
 def shapes(scene: Scene) -> dict[str, list[Collision]]:
-    """Return what a robot can touch in a scene, by body; the links of further robots as ``"robot/link"``."""
+    """Return the collision shapes of a scene by body; links of additional robots are named ``"robot/link"``."""
     found = {name: list(body.collisions) for name, body in scene.bodies.items() if body.collisions}
     for name, placement in scene.all_robots({}).items():
         for link in placement.model.links:
@@ -20,7 +20,7 @@ def shapes(scene: Scene) -> dict[str, list[Collision]]:
 
 
 def poses(scene: Scene) -> dict[str, Any]:
-    """Return where all that is at reset, in the world, as Pinocchio's SE3: further robots stand at home."""
+    """Return the poses of all bodies at reset, in the world, as Pinocchio's SE3. Additional robots are at home."""
     found = {name: se3(body.pose) for name, body in scene.bodies.items() if body.collisions}
     for name, placement in scene.all_robots({}).items():
         kinematics, home = Kinematics(placement.model), home_positions(placement.model, placement.robot.home)

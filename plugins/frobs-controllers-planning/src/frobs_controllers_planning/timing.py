@@ -1,4 +1,4 @@
-"""How fast a path can be followed: toppra's time-optimal profile, kept inside the limits at every instant."""
+"""Time-optimal timing of a path with toppra, such that the limits hold at every instant."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 LIMIT_SHARE = 0.995
-"""Share of the limits that toppra is given; what it goes beyond between its points stays inside the rest."""
+"""Fraction of the limits that toppra uses; the rest is a margin for deviations between its grid points."""
 
-_INTERVALS = 80  # along the whole path; a corner has at least _CORNER_INTERVALS of its own
+_INTERVALS = 80  # along the whole path; a corner has at least _CORNER_INTERVALS
 _CORNER_INTERVALS = 8
 
 
 class Trajectory:
-    """A path with a time for each of its points: at rest at both ends, and held afterwards.
+    """A path with timing: at rest at both ends, and held afterwards.
 
     Args:
-        path: The way.
-        at: (n + 1,) parameters of the path; each of its breaks is one of them.
-        squares: (n + 1,) square of the parameter's rate of change [1/s²] there; in between it changes linearly.
-        stretch: Everything takes so many times as long.
+        path: The path.
+        at: (n + 1,) parameters of the path, including all of its breaks.
+        squares: (n + 1,) squared rate of change of the parameter [1/s²] there; linear in between.
+        stretch: Factor for all times.
 
     Attributes:
         duration: [s]
@@ -42,10 +42,10 @@ class Trajectory:
         self.duration = float(self._times[-1]) * stretch
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return where the joints are, how fast, and how that changes.
+        """Return positions, velocities and accelerations of the joints.
 
         Args:
-            times: (k,) [s]; before 0 and after the duration they rest at the ends.
+            times: (k,) [s]; before 0 and after the duration the joints rest at the ends.
 
         Returns:
             positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.
@@ -63,9 +63,9 @@ class Trajectory:
         return positions, velocities, accelerations
 
     def extremes(self) -> tuple[Floats, Floats]:
-        """Return the largest velocity [rad/s or m/s] and acceleration [rad/s² or m/s²] of each joint, (dof,) each.
+        """Return the maximum velocity [rad/s or m/s] and acceleration [rad/s² or m/s²] of each joint, (dof,) each.
 
-        Between two of its points an acceleration changes linearly, so that it is largest at one of them.
+        Between two grid points, accelerations are linear, so the maximum is at one of the points.
         """
         n = len(self._accelerations)
         velocities, accelerations = [], []
@@ -77,12 +77,12 @@ class Trajectory:
         return (np.max(velocities, axis=(0, 1)) / self._stretch, np.max(accelerations, axis=(0, 1)) / self._stretch**2)
 
     def stretched(self, factor: float) -> Trajectory:
-        """Return the same in ``factor`` times the time."""
+        """Return the same trajectory slowed down by ``factor``."""
         return Trajectory(self._path, self._at, self._speeds**2, self._stretch * factor)
 
 
 class Rest:
-    """The trajectory of a robot that is already there.
+    """The trajectory of a robot that is already at the goal.
 
     Args:
         joint_positions: (dof,) [rad or m]
@@ -97,13 +97,13 @@ class Rest:
         self._joint_positions = joint_positions.copy()
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the same positions for all times, and zeros, as :meth:`Trajectory.sample` does."""
+        """Return the same positions for all times, and zeros, like :meth:`Trajectory.sample`."""
         positions = np.tile(self._joint_positions, (len(times), 1))
         return positions, np.zeros_like(positions), np.zeros_like(positions)
 
 
 class Timing:
-    """Finds the fastest way to follow paths.
+    """Computes the fastest timing of paths.
 
     Args:
         max_velocity: (dof,) [rad/s or m/s], finite.
@@ -114,10 +114,10 @@ class Timing:
         self._max_velocity, self._max_acceleration = max_velocity, max_acceleration
         limits = [LIMIT_SHARE * np.stack([-limit, limit], axis=-1) for limit in (max_velocity, max_acceleration)]
         self._constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
-        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns of each rounding error that it makes up for
+        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors that it compensates
 
     def follow(self, path: RoundedPath) -> Trajectory | None:
-        """Return the fastest way to follow a path, from rest to rest; None: none was found."""
+        """Return the fastest timing of a path, from rest to rest; None if none was found."""
         grid = _grid(path)
         _, speeds, _ = TOPPRA(self._constraints, _ForToppra(path), grid, "seidel").compute_parameterization(0.0, 0.0)
         if speeds is None or not np.isfinite(speeds).all() or (speeds[:-1] + speeds[1:] <= 0.0).any():
@@ -129,7 +129,7 @@ class Timing:
 
 
 def _grid(path: RoundedPath) -> Floats:
-    """Return where toppra looks: (n + 1,) parameters, with every break among them."""
+    """Return the grid points for toppra: (n + 1,) parameters, including every break."""
     parts = [np.zeros(1)]
     for begin, end in zip(path.breaks[:-1], path.breaks[1:], strict=True):
         count = max(_CORNER_INTERVALS, round(_INTERVALS * (end - begin) / path.length))
@@ -138,7 +138,7 @@ def _grid(path: RoundedPath) -> Floats:
 
 
 class _ForToppra(AbstractGeometricPath):
-    """A path as toppra asks for it. Where a line and a corner meet, the corner's bend counts for both."""
+    """A path with toppra's interface. Where a line and a corner meet, the corner's curvature applies to both."""
 
     def __init__(self, path: RoundedPath) -> None:
         self._path = path

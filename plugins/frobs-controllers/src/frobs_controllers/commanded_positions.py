@@ -1,4 +1,4 @@
-"""What the controllers share whose commanded joint positions are moved by actions."""
+"""Base class of controllers whose actions move the commanded joint positions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class CommandedPositions(Controller):
-    """Keeps the joint positions that are commanded: those of the robot at first."""
+    """Stores the commanded joint positions, which are initially those of the robot."""
 
     command_mode = CommandMode.POSITION
     _target: Floats  # (num_envs, dof) [rad or m]
@@ -23,7 +23,7 @@ class CommandedPositions(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the present positions."""
+        """Command the current positions."""
         self._target[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
 
     def snapshot(self) -> Snapshot:
@@ -31,5 +31,5 @@ class CommandedPositions(Controller):
         return {"target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._target[:] = snapshot["target"]

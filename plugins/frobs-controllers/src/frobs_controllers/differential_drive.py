@@ -14,16 +14,16 @@ _OWNER = "differential_drive"
 
 
 class DifferentialDrive(Controller):
-    """Turns (forward, turn to the left), each in [−1, 1], into wheel velocities. All other joints hold still.
+    """Converts (forward, left turn), each in [−1, 1], into wheel velocities. All other joints hold still.
 
-    Wheels that would have to turn faster than their limits are slowed down together: the robot then follows the
-    same curve, more slowly.
+    If a wheel would exceed its velocity limit, all wheels are slowed down together, so that the robot follows the same
+    curve more slowly.
 
     Args:
-        max_linear_velocity: Of an action of 1 [m/s]; None: the robot's.
-        max_angular_velocity: Of an action of 1 [rad/s]; None: the robot's.
-        max_linear_acceleration: [m/s²]; None: the robot's, or if it has none the velocity jumps.
-        max_angular_acceleration: [rad/s²]; None: the robot's, or if it has none the velocity jumps.
+        max_linear_velocity: Linear velocity for an action of 1 [m/s]; None: the robot's.
+        max_angular_velocity: Angular velocity for an action of 1 [rad/s]; None: the robot's.
+        max_linear_acceleration: [m/s²]; None: the robot's, or unlimited if it has none.
+        max_angular_acceleration: [rad/s²]; None: the robot's, or unlimited if it has none.
     """
 
     command_mode = CommandMode.VELOCITY
@@ -48,14 +48,14 @@ class DifferentialDrive(Controller):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: The robot describes no differential drive, or an impossible one.
+            ConfigurationError: The robot has no differential drive, or an invalid one.
         """
         drive = joints.robot.differential_drive
         if drive is None:
             raise UnsuitableRobotError(
                 joints.robot.name,
-                "describes no differential drive; give its Robot a "
-                "differential_drive=DifferentialDrive(…), or choose another controller.",
+                "has no differential drive; add a "
+                "differential_drive=DifferentialDrive(…) to its Robot, or choose another controller.",
                 _OWNER,
             )
         radius = positive(f"{_OWNER}: the robot's wheel_radius", drive.wheel_radius, "m")
@@ -67,15 +67,15 @@ class DifferentialDrive(Controller):
             f"{_OWNER}: the robot's max_angular_velocity", drive.max_angular_velocity, "rad/s"
         )
         shape = (joints.num_envs, joints.dof)
-        self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per body velocity
+        self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per base velocity
         for side, wheels in ((-1.0, drive.left), (1.0, drive.right)):
             if not wheels:
-                raise UnsuitableRobotError(joints.robot.name, "names no wheels on one side.", _OWNER)
+                raise UnsuitableRobotError(joints.robot.name, "has no wheels on one side.", _OWNER)
             for joint in wheels:
                 if joint not in joints.joint_names:
                     raise UnsuitableRobotError(
                         joints.robot.name,
-                        f"has no actuated joint '{joint}' for a wheel; it has {', '.join(joints.joint_names)}.",
+                        f"has no actuated joint '{joint}' for a wheel; available: {', '.join(joints.joint_names)}.",
                         _OWNER,
                     )
                 column = joints.joint_names.index(joint)
@@ -99,7 +99,7 @@ class DifferentialDrive(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
-        """Return the limit that holds: the given one, else the robot's, else none."""
+        """Return the effective limit: the given one, or the robot's, or None."""
         given: float | None = getattr(self, f"max_{which}_acceleration")
         if given is not None:
             return given
@@ -108,7 +108,7 @@ class DifferentialDrive(Controller):
         return positive(f"{_OWNER}: the robot's max_{which}_acceleration", of_the_robot, unit)
 
     def reset(self, mask: Mask | None) -> None:
-        """Stand still."""
+        """Set the velocity to zero."""
         self._velocity[rows_of(mask)] = 0.0
 
     def apply(self, action: Action) -> Floats:
@@ -136,5 +136,5 @@ class DifferentialDrive(Controller):
         return {"velocity": self._velocity.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._velocity[:] = snapshot["velocity"]

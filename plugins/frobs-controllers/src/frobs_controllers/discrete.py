@@ -1,4 +1,4 @@
-"""A Discrete action picks one move of another controller."""
+"""A Discrete action selects one move of another controller."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from frobs_core.validation import positive
 
 
 class Discrete(ControllerWrapper):
-    """Offers 2·k + 1 moves of a controller with k action components.
+    """Provides 2·k + 1 moves of a controller with k action components.
 
-    Action 0 stays (all components 0), 1 + 2·i lowers component i, 2 + 2·i raises it.
+    Action 0 holds still (all components 0), 1 + 2·i decreases component i, 2 + 2·i increases it.
 
     Args:
-        controller: The name of the controller that moves, or its record.
-        magnitude: How far a move goes, as a share of the component's range on that side, in (0, 1].
-        controller_kwargs: That controller's own parameters.
+        controller: Name of the controller that moves the robot, or its record.
+        magnitude: Size of a move, as a fraction of the component's range on that side, in (0, 1].
+        controller_kwargs: Parameters of that controller.
 
     Raises:
-        UnknownNameError: No controller is named so.
-        UnknownParameterError: The controller takes no such parameter.
+        UnknownNameError: The controller does not exist.
+        UnknownParameterError: The controller does not have such a parameter.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class Discrete(ControllerWrapper):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: The wrapped controller cannot control the robot, or its actions are no finite Box
+            ConfigurationError: The wrapped controller cannot control the robot, or its action space is not a finite Box
                 around 0.
         """
         self.inner.bind(joints, control_timestep, decimation)
@@ -68,14 +68,15 @@ class Discrete(ControllerWrapper):
             raise IncompatibleSpaceError(
                 "discrete:",
                 box,
-                f"the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be made discrete.",
+                f"the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be made "
+                "discrete.",
             )
         if (box.low > 0.0).any() or (box.high < 0.0).any():
             raise IncompatibleSpaceError(
                 "discrete:", box, f"the actions of '{self._name}' exclude 0, so the robot cannot stay in place."
             )
         count = box.shape[0]
-        self._moves = np.zeros((2 * count + 1, count))  # row: what the inner controller is told
+        self._moves = np.zeros((2 * count + 1, count))  # row: action of the inner controller
         for i in range(count):
             self._moves[1 + 2 * i, i] = self.magnitude * box.low[i]
             self._moves[2 + 2 * i, i] = self.magnitude * box.high[i]
@@ -94,5 +95,5 @@ class Discrete(ControllerWrapper):
 
     @property
     def max_action_change(self) -> None:
-        """None: actions are moves, not joint positions."""
+        """None, because actions are moves, not joint positions."""
         return None

@@ -1,4 +1,4 @@
-"""Controllers of grippers: one number opens and closes all fingers."""
+"""Controllers for grippers: one number opens and closes all fingers."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from frobs_core.validation import positive
 class Gripper(Controller):
     """Base class: moves the fingers between the closed and the open positions of an end effector.
 
-    The opening is 0 where the gripper is closed and 1 where it is open. No finger moves faster than its velocity limit.
-    A gripper that closes around an object keeps pressing with the effort of its drives.
+    The opening is 0 if the gripper is closed and 1 if it is open. No finger moves faster than its velocity limit. A
+    gripper that closes around an object keeps pressing with the effort of its drives.
     """
 
     command_mode = CommandMode.POSITION
@@ -26,8 +26,8 @@ class Gripper(Controller):
         """Prepare for the joints to control.
 
         Raises:
-            UnsuitableRobotError: The robot describes no end effector with these joints, or not its open and closed
-                positions.
+            UnsuitableRobotError: The robot has no end effector with these joints, or its open and closed positions are
+                missing.
         """
         robot = joints.robot
         tools = [tool for tool in robot.end_effectors.values() if tool.group]
@@ -35,8 +35,8 @@ class Gripper(Controller):
         if tool is None:
             raise UnsuitableRobotError(
                 robot.name,
-                f"describes no gripper with the joints {', '.join(joints.joint_names)}; give its Robot an EndEffector with "
-                "this group and its open and closed positions.",
+                f"has no gripper with the joints {', '.join(joints.joint_names)}; add an EndEffector to its Robot, "
+                "with this group and its open and closed positions.",
             )
         for joint in joints.joint_names:
             if joint not in tool.open or joint not in tool.closed:
@@ -46,20 +46,22 @@ class Gripper(Controller):
         self._stroke = np.array([tool.open[joint] for joint in joints.joint_names]) - self._closed
         self._control_timestep = control_timestep
         with np.errstate(divide="ignore"):
-            self._fastest = joints.velocity_limit * control_timestep / np.abs(self._stroke)  # opening in a control step
+            self._fastest = (
+                joints.velocity_limit * control_timestep / np.abs(self._stroke)
+            )  # change of the opening per control step
         self._slowest = -self._fastest
         self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Keep the present opening."""
+        """Hold the current opening."""
         opening = (self._joints.joint_positions - self._closed) / self._stroke
         self._opening[rows_of(mask)] = opening[rows_of(mask)]
         self._wanted[rows_of(mask)] = np.clip(opening.mean(axis=1, keepdims=True), 0.0, 1.0)[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to, (num_envs, dof) [rad or m]."""
+        """Return the target joint positions, (num_envs, dof) [rad or m]."""
         # Two calls take less than half the time of np.clip.
         wanted = self._want(np.minimum(np.maximum(action, -1.0), 1.0))
         np.minimum(np.maximum(wanted, 0.0), 1.0, out=self._wanted)
@@ -69,14 +71,14 @@ class Gripper(Controller):
 
     @abstractmethod
     def _want(self, action: Floats) -> Floats:
-        """Return the opening that an action in [−1, 1] asks for, (num_envs, 1)."""
+        """Return the requested opening for an action in [−1, 1], (num_envs, 1)."""
 
     def snapshot(self) -> Snapshot:
-        """Return the opening that is asked for and the commanded one."""
+        """Return the requested and the commanded opening."""
         return {"wanted": self._wanted.copy(), "opening": self._opening.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._wanted[:], self._opening[:] = snapshot["wanted"], snapshot["opening"]
 
 
@@ -91,7 +93,7 @@ class GripperDelta(Gripper):
     """An action changes the opening by up to a step; 0 keeps it.
 
     Args:
-        max_delta: Change of the opening by an action of 1, as a share of the whole stroke, in (0, 1].
+        max_delta: Change of the opening for an action of 1, as a fraction of the whole stroke, in (0, 1].
     """
 
     def __init__(self, *, max_delta: float = 0.2) -> None:
@@ -104,10 +106,10 @@ class GripperDelta(Gripper):
 
 
 class GripperBinary(Gripper):
-    """The sign of an action opens (positive) or closes (negative); 0 keeps the last one.
+    """The sign of an action opens (positive) or closes (negative) the gripper; 0 keeps the last state.
 
-    Random actions open and close it all the time, so exploration drops every object; ``gripper_delta`` suits learning
-    better.
+    Random actions open and close it all the time, so exploration drops every object; ``gripper_delta`` is better suited
+    to learning.
     """
 
     def _want(self, action: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Differential inverse kinematics of many arms at once: damped least squares inside joint limits."""
+"""Differential inverse kinematics for batches of arms: damped least squares within joint limits."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ from frobs_core.models import joint_path
 class DampedLeastSquares:
     """Moves commanded joint positions so that a frame moves by an error: u += z + Jᵀ (J Jᵀ + λ² 1)⁻¹ (e − J z).
 
-    The damping λ keeps the joints slow where the arm is near a singularity, and still where it is asked to go beyond
-    its reach (Nakamura, Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses what freedom the error
-    leaves: a redundant arm does not wander, and a stretched one can bend again, which the Jacobian alone cannot tell
-    it to (Siciliano et al., "Robotics", 2009, §3.5).
+    The damping λ keeps the joints slow near singularities, and at rest if the target is out of reach (Nakamura,
+    Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses the remaining freedom: a redundant arm does
+    not drift, and a stretched arm can bend again, which the Jacobian alone cannot express (Siciliano et al.,
+    "Robotics", 2009, §3.5).
 
-    Two limits are kept:
+    Two limits are respected:
 
-    - No joint moves by more than its velocity limit allows within the control step.
-    - A joint that is at a position limit and would go beyond is left out, so that the others take over its part (the
-      active set of the projected Newton method, Bertsekas 1982).
+    - No joint moves by more than its velocity limit allows in the control step.
+    - Joints that are at a position limit and would exceed it are excluded, so that the others take over their part
+      (the active set of the projected Newton method, Bertsekas 1982).
 
-    Every product is a stack of small products, so that environment i of many gets the bits that it gets alone.
+    All products are stacks of small products, so that environment i of a batch is bit-identical to a single
+    environment.
 
     Args:
         joints: The joints; the frame is their ``"tcp"``.
-        rows: Of the frame's Jacobian that count: 3 for the position, 6 for the pose.
+        rows: Number of rows of the frame's Jacobian to use: 3 for the position, 6 for the pose.
         damping: λ, in units of the Jacobian [m/rad], > 0.
-        posture_gain: g, the share of the way home in each step, in [0, 1).
+        posture_gain: g, the fraction of the way to home in each step, in [0, 1).
         control_timestep: [s]
 
     Attributes:
@@ -45,11 +46,11 @@ class DampedLeastSquares:
         self._group = joints
         self._rows = rows
         self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()
-        self._fastest = joints.velocity_limit * control_timestep  # (n, dof) [rad or m] in a control step
+        self._fastest = joints.velocity_limit * control_timestep  # [rad or m] per control step
         self._slowest = -self._fastest
         self._damping = np.broadcast_to(damping**2 * np.eye(rows), (n, rows, rows)).copy()
         self._home = joints.home.copy()
-        # Wheels and fingers do not move the tool: nothing would hold them against the posture.
+        # Wheels and fingers do not move the tool, so nothing would compensate the posture step.
         moving = {joint.name for joint in joint_path(joints.model, joints.tcp)}
         gains = [posture_gain if joint in moving else 0.0 for joint in joints.joint_names]
         self._posture_gain = np.broadcast_to(gains, (n, dof)).copy()
@@ -57,19 +58,19 @@ class DampedLeastSquares:
 
         self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
         self._solve = solve_3x3 if rows == 3 else np.linalg.solve
-        # Two rows, so that one product serves both: how far the command is ahead, and the posture step.
+        # Two rows, so that one product serves both: the lead of the command, and the posture step.
         self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
         self._delta, self._beyond = np.zeros((n, dof, 1)), np.zeros((n, dof))
-        # The same memory in the shapes that the operations want.
+        # The same memory in the shapes that the operations require.
         self._offset, self._posture = self._joints[:, 0], self._joints[:, 1]
         self._ahead, self._drift = self._tool[:, 0], self._tool[:, 1]
         self._task_flat, self._delta_flat = self._task[:, :, 0], self._delta[:, :, 0]
 
     def lead(self) -> Floats:
-        """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
+        """Read the Jacobian, and return the lead of the command over the arm: J (u − q), (num_envs, rows).
 
-        The tool's pose plus this is, to first order, where the commanded joint positions bring it: what the drives
-        have still to travel, and what gravity makes them fall short, is not mistaken for an error.
+        To first order, the tool's pose plus this is the pose at the commanded joint positions. Therefore neither the
+        remaining motion of the drives nor their deflection by gravity is mistaken for an error.
         """
         self._jacobian: Floats = self._group.frame_jacobian("tcp")[:, : self._rows]
         np.subtract(self.commanded, self._group.joint_positions, out=self._offset)
@@ -79,7 +80,7 @@ class DampedLeastSquares:
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
-        """Move the command so that the tool moves by ``error``; return the command. Call :meth:`lead` first.
+        """Change the command so that the tool moves by ``error``; return the command. Call :meth:`lead` first.
 
         Args:
             error: (num_envs, rows)
@@ -96,7 +97,7 @@ class DampedLeastSquares:
         return commanded
 
     def _step(self, error: Floats) -> Floats:
-        """Return how the joints should move, (num_envs, dof), whatever their position limits."""
+        """Return the motion of the joints, (num_envs, dof), without position limits."""
         delta, transposed = self._delta_flat, self._jacobian.transpose(0, 2, 1)
         np.subtract(error, self._drift, out=self._task_flat)
         np.matmul(self._jacobian, transposed, out=self._gram)
@@ -108,9 +109,9 @@ class DampedLeastSquares:
         return delta
 
     def _hold_at_limits(self, commanded: Floats) -> bool:
-        """Leave out the joints that are at a limit and would go beyond; return whether there are any.
+        """Exclude joints that are at a limit and would exceed it; return whether there are any.
 
-        An environment with no such joint has its numbers multiplied by 1, which changes no bit of them.
+        In an environment without such joints, the numbers are multiplied by 1, which does not change any bit.
         """
         delta = self._delta_flat
         held = ((commanded <= self._lower) & (delta < 0.0)) | ((commanded >= self._upper) & (delta > 0.0))
@@ -123,9 +124,9 @@ class DampedLeastSquares:
 
 
 def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
-    """Solve symmetric 3 × 3 systems that are well conditioned, as ``np.linalg.solve`` does, in half the time.
+    """Solve well-conditioned symmetric 3 × 3 systems like ``np.linalg.solve``, in half the time.
 
-    A single system is solved in Python's numbers, which round as NumPy's do, so that the bits are the same.
+    A single system is solved with Python numbers, which round like NumPy's, so that the result is bit-identical.
 
     Args:
         matrix: (n, 3, 3)

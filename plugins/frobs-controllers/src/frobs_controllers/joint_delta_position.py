@@ -14,15 +14,15 @@ from frobs_core.validation import boolean, positive
 class JointDeltaPosition(CommandedPositions):
     """Moves the commanded joint positions by an action in [−1, 1], times a step.
 
-    Steps add up on the *commanded* positions, not on the measured ones: gravity lets the joints hang a little
-    below what is commanded, and an arm that starts each step from there would sink. No step is longer than the velocity
-    limits allow in a control step: a command that runs ahead of the joint is none that an arm could follow.
+    Steps are added to the *commanded* positions, not to the measured ones. Gravity pulls the joints slightly below the
+    command, so an arm that starts each step from there would sink. Steps are limited by the velocity limits, so that
+    the command never runs ahead of the joint.
 
     Args:
-        max_delta: Step of an action of 1, where the joint may move so far in a control step [rad or m].
-        full_range: As FRobs_RL does it: an action in [−1, 1] stands for the joint limits, and what it stands for is
-            added to the *measured* positions. ``max_delta`` then means nothing, and 0 only means to stay where the
-            limits are symmetric.
+        max_delta: Step for an action of 1, if the joint may move that far in a control step [rad or m].
+        full_range: Whether to behave like FRobs_RL: an action in [−1, 1] is scaled to the joint limits and added to the
+            *measured* positions. ``max_delta`` then has no effect, and 0 only means to hold the position if the limits
+            are symmetric.
     """
 
     def __init__(self, *, max_delta: float = 0.15, full_range: bool = False) -> None:
@@ -33,7 +33,7 @@ class JointDeltaPosition(CommandedPositions):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: ``full_range``, and a prismatic joint has no limits.
+            ConfigurationError: ``full_range`` is set, and a prismatic joint has no limits.
         """
         shape = (joints.num_envs, joints.dof)
         if self.full_range:
@@ -47,7 +47,7 @@ class JointDeltaPosition(CommandedPositions):
         super().bind(joints, control_timestep, decimation)
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the target joint positions, (num_envs, dof) [rad or m], inside the limits."""
         delta, target = self._delta, self._target
         np.maximum(action, self._minus_ones, out=delta)
         np.minimum(delta, self._ones, out=delta)

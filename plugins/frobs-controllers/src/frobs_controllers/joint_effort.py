@@ -12,10 +12,10 @@ from frobs_core.validation import positive
 
 
 class JointEffort(Controller):
-    """Commands joint efforts: an action of ±1 is ± the effort limit, 0 lets the joints fall.
+    """Commands joint efforts. An action of ±1 is ± the effort limit; with 0 the joints fall.
 
     Args:
-        max_effort: No joint pushes harder [N·m or N]; None: the limits of the model file alone.
+        max_effort: Upper limit of all efforts [N·m or N]; None: only the limits of the model file.
     """
 
     command_mode = CommandMode.EFFORT
@@ -29,7 +29,7 @@ class JointEffort(Controller):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: A joint has no effort limit, and ``max_effort`` was not given.
+            ConfigurationError: A joint has no effort limit, and ``max_effort`` is not set.
         """
         self._upper = scale("joint_effort", "max_effort", self.max_effort, joints.effort_limit, joints, "N·m or N")
         self._lower = -self._upper
@@ -37,7 +37,7 @@ class JointEffort(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Do nothing: nothing is remembered."""
+        """Do nothing, because there is no state."""
 
     def apply(self, action: Action) -> Floats:
         """Return joint efforts, (num_envs, dof) [N·m or N], inside the limits."""

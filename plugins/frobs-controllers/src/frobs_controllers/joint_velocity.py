@@ -14,10 +14,10 @@ from frobs_core.validation import positive
 class JointVelocity(Controller):
     """Commands joint velocities: an action of ±1 is ± the velocity limit.
 
-    Near a position limit a joint is slowed down, so that no command would carry it beyond within the control step.
+    Near a position limit a joint is slowed down, so that it cannot exceed the limit within the control step.
 
     Args:
-        max_velocity: No joint goes faster [rad/s or m/s]; None: the limits of the model file alone.
+        max_velocity: Upper limit of all velocities [rad/s or m/s]; None: only the limits of the model file.
     """
 
     command_mode = CommandMode.VELOCITY
@@ -31,7 +31,7 @@ class JointVelocity(Controller):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: A joint has no velocity limit, and ``max_velocity`` was not given.
+            ConfigurationError: A joint has no velocity limit, and ``max_velocity`` is not set.
         """
         self._joints = joints
         self._upper = scale(
@@ -44,7 +44,7 @@ class JointVelocity(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Do nothing: nothing is remembered."""
+        """Do nothing, because there is no state."""
 
     def apply(self, action: Action) -> Floats:
         """Return joint velocities, (num_envs, dof) [rad/s or m/s], inside the limits."""

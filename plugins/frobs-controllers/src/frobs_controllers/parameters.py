@@ -1,4 +1,4 @@
-"""What several controllers read from a robot."""
+"""Limits of a robot that several controllers use."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from frobs_core.models import JointType
 
 
 def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
-    """Return finite position limits; a continuous joint turns in [−π, π].
+    """Return finite position limits; continuous joints use [−π, π].
 
     Args:
-        owner: The controller's name, for the message.
+        owner: Name of the controller, for the message.
         joints: The joints.
 
     Returns:
@@ -28,7 +28,7 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
         if joint.type is JointType.PRISMATIC and not bounded[:, i].all():
             raise UnsuitableRobotError(
                 joints.robot.name,
-                f"gives the prismatic joint '{joint.name}' no position limits to scale to; "
+                f"has no position limits for the prismatic joint '{joint.name}', to which actions are scaled; "
                 "add limits to the model file, or use joint_delta_position.",
                 owner,
             )
@@ -38,26 +38,26 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
 
 
 def scale(owner: str, name: str, given: float | None, limit: Floats, joints: JointGroup, unit: str) -> Floats:
-    """Return what an action of 1 means for each joint: its limit, and no more than what the user gave.
+    """Return the value of an action of 1 for each joint: its limit, but at most the user's value.
 
     Args:
-        owner: The controller's name, for the message.
-        name: The parameter's.
-        given: What the user gave; None: the limits alone.
-        limit: (num_envs, dof); infinite where the model file gives none.
+        owner: Name of the controller, for the message.
+        name: Name of the parameter.
+        given: The user's value; None: use only the limits.
+        limit: (num_envs, dof); infinite if the model file does not define one.
         joints: The joints.
-        unit: For the message.
+        unit: Unit, for the message.
 
     Returns:
         (num_envs, dof), finite.
 
     Raises:
-        ConfigurationError: A joint has no limit, and the user gave none.
+        ConfigurationError: A joint has no limit, and the user did not set a value.
     """
     found = limit.copy() if given is None else np.minimum(limit, given)  # (num_envs, dof)
     unlimited = [joint for i, joint in enumerate(joints.joint_names) if not np.isfinite(found[:, i]).all()]
     if unlimited:
         raise MissingSettingError(
-            owner, name, f"the model file gives no limit for {', '.join(unlimited)}, so set {name}=… [{unit}]"
+            owner, name, f"the model file has no limit for {', '.join(unlimited)}; set {name}=… [{unit}]"
         )
     return found

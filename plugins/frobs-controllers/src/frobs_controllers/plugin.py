@@ -9,14 +9,14 @@ _SUMMARIES = {
     "joint_delta_position": "actions move the commanded joint positions by up to a step",
     "joint_velocity": "actions are joint velocities, scaled to the limits",
     "joint_effort": "actions are joint efforts, scaled to the limits",
-    "tcp_delta_position": "actions move the tool centre point by up to a step",
-    "tcp_delta_pose": "actions move and turn the tool centre point by up to a step",
+    "tcp_delta_position": "actions move the tool center point by up to a step",
+    "tcp_delta_pose": "actions move and rotate the tool center point by up to a step",
     "differential_drive": "actions are the linear and the angular velocity of a wheeled base",
     "tcp_impedance": "actions move the equilibrium of a spring that pulls the tool, at the physics rate",
     "gripper_position": "an action is the opening of a gripper",
     "gripper_delta": "an action changes the opening of a gripper by up to a step",
     "gripper_binary": "the sign of an action opens or closes a gripper",
-    "discrete": "a Discrete action picks one move of another controller",
+    "discrete": "a Discrete action selects one move of another controller",
 }
 
 _MODULES = dict.fromkeys(("gripper_position", "gripper_delta", "gripper_binary"), "gripper")
@@ -24,7 +24,7 @@ _MODULES = dict.fromkeys(("gripper_position", "gripper_delta", "gripper_binary")
 
 @hookimpl
 def frobs_controllers() -> list[ControllerRecord]:
-    """Offer the controllers."""
+    """Provide the controllers."""
     return [
         ControllerRecord(
             name=name,

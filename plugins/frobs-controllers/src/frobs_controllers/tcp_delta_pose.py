@@ -1,4 +1,4 @@
-"""Actions move and turn the tool centre point by up to a step."""
+"""Actions move and rotate the tool center point by up to a step."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from frobs_core.interfaces import JointGroup, Snapshot
 from frobs_core.validation import boolean, choice, number_list, positive
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
-"""Components of an action: moves along the world's axes, and turns about them."""
+"""Components of an action: translations along the world's axes, and rotations about them."""
 
 
 class TcpDeltaPose(TcpDeltaPosition):
-    """Moves and turns the tool centre point by an action in [−1, 1]⁶, times a step.
+    """Moves and rotates the tool center point by an action in [−1, 1]⁶, times a step.
 
     The first three components move along the world's axes, the last three are a rotation vector about them. A target
-    pose is kept as :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition` keeps its point; an action of 0
-    holds position and orientation.
+    pose is maintained like the target point of :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition`. An
+    action of 0 holds position and orientation.
 
     Args:
-        max_delta: Step of an action of 1, per axis [m].
-        max_rotation: Turn of an action of 1, per axis [rad], ≤ 1.
-        damping: Of the least squares [m/rad]: more is calmer near singularities and at the end of the reach, and
-            slower. A larger step wants more: about the root of half of it.
-        posture_gain: Share of the way home that the joints go in each step, as far as the tool stays where it is,
-            in [0, 1).
-        axes: Components that an action has, of ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz``, in this order. The tool holds
+        max_delta: Translation for an action of 1, per axis [m].
+        max_rotation: Rotation for an action of 1, per axis [rad], ≤ 1.
+        damping: Damping of the least squares [m/rad]. A higher value is smoother near singularities and at the end of
+            the reach, but slower. A larger step needs more damping, about the square root of half of the step.
+        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in [0,
+            1).
+        axes: Components of an action, from ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz``, in this order. The tool holds
             the others: with ``["x", "y", "z"]`` it keeps its orientation.
-        target_low: Lowest corner of the box that the target point stays in [m], in the world; None: no limit.
-        target_high: Highest corner of this box [m].
-        interpolate: Whether the joints go to their new positions evenly over the physics steps of a control step. Otherwise
-            they get the new positions at once, and the speed of the tool oscillates at the control rate.
+        target_low: Minimum corner of the box that contains the target point [m], in the world; None: no limit.
+        target_high: Maximum corner of this box [m].
+        interpolate: Whether the joints move uniformly to their new positions during a control step. Otherwise the new
+            positions are commanded at once, and the speed of the tool oscillates at the control rate.
     """
 
     owner = "tcp_delta_pose"
@@ -56,7 +56,7 @@ class TcpDeltaPose(TcpDeltaPosition):
     ) -> None:
         super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
         self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
-        if self.max_rotation > 1.0:  # two of them on each axis must stay short of half a turn
+        if self.max_rotation > 1.0:  # two of them on each axis must stay below half a turn
             raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", self.owner)
         self.axes = tuple(choice(f"{self.owner}: axes", axis, AXES) for axis in axes)
         if not self.axes or list(self.axes) != sorted({*self.axes}, key=AXES.index):
@@ -85,12 +85,12 @@ class TcpDeltaPose(TcpDeltaPosition):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (len(self.axes),), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the present positions, and take the tool's pose as the target."""
+        """Command the current positions, and use the tool's current pose as the target."""
         super().reset(mask)
         self._target_quat[rows_of(mask)] = self._joints.frame_pose("tcp")[1][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to [rad or m], inside the limits.
+        """Return the target joint positions [rad or m], inside the limits.
 
         Returns:
             (num_envs, dof), or (num_envs, decimation, dof) with ``interpolate``.
@@ -109,13 +109,13 @@ class TcpDeltaPose(TcpDeltaPosition):
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
-        np.subtract(left, self._ik.lead(), out=left)  # what earlier steps have left over
+        np.subtract(left, self._ik.lead(), out=left)  # remainder of earlier steps
         np.maximum(left, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=self._error)
 
-        np.subtract(remainder, left, out=left)  # 0, unless the leash is tight
-        np.add(left, step, out=left)  # how the target moves
+        np.subtract(remainder, left, out=left)  # 0, unless the remainder is at its limit
+        np.add(left, step, out=left)  # motion of the target
         np.add(self._target, left[:, :3], out=self._target)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)
         if not self.interpolate:
@@ -132,6 +132,6 @@ class TcpDeltaPose(TcpDeltaPosition):
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._ik.commanded[:] = snapshot["commanded"]
         self._target[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]

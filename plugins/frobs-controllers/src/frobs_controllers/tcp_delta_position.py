@@ -1,4 +1,4 @@
-"""Actions move the tool centre point by up to a step."""
+"""Actions move the tool center point by up to a step."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from frobs_core.validation import non_negative, positive
 
 
 class TcpDeltaPosition(Controller):
-    """Moves the tool centre point along the world's axes by an action in [−1, 1], times a step.
+    """Moves the tool center point along the world's axes by an action in [−1, 1], times a step.
 
-    A target point is kept, to which the steps add up. So what is left of a step (because of damping, a limit, or the
-    arm's curved path) is made up for in the next ones, and the tool does not wander. The target never runs away: at
-    most ``max_delta`` per axis of earlier steps is left over, whatever the arm cannot reach.
+    Steps are added to a target point. If a step is not completed (because of damping, a limit, or the arm's curved
+    path), the following ones make up for it, so that the tool does not drift. The target cannot run away: at most
+    ``max_delta`` per axis remains from earlier steps.
 
     Args:
-        max_delta: Step of an action of 1, per axis [m].
-        damping: Of the least squares [m/rad]: more is calmer near singularities and at the end of the reach, and
-            slower. A larger step wants more: about the root of half of it.
-        posture_gain: Share of the way home that the joints go in each step, as far as the tool stays where it is,
-            in [0, 1).
+        max_delta: Step for an action of 1, per axis [m].
+        damping: Damping of the least squares [m/rad]. A higher value is smoother near singularities and at the end of
+            the reach, but slower. A larger step needs more damping, about the square root of half of the step.
+        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in [0,
+            1).
     """
 
     command_mode = CommandMode.POSITION
@@ -45,7 +45,7 @@ class TcpDeltaPosition(Controller):
 
     @property
     def _steps(self) -> tuple[float, ...]:
-        """Return what an action of 1 means in each component."""
+        """Return the step for an action of 1 in each component."""
         return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -68,19 +68,21 @@ class TcpDeltaPosition(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the present positions, and take the tool's place as the target."""
+        """Command the current positions, and use the tool's current position as the target."""
         self._ik.commanded[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
         self._target[rows_of(mask)] = self._joints.frame_pose("tcp")[0][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions to go to, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the target joint positions, (num_envs, dof) [rad or m], inside the limits."""
         step, there, remainder, target, error = self._step, self._moved, self._remainder, self._target, self._error
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
 
-        np.add(self._joints.frame_pose("tcp")[0], self._ik.lead(), out=there)  # where the command brings the tool
-        np.subtract(target, there, out=remainder)  # what earlier steps have left over
+        np.add(
+            self._joints.frame_pose("tcp")[0], self._ik.lead(), out=there
+        )  # tool position at the commanded joint positions
+        np.subtract(target, there, out=remainder)  # remainder of earlier steps
         np.maximum(remainder, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=error)
@@ -92,5 +94,5 @@ class TcpDeltaPosition(Controller):
         return {"commanded": self._ik.commanded.copy(), "target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._ik.commanded[:], self._target[:] = snapshot["commanded"], snapshot["target"]

@@ -15,21 +15,21 @@ from frobs_core.validation import non_negative, positive
 class TcpImpedance(Controller):
     """Makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q) (Hogan, 1985).
 
-    The first three components of the spring act on the position, the last three on the orientation, which is held as it
-    was at the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q) carries
-    the weight of the links that the group moves, as the model file states it.
+    The first three components of the spring act on the position, the last three on the orientation, which is held as at
+    the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q) compensates
+    the weight of the links that the group moves, according to the model file.
 
-    The torques are computed in every physics step, so that a contact meets a spring and not a stiff drive. This costs
-    several times the step of a controller at the control rate.
+    The torques are computed in every physics step, so that contacts meet a spring instead of a stiff drive. This takes
+    several times as long as a controller at the control rate.
 
     Args:
-        max_delta: Movement of the equilibrium point by an action of 1, per axis [m].
+        max_delta: Motion of the equilibrium point for an action of 1, per axis [m].
         stiffness: K for the position [N/m].
         rotational_stiffness: K for the orientation [N·m/rad].
         damping: D for the linear velocity [N·s/m].
         rotational_damping: D for the angular velocity [N·m·s/rad].
         joint_damping: d [N·m·s/rad].
-        leash: Greatest distance of the equilibrium point from the tool, per axis [m].
+        leash: Maximum distance of the equilibrium point from the tool, per axis [m].
     """
 
     command_mode = CommandMode.EFFORT
@@ -58,7 +58,7 @@ class TcpImpedance(Controller):
         self.leash = positive("tcp_impedance: leash", leash, "m")
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
-        """Keep the direction of gravity."""
+        """Store the direction of gravity."""
         self._gravity = np.array(scene.gravity)
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -75,7 +75,7 @@ class TcpImpedance(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Take the tool's pose as the equilibrium."""
+        """Use the tool's current pose as the equilibrium."""
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         self._target_pos[rows_of(mask)], self._target_quat[rows_of(mask)] = pos[rows_of(mask)], quat_wxyz[rows_of(mask)]
 
@@ -117,7 +117,7 @@ class TcpImpedance(Controller):
         return {"target_pos": self._target_pos.copy(), "target_quat_wxyz": self._target_quat.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._target_pos[:], self._target_quat[:] = snapshot["target_pos"], snapshot["target_quat_wxyz"]
 
 

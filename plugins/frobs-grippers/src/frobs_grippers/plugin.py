@@ -5,14 +5,14 @@ from frobs_core.specs import RobotRecord
 
 _SUMMARIES = {
     "parallel_gripper": "gripper in the size of the Robotiq 2F-85: 85 mm, 20 to 235 N, 0.9 kg",
-    "suction_cup": "suction cup of 40 mm with a force-torque sensor; nothing holds an object to it yet",
+    "suction_cup": "suction cup of 40 mm with a force-torque sensor; it cannot hold objects yet",
     "two_finger_hand": "gripper in the size of the Franka hand: 80 mm, 70 N, 0.73 kg",
 }
 
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the end effectors."""
+    """Provide the end effectors."""
     return [
         RobotRecord(
             name=name,

@@ -1,4 +1,4 @@
-"""A suction cup: where it is, what it weighs and what it feels. Nothing holds an object to it yet."""
+"""A suction cup with geometry, mass and a force-torque sensor. It cannot hold objects yet."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """The ABB IRB 120, with the kinematics, masses and limits of FRobs_RL's model.
 
-The gains make each joint critically damped at 10 Hz for the largest inertia that it ever carries (joints 1 and 2: the
-arm stretched out, 1.0 kg·m²; then 0.18, 0.005, 0.0025 and 0.001 kg·m²), rounded: Kp = I·ω² and Kd = 2·I·ω with
-ω = 62.8 rad/s. Nowhere is a joint less than critically damped; gravity bends none by more than about 10 mrad; the
-effort limit of 1,000 N·m is reached only when a target jumps by more than 0.25 rad.
+The gains make each joint critically damped at 10 Hz at the largest inertia that it carries (joints 1 and 2: arm
+stretched, 1.0 kg·m²; then 0.18, 0.005, 0.0025 and 0.001 kg·m²), rounded: Kp = I·ω² and Kd = 2·I·ω with ω = 62.8 rad/s.
+All joints are at least critically damped in all postures. Gravity deflects them by at most about 10 mrad. The effort
+limit of 1,000 N·m is only reached if a target jumps by more than 0.25 rad.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from frobs_core.interfaces import DriveGains, Robot
 IRB120 = Robot(
     model="frobs_robots_abb:models/irb120.urdf.xacro",
     name="irb120",
-    # elbow bent, tool 0.36 m in front of the base at a height of 0.43 m, pointing down: no joint is near a limit, and
-    # the arm is not singular, as it is at zero
+    # Elbow bent, tool 0.36 m in front of the base at a height of 0.43 m, pointing down. No joint is near a limit, and
+    # the arm is not singular, in contrast to zero positions.
     home={"joint_2": 0.2, "joint_3": 0.2, "joint_5": 1.17},
     tcp="tool0",
     gains=DriveGains(

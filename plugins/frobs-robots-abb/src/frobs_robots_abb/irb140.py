@@ -1,9 +1,10 @@
 """The ABB IRB 140, with the kinematics, masses and limits of FRobs_RL's model.
 
-The gains make each joint critically damped for the largest inertia that it ever carries (8.2 and 5.6 kg·m² for joints 1
-and 2 with the arm stretched out; then 0.64, 0.0085, 0.0022 and 0.001 kg·m²), rounded up: Kp = I·ω² and Kd = 2·I·ω, with
-ω of 10 Hz, and of 5 Hz for joints 1 and 2, which would at 10 Hz ask for the effort limit of 1,000 N·m when a target jumps
-by 0.03 rad. Nowhere is a joint less than critically damped; gravity bends joint 2 by up to 22 mrad, the others by 6.
+The gains make each joint critically damped at the largest inertia that it carries (8.2 and 5.6 kg·m² for joints 1 and 2
+with the arm stretched; then 0.64, 0.0085, 0.0022 and 0.001 kg·m²), rounded up: Kp = I·ω² and Kd = 2·I·ω, with ω of 10
+Hz. Joints 1 and 2 use 5 Hz, because at 10 Hz they would reach the effort limit of 1,000 N·m if a target jumps by 0.03
+rad. All joints are at least critically damped in all postures. Gravity deflects joint 2 by up to 22 mrad, the others by
+6 mrad.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ def _record(name: str, summary: str) -> RobotRecord:
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the arms."""
+    """Provide the arms."""
     return [
         _record("irb120", "ABB IRB 120: six axes, 3 kg payload, 0.58 m reach"),
         _record("irb140", "ABB IRB 140: six axes, 6 kg payload, 0.81 m reach"),

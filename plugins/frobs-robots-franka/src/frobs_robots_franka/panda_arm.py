@@ -15,7 +15,7 @@ _DAMPING = (
     7.8,
     7.0,
     1.0,
-)  # [N·m·s/rad]: critical where a joint carries most, hand included
+)  # [N·m·s/rad] critical at the largest inertia, including the hand
 
 
 def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:
@@ -25,7 +25,7 @@ def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:
 PANDA_ARM = Robot(
     model="frobs_robots_franka:models/panda_arm.urdf.xacro",
     name="panda_arm",
-    # The tool points down, 0.31 m in front of the base; it is screwed on so that its x axis points away from the base.
+    # The tool points down, 0.31 m in front of the base, and is mounted such that its x axis points away from the base.
     home={
         "panda_joint2": -math.pi / 4,
         "panda_joint4": -3 * math.pi / 4,

@@ -6,7 +6,7 @@ from frobs_core.specs import RobotRecord
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the arm with and without its hand."""
+    """Provide the arm with and without its hand."""
     return [
         RobotRecord(
             name="panda",

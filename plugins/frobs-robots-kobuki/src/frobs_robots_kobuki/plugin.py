@@ -6,7 +6,7 @@ from frobs_core.specs import RobotRecord
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the robot."""
+    """Provide the robot."""
     return [
         RobotRecord(
             name="kobuki",

@@ -6,7 +6,7 @@ from frobs_core.specs import RobotRecord
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Offer the arm with and without a gripper."""
+    """Provide the arm with and without a gripper."""
     return [
         RobotRecord(
             name="ur5",
