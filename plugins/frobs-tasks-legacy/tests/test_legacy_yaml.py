@@ -33,8 +33,8 @@ def test_a_later_file_goes_before_an_earlier_one_and_a_keyword_before_both(tmp_p
     [
         ("robot:\n  syze: 2\n", 2, "unknown key 'syze'. Did you mean 'size'.*colour"),
         ("robot:\n  colour: red\n  size: -2\n", 3, "size is -2"),
-        ("robots:\n  size: 2\n", 1, "must hold 'robot:'"),
-        ("robot: 2\n", 1, "must hold a mapping under 'robot:'"),
+        ("robots:\n  size: 2\n", 1, "must contain 'robot:'"),
+        ("robot: 2\n", 1, "must contain a mapping under 'robot:'"),
     ],
 )
 def test_mistakes_are_told_with_file_and_line(tmp_path: Path, text: str, line: int, message: str) -> None:

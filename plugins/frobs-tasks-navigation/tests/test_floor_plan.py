@@ -84,7 +84,7 @@ def test_the_area_is_around_everything_where_it_is_not_given(flat):
         (("goals: {low: [2, 3], high: [3, 4]}", "routes: []"), None, "either 'routes' or 'goals'"),
         (("goals: {low: [2, 3], high: [3, 4]}", "routes: [[]]"), None, "routes"),
         (("start: {pos", "area: {low: [0, 0], high: [9, 9]}\nstart: {pos"), None, None),
-        (("start: {pos", "area: {low: [5, 5], high: [9, 9]}\nstart: {pos"), None, "outside of the area"),
+        (("start: {pos", "area: {low: [5, 5], high: [9, 9]}\nstart: {pos"), None, "outside the area"),
     ],
     ids=[
         "unknown key",

@@ -157,10 +157,10 @@ def test_a_given_start_and_goal_are_taken(make):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"goal": (99.0, 0.0)}, "outside of the floor plan's area"),
+        ({"goal": (99.0, 0.0)}, "outside the floor plan's area"),
         ({"goal": (1.0, 2.0, 3.0)}, "must be .2,."),
         ({"start": (1.0, 2.0)}, "must be .3,."),
-        ({"start": (1.0, 99.0, 0.0)}, "outside of the floor plan's area"),
+        ({"start": (1.0, 99.0, 0.0)}, "outside the floor plan's area"),
     ],
 )
 def test_an_impossible_start_or_goal_is_refused(make, options, message):
@@ -185,7 +185,7 @@ def test_the_sparse_reward_is_for_the_goal_alone(make):
     [
         ({"observation": ("distanse",)}, UnknownNameError, "'distance'"),
         ({"observation": ()}, ConfigurationError, "at least one"),
-        ({"observation": ("yaw", "yaw")}, ConfigurationError, "each of them once"),
+        ({"observation": ("yaw", "yaw")}, ConfigurationError, "without duplicates"),
         ({"tolerance": 0.0}, ConfigurationError, "tolerance"),
         ({"time_penalty": -1.0}, ConfigurationError, "time_penalty"),
         ({"collision_ends": 1}, ConfigurationError, "collision_ends"),

@@ -42,7 +42,7 @@ def test_goals_keep_to_a_small_box_that_few_joint_vectors_reach(make):
 
 
 def test_a_box_out_of_reach_is_refused_when_the_environment_is_built():
-    with pytest.raises(ConfigurationError, match=r"reaches nothing of the goal box \(2, 2, 0\) to \(3, 3, 1\) m"):
+    with pytest.raises(ConfigurationError, match=r"cannot reach any part of the goal box \(2, 2, 0\) to \(3, 3, 1\) m"):
         gym.make(REACH, goal_low=(2, 2, 0), goal_high=(3, 3, 1))
 
 

@@ -22,10 +22,10 @@ def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any)
 
 
 def _reach(name: str, robot: str, title: str, control_timestep: float) -> EnvironmentRecord:
-    """Return the record of a reacher; ``control_timestep`` [s] is what its drives need for a whole move."""
+    """Return the record of a reacher; its drives complete a whole move in ``control_timestep`` [s]."""
     return _environment(
         f"{name}ReachLegacy",
-        f"{title} reach as FRobs_RL had it",
+        f"{title} reach as in FRobs_RL",
         100,
         robot=robot,
         controller="joint_delta_position",
@@ -49,11 +49,11 @@ def _kobuki(name: str, summary: str, world: str, speed: float) -> EnvironmentRec
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Offer FRobs_RL's tasks."""
+    """Provide FRobs_RL's tasks."""
     return [
         TaskRecord(
             name="reach_legacy",
-            summary="reach as FRobs_RL had it: its observation, reward and ends, and its task YAML",
+            summary="reach as in FRobs_RL: its observation, reward, termination and task YAML",
             entry_point="frobs_tasks_legacy.reach.task:ReachLegacy",
             install_hint=_INSTALL,
             needs=_TELEPORT,
@@ -65,14 +65,14 @@ def frobs_tasks() -> list[TaskRecord]:
         ),
         TaskRecord(
             name="reach_legacy_velocity",
-            summary="reach by joint velocities as FRobs_RL had it",
+            summary="reach by joint velocities as in FRobs_RL",
             entry_point="frobs_tasks_legacy.reach.velocity:ReachLegacyVelocity",
             install_hint=_INSTALL,
             needs=_TELEPORT,
             environments=(
                 _environment(
                     "Irb140ReachVelocityLegacy",
-                    "IRB 140 reach by joint velocities as FRobs_RL had it",
+                    "IRB 140 reach by joint velocities as in FRobs_RL",
                     100,
                     robot="irb140",
                     controller="joint_velocity",
@@ -82,14 +82,14 @@ def frobs_tasks() -> list[TaskRecord]:
         ),
         TaskRecord(
             name="navigate_legacy",
-            summary="navigation as FRobs_RL had it: its observations, rewards and ends, and its task YAML",
+            summary="navigation as in FRobs_RL: its observations, rewards, termination and task YAML",
             entry_point="frobs_tasks_legacy.navigation.task:NavigateLegacy",
             install_hint=_INSTALL,
             needs={**_TELEPORT, "contacts": Level.APPROXIMATE},
             environments=(
-                _kobuki("KobukiEmptyLegacy", "Kobuki on an empty floor as FRobs_RL had it", "empty", 0.3),
-                _kobuki("KobukiDynamicLegacy", "Kobuki among moving boxes as FRobs_RL had it", "dynamic", 1.0),
-                _kobuki("KobukiMazeLegacy", "Kobuki in the maze as FRobs_RL had it", "maze", 1.0),
+                _kobuki("KobukiEmptyLegacy", "Kobuki on an empty floor as in FRobs_RL", "empty", 0.3),
+                _kobuki("KobukiDynamicLegacy", "Kobuki among moving boxes as in FRobs_RL", "dynamic", 1.0),
+                _kobuki("KobukiMazeLegacy", "Kobuki in the maze as in FRobs_RL", "maze", 1.0),
             ),
         ),
     ]

@@ -1,4 +1,4 @@
-"""Reading the task YAML of FRobs_RL: everything under one key, of which some means nothing here."""
+"""Reading the task YAML of FRobs_RL: all values are under one key, and some have no meaning in FRobs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameEr
 from frobs_core.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
-"""Keys that mean something, with what checks and reads a value, given the key and the value."""
+"""Used keys, each with a function that validates and converts the value, given key and value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,11 +20,11 @@ class TaskFiles:
     """The task YAML of one kind of FRobs_RL's tasks.
 
     Attributes:
-        folder: Of this package, whose ``tasks/NAME.yaml`` has FRobs_RL's own values.
-        kind: What a name is, for messages.
-        roots: The key under which a file has everything, by name.
-        used: Keys that mean something.
-        ignored: Keys that such files have and that change nothing here.
+        folder: Folder of this package whose ``tasks/NAME.yaml`` contains FRobs_RL's own values.
+        kind: What a name denotes, for messages.
+        roots: Root key of the files, by name.
+        used: Keys that are used.
+        ignored: Keys of such files that have no effect.
     """
 
     folder: str
@@ -34,17 +34,17 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each key that is used: a keyword's, else the file's, else FRobs_RL's own.
+        """Return a value for each used key: from the keyword, else from the file, else FRobs_RL's own.
 
         Args:
-            name: Of :attr:`roots`.
-            config_file: A task YAML of FRobs_RL, unchanged; None: none.
-            keywords: By key; those that are None are not given, and others are ignored.
+            name: Name from :attr:`roots`.
+            config_file: An unchanged task YAML of FRobs_RL; None: no file.
+            keywords: Values by key; None means not given, and other keys are ignored.
 
         Raises:
-            ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
-            ConfigurationError: A keyword has an unusable value.
-            UnknownNameError: There is no such name.
+            ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; names file and line.
+            ConfigurationError: A keyword has an invalid value.
+            UnknownNameError: The name does not exist.
         """
         if name not in self.roots:
             raise UnknownNameError(self.kind, name, self.roots)
@@ -56,19 +56,19 @@ class TaskFiles:
 def read_values(
     paths: Iterable[str | Path], root: str, used: Readers, ignored: Sequence[str], keywords: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return a value for each key that a keyword or a file gives.
+    """Return the values that keywords or files give, by key.
 
     Args:
-        paths: The files; a later one goes before an earlier one.
-        root: The key that a file has everything under.
-        used: What can be given.
-        ignored: Keys that such files have and that change nothing.
-        keywords: By key, which go before the files; those that are None are not given, and others are ignored.
+        paths: The files; a later one takes precedence.
+        root: Root key of the files.
+        used: Keys that are used.
+        ignored: Keys of such files that have no effect.
+        keywords: Values by key, which take precedence over the files; None means not given, and other keys are ignored.
 
     Raises:
-        ConfigFileError: A file cannot be read, or has an unknown key or an unusable value; names file, line and the
-            nearest key.
-        ConfigurationError: A keyword has an unusable value.
+        ConfigFileError: A file cannot be read, or has an unknown key or an invalid value; names file, line and nearest
+            key.
+        ConfigurationError: A keyword has an invalid value.
     """
     values: dict[str, Any] = {}
     for path in paths:
@@ -82,10 +82,10 @@ def _read_section(path: str | Path, root: str, used: Readers, ignored: Sequence[
     document = load_yaml(path)
     for key in document:
         if key != root:
-            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must hold '{root}:'.")
+            raise ConfigFileError(path, _line(document, key), f"unknown key '{key}'; the file must contain '{root}:'.")
     section = document.get(root)
     if not isinstance(section, Mapping):
-        raise ConfigFileError(path, _line(document, root), f"must hold a mapping under '{root}:'.")
+        raise ConfigFileError(path, _line(document, root), f"must contain a mapping under '{root}:'.")
     values = {}
     for key, value in section.items():
         if key in used:

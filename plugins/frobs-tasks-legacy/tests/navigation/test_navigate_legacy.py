@@ -51,7 +51,7 @@ def test_a_keyword_goes_before_the_file(tmp_path):
     [
         ("kobuki_maze:\n  lidar_sample: 8\n", 2, "Did you mean 'lidar_samples'"),
         ("kobuki_maze:\n  step_reward: 0\n  collision_reward: much\n", 3, "collision_reward"),
-        ("kobuki_maze:\n  lidar_samples: 8.5\n", 2, "whole number"),
+        ("kobuki_maze:\n  lidar_samples: 8.5\n", 2, "integer"),
         ("kobuki_empty:\n  step_reward: 0\n", 1, "kobuki_maze"),
         ("kobuki_maze: 3\n", 1, "mapping"),
     ],

@@ -1,4 +1,4 @@
-"""What the tasks with one cube and a goal for it share."""
+"""The base class of tasks with one cube and a goal for it."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ BLUE = (0.16, 0.42, 0.82, 1.0)
 
 
 class CubeTask(Manipulation):
-    """Base class of tasks in which one cube is to be somewhere.
+    """Base class of tasks that bring one cube to a goal.
 
     Args:
-        size: Edge of the cube [m].
-        mass: Of the cube [kg].
+        size: Edge length of the cube [m].
+        mass: Mass of the cube [kg].
         friction: Sliding friction coefficient of the cube.
         tolerance: Distance of the cube's center from the goal that counts as reached [m].
         max_speed: Speed of the cube below which it counts as still [m/s].
-        keywords: Those of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
         body_name: Name of the object in the scene, the observation and the reset options.
         shows_goal: Whether the observation and the pictures contain the goal.
-        goal_clearance: Least horizontal distance between cube and goal at the start, in tolerances.
+        goal_clearance: Minimum horizontal distance between cube and goal at the start, in tolerances.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -82,7 +82,7 @@ class CubeTask(Manipulation):
         self.goal = np.zeros((self.num_envs, 3))
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the cube, the goal, and cube − tool and goal − cube."""
+        """Return the terms of the tool, the cube and the goal, and the offsets cube − tool and goal − cube."""
         terms = {
             **self.tool_terms(),
             **self.cube.terms(self.body_name),
@@ -95,24 +95,24 @@ class CubeTask(Manipulation):
 
     @property
     def rest_height(self) -> float:
-        """Height of the cube's center where it lies on the floor [m]."""
+        """Height of the cube's center when the cube is on the floor [m]."""
         return self.size / 2
 
     @property
     def grip(self) -> Floats:
-        """Where the tool grips the cube, (num_envs, 3) [m]."""
+        """Position at which the tool grips the cube, (num_envs, 3) [m]."""
         return self.cube.pos
 
     def markers(self) -> Sequence[Marker]:
-        """Return the goal, as large as the tolerance."""
+        """Return a marker at the goal with the tolerance as its radius."""
         return (Marker(self.goal, self.tolerance),) if self.shows_goal else ()
 
     def snapshot(self) -> Snapshot:
-        """Return the goal, and how long the condition of success has held."""
+        """Return the goal, and for how long the success condition has held."""
         return {**super().snapshot(), "goal": self.goal.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.goal[:] = snapshot["goal"]
         super().restore(snapshot)
 
@@ -137,12 +137,12 @@ class CubeTask(Manipulation):
         return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))
 
     def draw_floor_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
-        """Draw a place for the cube on the floor that is apart from where the cube starts.
+        """Draw a goal on the floor, away from the cube's start.
 
         Args:
-            cube: (n, 3) [m] where the cube starts.
+            cube: (n, 3) [m] start of the cube.
             mask: The n environments.
-            rng: Source of random numbers.
+            rng: Random source.
 
         Returns:
             (n, 3) [m] in the world.

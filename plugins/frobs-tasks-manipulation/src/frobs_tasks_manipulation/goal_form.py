@@ -15,40 +15,41 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.observed import bounded
 
-_FARTHEST = 2.0  # [m] from the origin along each axis, to which observed positions are clipped
+_FARTHEST = 2.0  # [m] bound to which observed positions are clipped, along each axis
 
 
 class GoalForm(CubeTask, GoalTask):
     """Base class that turns a task with one object into its goal-conditioned form.
 
-    Name it before the plain task: ``class PushGoal(GoalForm, Push)``. The scene, the start and the expert are those of the
-    plain task. The observation is a dictionary of float32 arrays in SI units: ``observation``, ``achieved_goal`` (position
-    of the object, 3) and ``desired_goal`` (3). ``observation`` contains the terms of the plain task without the goal.
+    Name it before the plain task: ``class PushGoal(GoalForm, Push)``. It keeps the scene, the start and the expert of
+    the plain task. The observation is a dictionary of float32 arrays in SI units: ``observation``, ``achieved_goal``
+    (position of the object, 3) and ``desired_goal`` (3). ``observation`` contains the terms of the plain task without
+    the goal.
 
-    Goals may lie as close to the object as chance puts them, because hindsight replay learns first from goals that are
-    already reached.
+    Goals have no minimum distance from the object, because hindsight replay learns first from goals that are already
+    reached.
 
-    Let d be the distance between the two goals after rounding to float32. Then :meth:`reward` equals
-    :meth:`compute_reward` of the observed goals bit for bit.
+    If d is the distance between the two goals after rounding to float32, :meth:`reward` equals :meth:`compute_reward`
+    of the observed goals bit for bit.
 
     - ``sparse``: 0 if d ≤ tolerance, else −1
     - ``dense``: −d
 
-    The condition of success is d ≤ tolerance; the speed of the object does not count.
+    The success condition is d ≤ tolerance; the speed of the object is ignored.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "unachieved": "−1 if d > tolerance, else 0, d being the distance from the object to the goal",
+        "unachieved": "−1 if d > tolerance, else 0, where d is the distance from the object to the goal",
         "distance": "−d",
     }
     success_rule: ClassVar[str] = (
-        "the object has been within the tolerance of the goal for the last hold_steps when the time limit ends the episode"
+        "at the time limit, the object has been within the tolerance of the goal for the last hold_steps"
     )
     goal_clearance: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the plain task without those of the goal, and both goals under their own keys."""
+        """Return the terms of the plain task without those of the goal, and the keys of both goals."""
         terms = {name: term for name, term in super().observation_terms().items() if not name.startswith("goal")}
         achieved = bounded(lambda: self.cube.pos, 3, _FARTHEST, "m", scale=4.0)
         desired = bounded(lambda: self.goal, 3, _FARTHEST, "m", scale=4.0)
@@ -65,7 +66,7 @@ class GoalForm(CubeTask, GoalTask):
         return reward
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for goals, without the state of the environment.
+        """Return the reward for goals, independent of the environment's state.
 
         Args:
             achieved_goal: (..., 3) [m]
@@ -89,13 +90,13 @@ class GoalForm(CubeTask, GoalTask):
 
 
 def _observed(pos: Floats) -> npt.NDArray[np.float32]:
-    """Return positions as the observation holds them: clipped and rounded."""
+    """Return positions as in the observation: clipped and rounded."""
     return np.clip(pos, -_FARTHEST, _FARTHEST).astype(np.float32)
 
 
 def _distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
     """Return the distance of goals (..., 3) of any type and memory layout, (...) float64 [m]."""
     offset = np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64)
-    # Adding the columns one by one keeps the order of additions, and so the last bit, the same for every shape.
+    # Adding the columns one by one keeps the order of additions, and so the last bit, equal for every shape.
     x, y, z = np.moveaxis(offset, -1, 0)
     return np.asarray(np.sqrt(x * x + y * y + z * z))

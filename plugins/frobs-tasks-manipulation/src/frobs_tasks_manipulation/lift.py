@@ -18,32 +18,31 @@ from frobs_tasks_manipulation.rewards import nearness
 class Lift(CubeTask):
     """Grasp a cube and hold it in the air.
 
-    The condition of success: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
+    The success condition: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
     fingers, and it moves slowly.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is between the fingers + 0.8 · the share of
-      ``lowest`` by which the cube is lifted + 0.5 if the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers + 0.8
+      · lifted fraction of ``lowest`` + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
-        lowest: Height of the cube's bottom above the floor that counts as lifted [m].
-        highest: Height beyond which it does not count [m].
-        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        lowest: Minimum height of the cube's bottom above the floor that counts as lifted [m].
+        highest: Maximum height that counts as lifted [m].
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:LiftCube"
     success_rule: ClassVar[str] = (
-        "the cube has been between the fingers, in the air and slow for the last hold_steps when the time limit ends the "
-        "episode"
+        "at the time limit, the cube has been between the fingers, in the air and slow for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
-        "grip": "0.3 · (1 − tanh(2 d / size)), size being the edge of the cube",
-        "lift": "0.8 · min(h / lowest, 1), h being the height of the cube's bottom",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
+        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
+        "lift": "0.8 · min(h / lowest, 1), where h is the height of the cube's bottom",
         "achieved": "0.5 where the cube is held in the air and slow",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the cube is not held in the air and slow",
     }
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     shows_goal: ClassVar[bool] = False

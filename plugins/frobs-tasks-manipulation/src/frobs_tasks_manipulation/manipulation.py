@@ -1,4 +1,4 @@
-"""What all manipulation tasks share: an arm with a gripper above a working area on the floor."""
+"""The base class of all manipulation tasks: an arm with a gripper above a working area on the floor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 
 DOWN = (0.0, 1.0, 0.0, 0.0)
-"""Orientation (w, x, y, z) of a tool whose z axis points down and whose y axis, along which fingers close, is −y."""
+"""Orientation (w, x, y, z) of a tool: its z axis points down; its y axis, along which the fingers close, is −y."""
 
 UP: Floats = np.array([0.0, 0.0, 1.0])
 
@@ -28,27 +28,27 @@ FLOOR_FRICTION = 0.5
 """With 1, a pushed cube jams between the tool and the floor (self-locking)."""
 
 _TURN = np.pi / 12
-"""[rad] by which objects at the start are turned about the vertical at most."""
+"""[rad] maximum initial rotation of objects about the vertical."""
 
 _CANDIDATES = 16
-"""Places that are drawn at once, of which the first that is far enough from another one is taken."""
+"""Number of places that are drawn at once; the first that is far enough from the other object is used."""
 
 
 class Manipulation(Task):
     """Base class of the manipulation tasks.
 
-    An episode starts with the tool above the middle of the working area, pointing down. It never terminates. It is a
-    success if the condition of the task has held for the last ``hold_steps`` control steps when the time limit ends it.
+    An episode starts with the tool above the center of the working area, pointing down. It never terminates. It is a
+    success if the task's success condition has held for the last ``hold_steps`` control steps at the time limit.
 
     Args:
-        center: Middle of the working area on the floor (x, y) [m], in the world.
-        area: Side of the square in which objects and goals are placed [m].
+        center: Center of the working area on the floor (x, y) [m], in the world.
+        area: Side length of the square in which objects and goals are placed [m].
         start_height: Height of the tool at the start [m].
-        hold_steps: Control steps for which the condition of success must hold.
+        hold_steps: Number of control steps for which the success condition must hold.
 
     Attributes:
         start_opening: Opening of the gripper at the start: 0 is closed, 1 is open.
-        finger_axis: Along which axis of the world the fingers close: ``"x"`` or ``"y"``.
+        finger_axis: World axis along which the fingers close: ``"x"`` or ``"y"``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -76,7 +76,7 @@ class Manipulation(Task):
         self.reward_type = self.reward_types[0]
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return ``teleport``: the arm and the objects are placed at each reset."""
+        """Return ``teleport``, because the arm and the objects are placed at each reset."""
         return {"teleport": Level.APPROXIMATE}
 
     def cameras(self) -> dict[str, Camera]:
@@ -114,8 +114,8 @@ class Manipulation(Task):
 
         Args:
             mask: The environments.
-            rng: Draw from nothing else.
-            options: Those of ``reset_options``, (num_envs, 3) [m] each.
+            rng: Source of all random numbers.
+            options: Values of ``reset_options``, (num_envs, 3) [m] each.
 
         Raises:
             ResetOptionError: A place is not three numbers, below the floor or far away.
@@ -127,13 +127,13 @@ class Manipulation(Task):
         self._measure()
 
     def advance(self, context: StepContext) -> None:
-        """Measure the tool and the objects, and count how long the condition of success has held."""
+        """Measure the tool and the objects, and count for how long the success condition has held."""
         self._measure()
         np.add(self._held, 1, out=self._held)
         np.multiply(self._held, self._is_achieved(), out=self._held)
 
     def is_success(self) -> Mask:
-        """Return where the condition of success has held for ``hold_steps``, (num_envs,) bool."""
+        """Return where the success condition has held for ``hold_steps``, (num_envs,) bool."""
         return self._held >= self.hold_steps
 
     def reward_terms(self) -> Mapping[str, Floats]:
@@ -152,7 +152,7 @@ class Manipulation(Task):
         return total
 
     def tool_terms(self) -> dict[str, ObservationTerm]:
-        """Return the terms of the tool: position [m], linear velocity [m/s] and opening of the gripper [1]."""
+        """Return the terms of the tool: position [m], linear velocity [m/s] and gripper opening [1]."""
         return {
             "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0),
             "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s"),
@@ -160,16 +160,16 @@ class Manipulation(Task):
         }
 
     def snapshot(self) -> Snapshot:
-        """Return how long the condition of success has held."""
+        """Return for how long the success condition has held."""
         return {"held": self._held.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._held[:] = snapshot["held"]
         self._measure()
 
     def _measure(self) -> None:
-        """Read what the terms, the reward and the success share."""
+        """Read the values that the terms, the reward and the success use."""
         self.tcp = self._robot.frame_pose("tcp")[0]  # (num_envs, 3) [m]
         self.tcp_velocity = self._robot.frame_velocity("tcp")[0]  # (num_envs, 3) [m/s]
         fingers = (self._robot.joint_positions[:, self._fingers] - self._closed) / self._stroke
@@ -179,15 +179,15 @@ class Manipulation(Task):
 
     @abstractmethod
     def _bind_objects(self) -> None:
-        """Take the handles of the objects, and make buffers for the goal."""
+        """Store the handles of the objects, and allocate buffers for the goal."""
 
     @abstractmethod
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        """Place the objects and the goal: at random, except what the n rows of the options state."""
+        """Place the objects and the goal at random, except those given in the n rows of the options."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
-        """Return where the condition of success is met now, (num_envs,) bool."""
+        """Return where the success condition is currently met, (num_envs,) bool."""
 
     @abstractmethod
     def _dense_terms(self) -> Mapping[str, Floats]:
@@ -205,15 +205,15 @@ class Manipulation(Task):
         apart_from: Floats | None = None,
         distance: float = 0.0,
     ) -> Floats:
-        """Draw a place in the working area, uniformly.
+        """Draw a uniform place in the working area.
 
         Args:
             stream: Name of the stream of random numbers.
-            rng: Source.
+            rng: Random source.
             mask: The n environments.
-            height: Of the place [m].
-            apart_from: (n, 3) place from which to keep a horizontal distance.
-            distance: This distance [m]; if no candidate keeps it, the farthest one is taken.
+            height: Height of the place [m].
+            apart_from: (n, 3) place to keep a horizontal distance from.
+            distance: This distance [m]; if no candidate keeps it, the farthest one is used.
 
         Returns:
             (n, 3) [m] in the world.
@@ -230,16 +230,16 @@ class Manipulation(Task):
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
 
     def checked_place(self, option: str, place: Floats, lowest: float) -> Floats:
-        """Return places that the caller of ``reset`` gave, (n, 3) [m].
+        """Validate and return places that the caller of ``reset`` gave, (n, 3) [m].
 
         Args:
             option: Name of the option, for messages.
             place: The places.
-            lowest: Smallest height [m].
+            lowest: Minimum height [m].
 
         Raises:
-            ResetOptionError: A place is not three numbers, is below ``lowest``, or farther than 1 m from the middle of the
-                working area.
+            ResetOptionError: A place is not three numbers, is below ``lowest``, or is more than 1 m from the center of
+                the working area.
         """
         if place.shape[1:] != (3,):
             raise ResetOptionError(option, f"has the shape {place.shape[1:]}; it must be (3,): x, y, z [m].")
@@ -253,11 +253,11 @@ class Manipulation(Task):
         return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
-        """Draw an orientation of an object on the floor, (n, 4): turned so little that the fingers fit around it.
+        """Draw an orientation of an object on the floor, (n, 4), rotated so little that the fingers fit around it.
 
         Args:
             stream: Name of the stream of random numbers.
-            rng: Source.
+            rng: Random source.
             mask: The n environments.
         """
         return quat_from_axis_angle(UP, rng.uniform(stream, -_TURN, _TURN, (), mask))
@@ -267,7 +267,7 @@ def gripper_of(robot: RobotHandle) -> EndEffector:
     """Return the end effector of a robot that has fingers.
 
     Raises:
-        UnsuitableRobotError: It has none.
+        UnsuitableRobotError: The robot has no gripper.
     """
     for tool in robot.robot.end_effectors.values():
         if tool.group and tool.closed:

@@ -1,4 +1,4 @@
-"""Observation terms that stay in their bounds."""
+"""Observation terms that are clipped to their bounds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scal
     """Return a term whose values are clipped to [−limit, limit].
 
     Args:
-        read: Returns the value, (num_envs, size).
-        size: Numbers of one environment.
+        read: Function that returns the value, (num_envs, size).
+        size: Number of values per environment.
         limit: Largest absolute value.
-        unit: Of the values.
+        unit: Unit of the values.
         scale: Suggested factor for a learner.
     """
     high = np.full(size, limit)

@@ -9,29 +9,29 @@ from frobs_tasks_manipulation.open_task import OpenTask
 
 
 class OpenDoor(OpenTask):
-    """Open a door by its handle, to a target.
+    """Open a door by its handle to a target angle.
 
-    The condition of success, the reward and the parameters are those of
+    The success condition, the reward and the parameters are described in
     :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
 
     Args:
-        lowest: Smallest target [rad].
-        highest: Largest target [rad].
+        lowest: Minimum target [rad].
+        highest: Maximum target [rad].
         tolerance: Distance from the target that counts as reached [rad].
         max_speed: Speed below which the door counts as slow [rad/s].
-        keywords: Those of :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"
     success_rule: ClassVar[str] = (
-        "the door has been open as far as the target, and slow, for the last hold_steps when the time limit ends the episode"
+        "at the time limit, the door has been open as far as the target, and slow, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from tool to handle",
-        "open": "0.4 · max(1 − |target − q| / target, 0), q being the angle of the door [rad]",
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to handle",
+        "open": "0.4 · max(1 − |target − q| / target, 0), where q is the angle of the door [rad]",
         "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
         "achieved": "0.5 where the door is at the target and slow",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the door is not at the target and slow",
     }
     furniture: ClassVar[str] = "door"
     unit: ClassVar[str] = "rad"

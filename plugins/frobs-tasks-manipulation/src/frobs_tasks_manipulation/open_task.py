@@ -1,4 +1,4 @@
-"""What the tasks share in which a piece of furniture is opened by its handle."""
+"""The base class of tasks that open a piece of furniture by its handle."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ from frobs_tasks_manipulation.rewards import length, nearness
 
 HANDLE = "handle"
 _TURN = 0.15
-"""[rad] by which the furniture is turned about the vertical at most."""
+"""[rad] maximum initial rotation of the furniture about the vertical."""
 
 
 class OpenTask(Manipulation):
-    """Base class of tasks in which one joint of a piece of furniture is to reach a target.
+    """Base class of tasks in which one joint of a piece of furniture must reach a target.
 
-    The condition of success: the joint is within the tolerance of the target, and slow.
+    The success condition: the joint is within the tolerance of the target, and slow.
 
     Reward:
 
-    - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · share of the way to the target
-      + 0.3 · nearness of the joint to the target + 0.5 if the condition is met
+    - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · fraction of the way to the target + 0.3 · nearness of
+      the joint to the target + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
-        center: Middle of the area in which the closed handle is (x, y) [m], in the world.
-        area: Side of this area [m].
+        center: Center (x, y) [m] in the world of the area in which the closed handle starts.
+        area: Side length of this area [m].
         start_height: Height of the tool at the start [m].
-        lowest: Smallest target [m or rad].
-        highest: Largest target [m or rad].
+        lowest: Minimum target [m or rad].
+        highest: Maximum target [m or rad].
         tolerance: Distance of the joint from its target that counts as reached [m or rad].
         max_speed: Speed of the joint below which it counts as slow [m/s or rad/s].
-        keywords: Those of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
         furniture: Name of the prop and of its model file.
-        unit: Of the joint: ``"m"`` or ``"rad"``.
+        unit: Unit of the joint: ``"m"`` or ``"rad"``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -89,7 +89,7 @@ class OpenTask(Manipulation):
         return {"overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool and the handle (x, y), handle − tool, the joint, and target − joint."""
+        """Return the terms of the tool, the handle (x, y), handle − tool, the joint, and target − joint."""
         return {
             **self.tool_terms(),
             "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
@@ -101,17 +101,17 @@ class OpenTask(Manipulation):
         }
 
     def handle_at(self, joint: Floats) -> Floats:
-        """Return where the handle is in the world at joint positions (num_envs,), (num_envs, 3) [m]."""
+        """Return the handle's position in the world at joint positions (num_envs,), (num_envs, 3) [m]."""
         pos, _ = self._prop.model.frame_pose(HANDLE, joint[:, None])
-        base_pos, base_quat = self._prop.base_pose  # where this episode has put it
+        base_pos, base_quat = self._prop.base_pose  # where this episode placed it
         return base_pos + quat_rotate(base_quat, pos)
 
     def snapshot(self) -> Snapshot:
-        """Return the target, and how long the condition of success has held."""
+        """Return the target, and for how long the success condition has held."""
         return {**super().snapshot(), "target": self.target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.target[:] = snapshot["target"]
         super().restore(snapshot)
 

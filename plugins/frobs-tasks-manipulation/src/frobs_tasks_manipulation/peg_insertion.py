@@ -22,10 +22,10 @@ from frobs_tasks_manipulation.rewards import nearness
 
 BLOCK = "block"
 _WALL, HEIGHT = 0.03, 0.05
-"""Thickness of the walls around the hole, and their height [m]."""
+"""Thickness and height of the walls around the hole [m]."""
 
 _GRIP = 0.02
-"""Height of the place where the tool grips the peg above the peg's middle [m]. A low grip tilts the peg less."""
+"""Height above the peg's center at which the tool grips the peg [m]. A low grip tilts the peg less."""
 
 _OAK = (0.72, 0.52, 0.33, 1.0)
 
@@ -33,34 +33,35 @@ _OAK = (0.72, 0.52, 0.33, 1.0)
 class PegInsertion(CubeTask):
     """Put a square peg, which stands on the floor, into the square hole of a block.
 
-    The condition of success: the peg stands in the hole, at least ``depth`` deep, and is still.
+    The success condition: the peg is in the hole, at least ``depth`` deep, and is still.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the hole's floor +
-      0.2 · share of the height of the block by which the peg is lifted, or 0.2 if it is above the hole or in it + 0.5 if the
-      condition is met
+    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the hole's
+      floor + 0.2 · fraction of the block's height by which the peg is lifted, or 0.2 if it is above the hole or in it +
+      0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
-        clearance: Difference between the edges of the hole and of the peg [m].
-        size: Edge of the peg [m].
-        height: Of the peg [m].
-        depth: How deep the peg must be in the hole [m].
-        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        clearance: Difference between the edge lengths of the hole and of the peg [m].
+        size: Edge length of the peg [m].
+        height: Height of the peg [m].
+        depth: Minimum depth of the peg in the hole [m].
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
-        "the peg has been in the hole, deep enough and still, for the last hold_steps when the time limit ends the episode"
+        "at the time limit, the peg has been in the hole, deep enough and still, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from the tool to where it grips the peg",
-        "insert": "0.6 · (1 − tanh(d / 0.15 m)), d being the distance from the peg to its place in the hole",
-        "lift": "0.2 · min(h / height of the block, 1), h being the height of the peg's lower end; 0.2 above the hole",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to its grip on the peg",
+        "insert": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the peg to its place in the hole",
+        "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
+        "0.2 above the hole",
         "achieved": "0.5 where the condition is met",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the condition is not met",
     }
 
     def __init__(
@@ -94,22 +95,22 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool and the peg, grip − tool, the hole (x, y), and the peg's place in the hole − peg."""
+        """Return the terms of the tool, the peg and the hole (x, y), and the offsets grip − tool and goal − peg."""
         terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 
     def markers(self) -> Sequence[Marker]:
-        """Return the place of the peg's center."""
+        """Return a marker at the target of the peg's center."""
         return (Marker(self.goal, 0.01),)
 
     @property
     def rest_height(self) -> float:
-        """Height of the peg's center where it stands on the floor [m]."""
+        """Height of the peg's center when it stands on the floor [m]."""
         return self.height / 2
 
     @property
     def grip(self) -> Floats:
-        """Where the tool grips the peg: 2 cm above its middle, (num_envs, 3) [m]."""
+        """Position at which the tool grips the peg: 2 cm above its center, (num_envs, 3) [m]."""
         return np.asarray(self.cube.pos + _GRIP * UP)
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
@@ -123,7 +124,7 @@ class PegInsertion(CubeTask):
     def _measure(self) -> None:
         super()._measure()
         down = matrix_from_quat(self.cube.quat_wxyz)[:, :, 2]
-        self.end = self.cube.pos - self.height / 2 * down  # (num_envs, 3) [m], middle of the lower end
+        self.end = self.cube.pos - self.height / 2 * down  # (num_envs, 3) [m], center of the lower end
 
     def _is_achieved(self) -> Mask:
         offset = self.cube.pos - self.goal

@@ -19,32 +19,32 @@ from frobs_tasks_manipulation.rewards import nearness
 class PickAndPlace(CubeTask):
     """Bring a cube to a goal. Half of the goals are on the floor, the others in the air.
 
-    The condition of success: the cube's center is within the tolerance of the goal, and the cube is slow.
+    The success condition: the cube's center is within the tolerance of the goal, and the cube is slow.
 
-    Reward, with d the distance from cube to goal:
+    Reward, where d is the distance from cube to goal:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is between the fingers + 0.8 · nearness of the
-      cube to the goal, and for goals in the air 0.3 · the share of the way up + 0.5 if the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers + 0.8
+      · nearness of the cube to the goal, and for goals in the air 0.3 · fraction of the way up + 0.5 if the condition
+      is met
     - ``sparse``: 0 if the condition is met, else −1
 
     Args:
-        air_share: Share of the goals that are in the air, in [0, 1].
-        highest: Height of the highest goal above the floor [m].
-        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        air_share: Fraction of the goals that are in the air, in [0, 1].
+        highest: Maximum height of a goal above the floor [m].
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
     success_rule: ClassVar[str] = (
-        "the cube has been within the tolerance of the goal, and slow, for the last hold_steps when the time limit ends "
-        "the episode"
+        "at the time limit, the cube has been within the tolerance of the goal, and slow, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube",
-        "grip": "0.3 · (1 − tanh(2 d / size)), size being the edge of the cube",
-        "carry": "0.8 · (1 − tanh(d / 0.25 m)), d being the distance from cube to goal",
-        "lift": "0.3 · min(h / 0.05 m, 1), h being the height of the cube's bottom, where the goal is in the air",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
+        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
+        "carry": "0.8 · (1 − tanh(d / 0.25 m)), where d is the distance from cube to goal",
+        "lift": "0.3 · min(h / 0.05 m, 1), where h is the height of the cube's bottom; only for goals in the air",
         "achieved": "0.5 where the cube is at the goal and slow",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the cube is not at the goal and slow",
     }
 
     def __init__(self, *, air_share: float = 0.5, highest: float = 0.25, **keywords: Any) -> None:
@@ -75,12 +75,12 @@ class PickAndPlace(CubeTask):
 class PickAndPlaceGoal(GoalForm, PickAndPlace):
     """Bring a cube to a goal, goal-conditioned.
 
-    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
 
     Args:
-        air_share: Share of the goals that are in the air, in [0, 1].
-        highest: Height of the highest goal above the floor [m].
-        keywords: Those of :class:`PickAndPlace`.
+        air_share: Fraction of the goals that are in the air, in [0, 1].
+        highest: Maximum height of a goal above the floor [m].
+        keywords: Parameters of :class:`PickAndPlace`.
     """
 
     def __init__(self, *, air_share: float = 0.7, highest: float = 0.2, **keywords: Any) -> None:

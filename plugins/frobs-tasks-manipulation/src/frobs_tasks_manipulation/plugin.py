@@ -7,19 +7,19 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
-"""Robot and its name in sentences, by how its IDs begin."""
+"""Robot and its name in sentences, by the prefix of its IDs."""
 
 _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "Ur5OpenDrawer")
-"""IDs with a trained policy, which ``tests/benchmarks/pretrained.py`` makes."""
+"""IDs with a trained policy; ``tests/benchmarks/pretrained.py`` trains them."""
 
 _GOAL_MAX_DELTA = 0.05
-"""[m] As in panda-gym. With it, 50 steps are enough to grasp a cube and carry it to the goal."""
+"""[m] As in panda-gym: 50 steps are enough to grasp a cube and carry it to the goal."""
 
 
 def _task(
     name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
 ) -> TaskRecord:
-    """Return the record of a task with an ID for each arm.
+    """Return the record of a task, with one ID for each arm.
 
     Args:
         name: Name of the task.
@@ -27,7 +27,7 @@ def _task(
         entry_point: ``"module:class"`` in this package.
         summary: What the robot must do.
         steps: Length of an episode in control steps.
-        arm_controller: Further parameters of the arm's controller.
+        arm_controller: Additional parameters of the arm's controller.
     """
     return TaskRecord(
         name=name,
@@ -76,7 +76,7 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Offer the manipulation tasks."""
+    """Provide the manipulation tasks."""
     return [
         _task("push", "Push", "push:Push", "push a cube to a goal on the floor", 125),
         _task(
@@ -110,14 +110,14 @@ def frobs_tasks() -> list[TaskRecord]:
             "pick_and_place",
             "PickAndPlace",
             "pick_and_place:PickAndPlace",
-            "bring a cube to a goal, half of them in the air",
+            "bring a cube to a goal; half of the goals are in the air",
             100,
         ),
         _task(
             "pick_and_place_goal",
             "PickAndPlaceGoal",
             "pick_and_place:PickAndPlaceGoal",
-            "bring a cube to a goal, most of them in the air, goal-conditioned",
+            "bring a cube to a goal, goal-conditioned; most of the goals are in the air",
             50,
             max_delta=_GOAL_MAX_DELTA,
         ),

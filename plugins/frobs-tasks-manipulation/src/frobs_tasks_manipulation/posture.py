@@ -1,4 +1,4 @@
-"""Inverse kinematics of one posture: joint positions that bring the tool to a pose."""
+"""Inverse kinematics for one posture: joint positions that bring the tool to a pose."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from frobs_core.validation import numbers
 
 _SEEDS = 64
 _ITERATIONS = 100
-_DAMPING = 0.05  # [m/rad], of the least squares
-_PROBE = 1e-6  # [rad or m], of the differences that the Jacobian is made of
-_LONGEST = 0.3  # [rad or m] that a joint moves in an iteration
+_DAMPING = 0.05  # [m/rad] damping of the least squares
+_PROBE = 1e-6  # [rad or m] step of the finite differences for the Jacobian
+_LONGEST = 0.3  # [rad or m] maximum motion of a joint in an iteration
 _NEAR = 1e-4  # [m, rad] from the pose
-_CLEARANCE = 0.03  # [m] above the floor that each link's frame beyond the second joint keeps
+_CLEARANCE = 0.03  # [m] of each link frame beyond the second joint above the floor
 
 
 def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
     """Return joint positions that bring the tool center point to a pose, near the home position.
 
-    Damped least squares from the home position and from random postures. Joints that do not move the tool stay at home.
+    Uses damped least squares from the home position and from random postures. Joints that do not move the tool stay at
+    home.
 
     Args:
         robot: An arm.
@@ -55,7 +56,7 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
     if not usable.any():
         raise UnsuitableRobotError(
             robot.robot.name,
-            f"cannot hold its tool '{robot.tcp}' at {numbers(pos)} m, pointing down; choose another working area "
+            f"cannot hold its tool '{robot.tcp}' at {numbers(pos)} m pointing down; choose another working area "
             "with center= and area=.",
         )
     far = ((found - home) ** 2).sum(axis=1)
@@ -63,13 +64,13 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
 
 
 def _error(robot: RobotHandle, joint_positions: Floats, pos: Floats, quat_wxyz: Floats) -> Floats:
-    """Return how the tool must move and turn to reach the pose, (n, 6) [m, rad]."""
+    """Return the translation and rotation from the tool to the pose, (n, 6) [m, rad]."""
     there, turned = robot.planned_frame_pose("tcp", joint_positions)
     return np.concatenate([pos - there, quat_difference(np.broadcast_to(quat_wxyz, turned.shape), turned)], axis=1)
 
 
 def _jacobian(robot: RobotHandle, joint_positions: Floats) -> Floats:
-    """Return the tool's Jacobian by differences, (n, 6, dof)."""
+    """Return the tool's Jacobian by finite differences, (n, 6, dof)."""
     pos, quat = robot.planned_frame_pose("tcp", joint_positions)
     columns = []
     for joint in range(robot.dof):

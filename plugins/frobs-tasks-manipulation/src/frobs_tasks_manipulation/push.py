@@ -16,15 +16,15 @@ from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length, nearness
 
 _BEHIND = 0.02
-"""Between the cube and the point from which the tool pushes it toward the goal [m]."""
+"""Distance between the cube and the point from which the tool pushes it toward the goal [m]."""
 
 
 class Push(CubeTask):
     """Push a cube to a goal on the floor. The gripper is closed at the start.
 
-    The condition of success: the cube's center is within the tolerance of the goal, and the cube is still.
+    The success condition: the cube's center is within the tolerance of the goal, and the cube is still.
 
-    Reward, with d the distance from cube to goal:
+    Reward, where d is the distance from cube to goal:
 
     - ``dense``: 0.3 · nearness of the tool to a point behind the cube, as seen from the goal + 0.7 · nearness of the cube
       to the goal + 0.5 if the condition is met
@@ -35,20 +35,19 @@ class Push(CubeTask):
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.push:PushCube"
     success_rule: ClassVar[str] = (
-        "the cube has been within the tolerance of the goal, and still, for the last hold_steps when the time limit ends "
-        "the episode"
+        "at the time limit, the cube has been within the tolerance of the goal, and still, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.3 · (1 − tanh(d / 0.2 m)), d being the distance from the tool to a point 2 cm behind the cube; 0.3 where "
-        "the cube is at the goal",
-        "push": "0.7 · (1 − tanh(d / 0.15 m)), d being the distance from cube to goal",
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to a point 2 cm behind the "
+        "cube; 0.3 where the cube is at the goal",
+        "push": "0.7 · (1 − tanh(d / 0.15 m)), where d is the distance from cube to goal",
         "achieved": "0.5 where the cube is at the goal and still",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the cube is not at the goal and still",
     }
     start_opening: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the cube, the goal on the floor (x, y), and cube − tool and goal − cube."""
+        """Return the terms of the tool, the cube and the goal (x, y), and the offsets cube − tool and goal − cube."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -68,5 +67,5 @@ class Push(CubeTask):
 class PushGoal(GoalForm, Push):
     """Push a cube to a goal on the floor, goal-conditioned.
 
-    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

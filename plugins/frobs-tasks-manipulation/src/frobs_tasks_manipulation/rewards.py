@@ -1,4 +1,4 @@
-"""Terms of rewards: pure functions of arrays with one row per environment."""
+"""Reward terms: pure functions of arrays with one row per environment."""
 
 from __future__ import annotations
 
@@ -17,6 +17,6 @@ def nearness(distance: Floats, reach: float) -> Floats:
 
     Args:
         distance: (n,) [m], ≥ 0.
-        reach: Distance over which it decreases [m].
+        reach: Length scale of the decrease [m].
     """
     return np.asarray(1.0 - np.tanh(distance / reach))

@@ -26,10 +26,10 @@ PUCK = "puck"
 class Slide(CubeTask):
     """Hit a puck on a slippery floor so that it slides to a goal out of reach. The gripper is closed at the start.
 
-    The puck starts in the working area. The goals are uniform in a rectangle in front of it, along the world's x axis.
-    The condition of success: the puck's center is within the tolerance of the goal, and the puck is slow.
+    The puck starts in the working area. Goals are uniform in a rectangle in front of it, along the world's x axis. The
+    success condition: the puck's center is within the tolerance of the goal, and the puck is slow.
 
-    Reward, with d the distance from puck to goal:
+    Reward, where d is the distance from puck to goal:
 
     - ``dense``: 0.2 · nearness of the tool to the puck, or 0.2 once the puck has left the working area + 0.8 · nearness of the
       puck to the goal + 0.5 if the condition is met
@@ -37,14 +37,14 @@ class Slide(CubeTask):
 
     Args:
         size: Diameter of the puck [m].
-        height: Of the puck [m].
+        height: Height of the puck [m].
         friction: Sliding friction coefficient of the puck and of the floor.
-        nearest: Distance of the nearest goals from the middle of the working area, along x [m].
-        farthest: Distance of the farthest goals from there, along x [m], > ``nearest``.
-        width: Of the rectangle of the goals along y [m].
-        center: Middle of the working area on the floor (x, y) [m], in the world.
-        area: Side of the square in which the puck starts [m].
-        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        nearest: Minimum distance of goals from the center of the working area, along x [m].
+        farthest: Maximum distance of goals from that center, along x [m], > ``nearest``.
+        width: Width of the rectangle of goals along y [m].
+        center: Center of the working area on the floor (x, y) [m], in the world.
+        area: Side length of the square in which the puck starts [m].
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -53,14 +53,14 @@ class Slide(CubeTask):
     reset_options: ClassVar[Sequence[str]] = ("puck_position", "goal")
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.slide:SlidePuck"
     success_rule: ClassVar[str] = (
-        "the puck has been within the tolerance of the goal, and slow, for the last hold_steps when the time limit ends "
-        "the episode"
+        "at the time limit, the puck has been within the tolerance of the goal, and slow, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to puck; 0.2 once the puck is gone",
-        "slide": "0.8 · (1 − tanh(d / 0.3 m)), d being the distance from puck to goal",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to puck; "
+        "0.2 once the puck has left",
+        "slide": "0.8 · (1 − tanh(d / 0.3 m)), where d is the distance from puck to goal",
         "achieved": "0.5 where the puck is at the goal and slow",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the puck is not at the goal and slow",
     }
     start_opening: ClassVar[float] = 0.0
     body_name: ClassVar[str] = PUCK
@@ -87,12 +87,12 @@ class Slide(CubeTask):
 
     @property
     def rest_height(self) -> float:
-        """Height of the puck's center where it lies on the floor [m]."""
+        """Height of the puck's center when the puck is on the floor [m]."""
         return self.height / 2
 
     @property
     def is_gone(self) -> Mask:
-        """Where the puck has left the working area toward the goals, (num_envs,) bool."""
+        """Whether the puck has left the working area toward the goals, (num_envs,) bool."""
         return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
 
     def scene(self) -> Scene:
@@ -113,7 +113,7 @@ class Slide(CubeTask):
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the puck, the goal on the floor (x, y), and puck − tool and goal − puck."""
+        """Return the terms of the tool, the puck and the goal (x, y), and the offsets puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -133,5 +133,5 @@ class Slide(CubeTask):
 class SlideGoal(GoalForm, Slide):
     """Hit a puck so that it slides to a goal, goal-conditioned.
 
-    The rewards and the observation are those of :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

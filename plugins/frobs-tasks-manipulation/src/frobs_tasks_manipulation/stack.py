@@ -21,42 +21,43 @@ from frobs_tasks_manipulation.tracked import Tracked
 BASE = "base"
 RED = (0.84, 0.24, 0.2, 1.0)
 _APART = 2.5
-"""Edges between the centers of the cubes at the start, at least."""
+"""Minimum distance between the centers of the cubes at the start, in edge lengths."""
 
 
 class Stack(CubeTask):
-    """Put a cube on another one, let go and move the tool away.
+    """Put a cube on another one, release it and move the tool away.
 
-    The condition of success: the cube is on the middle of the other one, both are still, and the tool is ``released`` away.
+    The success condition: the cube is on the center of the other one, both are still, and the tool is at least
+    ``released`` away.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube, or of being away if the cube is in its place + 0.8 · nearness of the
-      cube to its place, by way of the air + 1 if the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube, or distance from it if the cube is stacked + 0.8 · nearness of
+      the cube to its place, through the air + 1 if the condition is met
     - ``sparse``: 0 if the condition is met, else −1
 
-    The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the other
-    cube.
+    The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the
+    other cube.
 
     Args:
         tolerance: Distance of the cube's center from its place that counts as stacked [m].
         released: Distance between tool and cube that counts as released [m].
-        keywords: Those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:StackCube"
     success_rule: ClassVar[str] = (
-        "the cube has been on the other one, both still and released, for the last hold_steps when the time limit ends the "
-        "episode"
+        "at the time limit, the cube has been on the other one, both still and released, for the last hold_steps"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), d being the distance from tool to cube; 0.2 where the cube is stacked",
-        "carry": "0.6 · (1 − tanh(d / 0.15 m)), d being the distance from the cube to its place",
-        "lift": "0.2 · min(h / size, 1), h being the height of the cube's bottom",
-        "release": "0.5 · min(d / released, 1) where the cube is stacked, d being the distance from tool to cube",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube; "
+        "0.2 where the cube is stacked",
+        "carry": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the cube to its place",
+        "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
+        "release": "0.5 · min(d / released, 1) where the cube is stacked and d is the distance from tool to cube",
         "achieved": "0.5 where the condition is met",
-        "unachieved": "−1 where it is not",
+        "unachieved": "−1 where the condition is not met",
     }
 
     def __init__(self, *, tolerance: float = 0.015, released: float = 0.07, **keywords: float) -> None:
@@ -76,7 +77,7 @@ class Stack(CubeTask):
         self.base = Tracked(self._simulation.bodies[BASE])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool and of both cubes, cube − tool, and place − cube."""
+        """Return the terms of the tool and both cubes, and the offsets cube − tool and place − cube."""
         terms = super().observation_terms()
         return {
             **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},
@@ -85,7 +86,7 @@ class Stack(CubeTask):
         }
 
     def markers(self) -> tuple[()]:
-        """Return nothing: the goal is the other cube."""
+        """Return no markers: the goal is the other cube."""
         return ()
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:

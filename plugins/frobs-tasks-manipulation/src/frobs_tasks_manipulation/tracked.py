@@ -1,4 +1,4 @@
-"""An object that a task follows: its state is read once in each step."""
+"""An object whose state a task reads once per step."""
 
 from __future__ import annotations
 
@@ -32,13 +32,12 @@ class Tracked:
         self.velocity, self.angular_velocity = self.body.twist
 
     def terms(self, name: str) -> dict[str, ObservationTerm]:
-        """Return the terms of the observation: position, orientation, linear and angular velocity.
+        """Return the observation terms: position, orientation, linear and angular velocity.
 
-        The orientation is the x axis and the y axis of the object in the world: six numbers that are continuous and
-        unique.
+        The orientation is given by the object's x and y axes in the world: six numbers that are continuous and unique.
 
         Args:
-            name: Of the object, with which the names of the terms begin.
+            name: Name of the object, used as the prefix of the terms.
         """
         return {
             f"{name}_position": bounded(lambda: self.pos, 3, 2.0, "m", scale=4.0),

@@ -1,4 +1,4 @@
-"""The boxes of a floor plan: turned anew in each episode, some of them going to and fro."""
+"""The boxes of a floor plan: rotated in each episode, and optionally moving back and forth."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
 
 
 def _is_placed(box: MovingBox) -> bool:
-    """Return whether an episode says where a box is: it is turned anew, or moves."""
+    """Return whether an episode places a box: it has a random orientation, or moves."""
     return box.yaw is None or box.max_speed > 0.0
 
 
@@ -35,17 +35,17 @@ def _pose(box: MovingBox) -> Pose:
 
 
 class MovingBoxes:
-    """Where the boxes of all environments are.
+    """Poses of the boxes of all environments.
 
-    A box goes to and fro along its own x axis, so where it is follows from its heading, its speed and the time: nothing
-    adds up, and nothing can get lost.
+    A box moves back and forth along its own x axis, so its position follows from its heading, its speed and the time,
+    without accumulated errors or state.
 
     Args:
-        boxes: Of the floor plan.
-        simulation: That has them as bodies.
+        boxes: Boxes of the floor plan.
+        simulation: Simulation that contains them as bodies.
 
     Attributes:
-        half: (k, 2) half the edges [m].
+        half: (k, 2) half edges [m].
     """
 
     def __init__(self, boxes: Sequence[MovingBox], simulation: Simulation) -> None:
@@ -65,10 +65,10 @@ class MovingBoxes:
             tuple(f"box_{i}" for i in numbers) for numbers in (self._placed, self._moving)
         )
         self._yaw: Floats = np.zeros((n, k))
-        self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first turn
+        self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first reversal
 
     def begin(self, mask: Mask | None, rng: RandomSource) -> None:
-        """Turn the boxes, draw their speeds, and put them where they start.
+        """Rotate the boxes, draw their speeds, and move them to their initial positions.
 
         Args:
             mask: The n environments.
@@ -86,14 +86,14 @@ class MovingBoxes:
         self._simulation.write_body_poses(self._placed_names, pos, terms.quat_of(yaw[:, self._placed]), mask)
 
     def move(self) -> None:
-        """Put the boxes where they are now."""
+        """Move the boxes to their current positions."""
         if self._moving:
             pos = self.pos
             self._simulation.write_body_poses(self._moving_names, pos if self._all_move else pos[:, self._moving])
 
     @property
     def pos(self) -> Floats:
-        """(num_envs, k, 3) [m] where their centres are now."""
+        """(num_envs, k, 3) [m] current positions of their centers."""
         time = terms.to_and_fro(self._simulation.time[:, None], self._first_turn, self._turn_every)
         return self._centre + time[..., None] * self._velocity
 
@@ -103,9 +103,9 @@ class MovingBoxes:
         return self._yaw
 
     def snapshot(self) -> Snapshot:
-        """Return what was drawn."""
+        """Return the drawn values."""
         return {"box_yaw": self._yaw.copy(), "box_velocity": self._velocity.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._yaw[:], self._velocity[:] = snapshot["box_yaw"], snapshot["box_velocity"]

@@ -1,4 +1,4 @@
-"""Where an episode begins, and by which way-points it goes."""
+"""Start and waypoints of an episode."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import FloorPlan
 
 _CANDIDATES = 16
-"""Points that are drawn at once, of which the first is taken that is far enough from everything."""
+"""Number of simultaneous candidates; the first that is far enough from everything is used."""
 
 
 class Course:
-    """Starts and way-points of all environments.
+    """Starts and waypoints of all environments.
 
     Args:
-        plan: Says what may be drawn.
+        plan: Floor plan to draw from.
         num_envs: ≥ 1.
-        tolerance: Distance from a way-point that counts as reached [m].
+        tolerance: Distance at which a waypoint is reached [m].
 
     Attributes:
-        way: (num_envs, k, 2) way-points [m]; what is beyond the last one repeats it.
-        last: (num_envs,) number of the last way-point.
-        index: (num_envs,) number of the way-point that is next.
-        target: (num_envs, 2) [m] the way-point that is next.
+        way: (num_envs, k, 2) waypoints [m]; unused columns repeat the last one.
+        last: (num_envs,) index of the last waypoint.
+        index: (num_envs,) index of the next waypoint.
+        target: (num_envs, 2) [m] the next waypoint.
     """
 
     def __init__(self, plan: FloorPlan, num_envs: int, tolerance: float) -> None:
@@ -50,11 +50,11 @@ class Course:
 
     @property
     def left(self) -> Floats:
-        """(num_envs,) way-points that are still to be reached."""
+        """(num_envs,) number of remaining waypoints."""
         return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
-        """Go on to the next way-point where one is reached; return where it was the last, (num_envs,) bool."""
+        """Continue with the next waypoint where one is reached; return where it was the last, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
         self._find_target()
@@ -76,11 +76,11 @@ class Course:
         Args:
             mask: The environments.
             rng: Streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"``.
-            boxes: centre (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half the edges (k, 2) [m]; with k ≥ 0.
-            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]; None: drawn.
+            boxes: center (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half edges (k, 2) [m]; with k ≥ 0.
+            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]; None: draw them.
 
         Returns:
-            Where the robots start, (n, 2) [m], and how they are turned, (n,) [rad].
+            Initial positions (n, 2) [m] and yaw angles (n,) [rad] of the robots.
         """
         rows = rows_of(mask)
         start, goal = given
@@ -116,7 +116,7 @@ class Course:
         obstacles: tuple[Floats, Floats, Floats],
         away_from: Floats | None,
     ) -> Floats:
-        """Draw points (n, 2) [m] that are far enough from walls, boxes and the start; else the farthest of some."""
+        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or else the farthest candidates."""
         if (low == high).all():
             return np.broadcast_to(low, (len(obstacles[0]), 2))
         candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)
@@ -134,10 +134,10 @@ class Course:
         return picked
 
     def snapshot(self) -> Snapshot:
-        """Return routes, and how far each robot has come."""
+        """Return the routes and the progress of each robot."""
         return {"way": self.way.copy(), "last": self.last.copy(), "index": self.index.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.way[:], self.last[:], self.index[:] = snapshot["way"], snapshot["last"], snapshot["index"]
         self._find_target()

@@ -18,9 +18,9 @@ from frobs_core.validation import validate
 from frobs_core.yaml import load_yaml
 
 BUILT_IN = ("maze", "empty", "dynamic")
-"""Plans of this package, which are known by name."""
+"""Names of the plans in this package."""
 
-_MARGIN = 10.0  # [m] around everything, where a plan does not say what its area is
+_MARGIN = 10.0  # [m] margin around everything if a plan does not define its area
 
 
 Positive = Annotated[FiniteFloat, Field(gt=0.0)]
@@ -32,11 +32,11 @@ class _Element(BaseModel):
 
 
 class Box2d(_Element):
-    """A rectangle along the axes.
+    """An axis-aligned rectangle.
 
     Attributes:
-        low: Corner with the smallest x and y [m].
-        high: Corner with the largest x and y [m].
+        low: Corner with the minimum x and y [m].
+        high: Corner with the maximum x and y [m].
     """
 
     low: Point
@@ -50,14 +50,14 @@ class Box2d(_Element):
 
 
 class Wall(_Element):
-    """A straight wall: from one point to another, or a centre with a length along an axis or in a direction.
+    """A straight wall: from one point to another, or a center with a length along an axis or in a direction.
 
     Attributes:
         from_: One end [m]; ``from`` in YAML.
         to: The other end [m].
-        centre: Instead of ends [m].
-        length: With a centre [m].
-        along: With a centre: ``"x"``, ``"y"``, or an angle from x [deg].
+        centre: Center, instead of ends [m].
+        length: With a center [m].
+        along: With a center: ``"x"``, ``"y"``, or an angle from x [deg].
         thickness: [m]; None: that of the plan.
         height: [m]; None: that of the plan.
     """
@@ -77,14 +77,14 @@ class Wall(_Element):
         ends, middle = (self.from_, self.to), (self.centre, self.length, self.along)
         given = [part is not None for part in (*ends, *middle)]
         if given not in ([True] * 2 + [False] * 3, [False] * 2 + [True] * 3):
-            raise ValueError("a wall has either 'from' and 'to', or 'centre', 'length' and 'along'")
+            raise ValueError("a wall needs either 'from' and 'to', or 'centre', 'length' and 'along'")
         if self.from_ is not None and self.from_ == self.to:
-            raise ValueError("a wall must not end where it begins")
+            raise ValueError("the ends of a wall must differ")
         return self
 
     @property
     def middle(self) -> tuple[Point, float, float]:
-        """Its centre [m], its length [m], and its angle from x [rad]."""
+        """Its center [m], its length [m], and its angle from x [rad]."""
         if self.from_ is not None and self.to is not None:
             (x0, y0), (x1, y1) = self.from_, self.to
             return ((x0 + x1) / 2, (y0 + y1) / 2), math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
@@ -99,9 +99,9 @@ class Walls(_Element):
     """All walls.
 
     Attributes:
-        pieces: Each.
-        thickness: Of those that do not say [m].
-        height: Of those that do not say [m].
+        pieces: The walls.
+        thickness: Default thickness [m].
+        height: Default height [m].
     """
 
     pieces: tuple[Wall, ...] = ()
@@ -110,15 +110,15 @@ class Walls(_Element):
 
 
 class MovingBox(_Element):
-    """A box on the floor that stands, or goes to and fro along its own x axis.
+    """A box on the floor that stands still, or moves back and forth along its own x axis.
 
     Attributes:
-        pos: Where its centre is when an episode begins [m].
+        pos: Position of its center at the start of an episode [m].
         size: x, y, z [m].
-        yaw: How it is turned [deg]; None: drawn anew in each episode.
-        max_speed: Its speed is drawn from 0 to this [m/s]; 0: it stands.
-        turn_every: Time between two turns [s].
-        first_turn: Time until the first turn [s]; None: ``turn_every``.
+        yaw: Orientation [deg]; None: drawn again in each episode.
+        max_speed: Its speed is drawn from 0 to this [m/s]; 0: it stands still.
+        turn_every: Time between two reversals [s].
+        first_turn: Time until the first reversal [s]; None: ``turn_every``.
     """
 
     pos: Point
@@ -130,13 +130,13 @@ class MovingBox(_Element):
 
 
 class Start(_Element):
-    """Where episodes begin: at a point, or somewhere in a rectangle.
+    """Initial poses of the robot: at a point, or anywhere in a rectangle.
 
     Attributes:
         pos: The point [m].
-        low: Corner of the rectangle with the smallest x and y [m].
-        high: Corner of the rectangle with the largest x and y [m].
-        yaw: How the robot is turned [deg]; None: any way.
+        low: Corner of the rectangle with the minimum x and y [m].
+        high: Corner of the rectangle with the maximum x and y [m].
+        yaw: Orientation of the robot [deg]; None: any.
     """
 
     pos: Point | None = None
@@ -147,28 +147,28 @@ class Start(_Element):
     @model_validator(mode="after")
     def _is_one(self) -> Start:
         if (self.pos is None) == (self.low is None) or (self.low is None) != (self.high is None):
-            raise ValueError("a start has either 'pos', or 'low' and 'high'")
+            raise ValueError("a start needs either 'pos', or 'low' and 'high'")
         if self.low is not None and self.high is not None:
             Box2d(low=self.low, high=self.high)
         return self
 
     @property
     def box(self) -> tuple[Floats, Floats]:
-        """Lowest and highest corner, (2,) each [m]; the same for a point."""
+        """Minimum and maximum corner, (2,) each [m]; equal for a point."""
         return np.array(self.pos or self.low, float), np.array(self.pos or self.high, float)
 
 
 class FloorPlan(_Element):
-    """Where a robot drives: walls, boxes, where it starts and where it is to go.
+    """A floor plan: walls, boxes, starts, and routes or goals.
 
     Attributes:
-        walls: That stand.
-        boxes: That stand or move.
-        start: Where episodes begin.
-        routes: Ways to go, each a list of way-points [m], one of which is drawn in each episode.
-        goals: Instead of routes: where the one way-point is drawn.
-        clearance: Between the robot's middle, at a start or a goal that is drawn, and walls and boxes [m].
-        area: Where the robot may be, which an episode ends outside of; None: 10 m around everything.
+        walls: Fixed walls.
+        boxes: Fixed or moving boxes.
+        start: Initial poses of the robot.
+        routes: Routes, each a list of waypoints [m]; one is drawn in each episode.
+        goals: Area from which a single waypoint is drawn, instead of routes.
+        clearance: Distance of the robot's center from walls and boxes, at a drawn start or goal [m].
+        area: Area of the robot; episodes end outside of it. None: 10 m around everything.
     """
 
     walls: Walls = Walls()
@@ -182,22 +182,22 @@ class FloorPlan(_Element):
     @model_validator(mode="after")
     def _leads_somewhere(self) -> FloorPlan:
         if bool(self.routes) == (self.goals is not None):
-            raise ValueError("a floor plan has either 'routes' or 'goals'")
+            raise ValueError("a floor plan needs either 'routes' or 'goals'")
         low, high = self.bounds
         for what, points in {"the start": self.start.box, **self._destinations()}.items():
             for point in points:
                 if not ((low <= point) & (point <= high)).all():
-                    raise ValueError(f"{what} {tuple(map(float, point))} lies outside of the area")
+                    raise ValueError(f"{what} {tuple(map(float, point))} is outside the area")
         return self
 
     def _destinations(self) -> dict[str, Any]:
         if self.goals is not None:
             return {"the goals' corner": (self.goals.low, self.goals.high)}
-        return {f"a way-point of route {number + 1},": route for number, route in enumerate(self.routes)}
+        return {f"a waypoint of route {number + 1},": route for number, route in enumerate(self.routes)}
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Lowest and highest corner of the area, (2,) each [m]."""
+        """Minimum and maximum corner of the area, (2,) each [m]."""
         if self.area is not None:
             return np.array(self.area.low), np.array(self.area.high)
         low, high = self.extent
@@ -205,7 +205,7 @@ class FloorPlan(_Element):
 
     @property
     def extent(self) -> tuple[Floats, Floats]:
-        """Lowest and highest corner of everything that there is, (2,) each [m]."""
+        """Minimum and maximum corner of all elements, (2,) each [m]."""
         points = [*self.start.box, *(np.array(box.pos) for box in self.boxes)]
         points += [np.array(point) for ends in self._destinations().values() for point in ends]
         for wall in self.walls.pieces:
@@ -219,12 +219,13 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
     """Read a floor plan.
 
     Args:
-        plan: The name of a built-in one; a YAML file, or ``"package:path.yaml"`` inside an installed package; or what such
-            a file holds.
+        plan: Name of a built-in one; a YAML file, or ``"package:path.yaml"`` inside an installed package; or the
+            content of such a file.
 
     Raises:
-        ConfigFileError: The file cannot be read, or has an unknown key or an unusable value; names file and line.
-        ConfigurationError: A mapping has such.
+        ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains file
+            and line.
+        ConfigurationError: A mapping has an unknown key or an invalid value.
     """
     if isinstance(plan, Mapping):
         return validate(FloorPlan, plan, "the floor plan")
@@ -235,11 +236,11 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
             path = resolve_path(plan)
         except ModelFileError as error:
             known = ", ".join(f"'{name}'" for name in BUILT_IN)
-            raise ConfigFileError(plan, None, f"is no floor plan: {error} Known by name are {known}.") from error
+            raise ConfigFileError(plan, None, f"is not a floor plan: {error} Built-in plans: {known}.") from error
     document = load_yaml(path)
     try:
         return validate(FloorPlan, document, f"floor plan '{path.name}'")
     except ConfigFileError:
         raise
-    except ConfigurationError as error:  # what concerns the file as a whole has no line
+    except ConfigurationError as error:  # errors of the file as a whole have no line
         raise ConfigFileError(path, None, str(error)) from error

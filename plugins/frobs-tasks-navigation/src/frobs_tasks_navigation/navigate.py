@@ -1,4 +1,4 @@
-"""Navigate: drive past way-points to a goal, among the walls and boxes of a floor plan."""
+"""Navigate: drive through waypoints to a goal, among the walls and boxes of a floor plan."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from frobs_tasks_navigation.scenery import build_scene
 
 @dataclass
 class Step:
-    """What a step has come to, with respect to the way-point that it was going to.
+    """Result of a step, with respect to the waypoint that was the next one at its beginning.
 
     Attributes:
-        distance: (num_envs,) to the way-point, at the end of the step [m].
-        bearing: (num_envs,) of the way-point, at the end of the step [rad].
-        progress: (num_envs,) by which the distance has become smaller [m].
-        left: (num_envs,) way-points that were still to be reached, this one included.
-        reached: (num_envs,) bool: whether it is reached now.
-        bumped: (num_envs,) bool: whether the robot has touched anything but the floor.
-        outside: (num_envs,) bool: whether the robot is outside of the area.
+        distance: (num_envs,) distance to the waypoint at the end of the step [m].
+        bearing: (num_envs,) bearing of the waypoint at the end of the step [rad].
+        progress: (num_envs,) decrease of the distance [m].
+        left: (num_envs,) number of remaining waypoints at the beginning, including this one.
+        reached: (num_envs,) bool: whether the waypoint is reached now.
+        bumped: (num_envs,) bool: whether the robot has touched anything except the floor.
+        outside: (num_envs,) bool: whether the robot is outside the area.
     """
 
     distance: Floats
@@ -55,37 +55,39 @@ class Step:
 
 
 class Navigate(Task):
-    """Drive past the way-points of a route to its end, without bumping into anything.
+    """Drive through the waypoints of a route to its end, without collisions.
 
-    The floor plan says where walls and boxes are, where episodes begin, and where they lead. A way-point is reached within
-    the tolerance; then the next one counts. An episode terminates at the last one, which is a success; when the robot
-    touches anything but the floor (see ``collision_ends``); and when it leaves the plan's area.
+    The floor plan defines walls and boxes, the initial poses, and the routes. A waypoint is reached within the
+    tolerance; then the next one counts. An episode terminates at the last waypoint, which is a success, if the robot
+    touches anything except the floor (see ``collision_ends``), and if it leaves the plan's area.
 
-    Reward, with d the distance to the way-point that is next:
+    Reward, with d the distance to the next waypoint:
 
-    - ``dense``: progress_weight · (d before the step − d after it) + way_point_reward at a way-point + goal_reward at the
+    - ``dense``: progress_weight · (d before the step − d after it) + way_point_reward at a waypoint + goal_reward at
+      the
       last one − collision_penalty for touching anything or leaving the area − time_penalty
-    - ``sparse``: 1 at the last way-point, else 0
+    - ``sparse``: 1 at the last waypoint, otherwise 0
 
     Args:
         floor_plan: Name of a built-in one (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
-        tolerance: Distance from a way-point that counts as reached [m].
-        observation: What is observed, in this order: of ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``,
-            ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) of each ray of the lidar).
+        tolerance: Distance at which a waypoint is reached [m].
+        observation: Terms of the observation, in this order, from ``distance``, ``bearing``, ``direction``,
+            ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) of each
+            ray of the lidar).
         lidar: Name of the robot's lidar.
-        bumper: Name of the robot's bumper, which tells whether it touches anything but the floor.
-        collision_ends: Whether touching something ends the episode.
+        bumper: Name of the robot's bumper, which detects contacts with anything except the floor.
+        collision_ends: Whether a collision ends the episode.
         progress_weight: [1/m]
-        way_point_reward: At each way-point but the last.
-        goal_reward: At the last way-point.
-        collision_penalty: For each step in which the robot touches something, and for leaving the area.
-        time_penalty: In every step.
+        way_point_reward: Reward at each waypoint except the last.
+        goal_reward: Reward at the last waypoint.
+        collision_penalty: Penalty for each step with a collision, and for leaving the area.
+        time_penalty: Penalty in every step.
 
     Attributes:
-        plan: The floor plan, read.
+        plan: The parsed floor plan.
 
     Raises:
-        ConfigFileError: The floor plan cannot be used; names file and line.
+        ConfigFileError: The floor plan is invalid; the message contains file and line.
         ConfigurationError: A value is out of range.
     """
 
@@ -94,17 +96,17 @@ class Navigate(Task):
     control_timestep: ClassVar[float] = 0.2
     physics_timestep: ClassVar[float] = 0.02
     late_terms: ClassVar[Sequence[str]] = ("way_point",)
-    success_rule: ClassVar[str] = "the robot is within the tolerance of the last way-point, and has touched nothing"
+    success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint without a collision"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "progress": "progress_weight for each metre that the way-point comes nearer",
-        "way_point": "way_point_reward at a way-point that is not the last",
-        "goal": "goal_reward at the last way-point (sparse: 1)",
-        "collision": "−collision_penalty for touching anything but the floor, and for leaving the area",
+        "progress": "progress_weight for each meter of progress toward the waypoint",
+        "way_point": "way_point_reward at a waypoint except the last",
+        "goal": "goal_reward at the last waypoint (sparse: 1)",
+        "collision": "−collision_penalty for touching anything except the floor, and for leaving the area",
         "time": "−time_penalty in every step",
     }
 
     area_ends: ClassVar[bool] = True
-    """Whether an episode ends outside of the plan's area."""
+    """Whether an episode ends outside the plan's area."""
 
     def __init__(
         self,
@@ -129,7 +131,7 @@ class Navigate(Task):
                 raise UnknownNameError("term of the observation", name, OBSERVABLE)
         if not self._observed or len(set(self._observed)) < len(self._observed):
             raise ParameterValueError(
-                "observation", list(observation), "a list of at least one term, each of them once"
+                "observation", list(observation), "a list of at least one term, without duplicates"
             )
         self.lidar, self.bumper = lidar, bumper
         self.collision_ends = boolean("collision_ends", collision_ends)
@@ -141,14 +143,14 @@ class Navigate(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return the walls, the boxes, and a camera that sees all of them."""
+        """Return the walls, the boxes, and a camera that sees everything."""
         return build_scene(self.plan)
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or has no such lidar.
+            ConfigurationError: The robot cannot drive, or does not have the lidar.
         """
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots["robot"]
@@ -179,10 +181,10 @@ class Navigate(Task):
         Args:
             mask: The n environments.
             rng: Streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and ``"box_speed"``.
-            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]; ``goal`` (num_envs, 2) [m]: the only way-point.
+            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]; ``goal`` (num_envs, 2) [m]: the only waypoint.
 
         Raises:
-            ConfigurationError: A given start or goal is outside of the plan's area.
+            ConfigurationError: A start or goal is outside the plan's area.
         """
         rows = rows_of(mask)
         self._boxes.begin(mask, rng)
@@ -205,7 +207,7 @@ class Navigate(Task):
         self._aim()
 
     def advance(self, context: StepContext) -> None:
-        """Move the boxes, and measure, once in each control step; everything below uses it."""
+        """Move the boxes and measure, once in each control step, the quantities that the methods below use."""
         self._boxes.move()
         self._sensors.advance(context.rng)
         before = self._distance
@@ -224,12 +226,12 @@ class Navigate(Task):
         step.reached &= ~self._failed
         if step.reached.any():
             self._success = self._course.advance(step.reached)
-            self._aim()  # at the way-point that is next now
+            self._aim()  # at the waypoint that is now the next one
         else:
             self._success = step.reached
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms that ``observation`` names, in SI units."""
+        """Return the terms listed in ``observation``, in SI units."""
         reads = {
             "distance": lambda: self._distance[:, None],
             "bearing": lambda: self._bearing[:, None],
@@ -259,27 +261,27 @@ class Navigate(Task):
         return np.asarray(sum(self._reward_terms.values()))
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return what the last reward is the sum of, (num_envs,) each."""
+        """Return the terms that add up to the last reward, (num_envs,) each."""
         return self._reward_terms
 
     def is_terminated(self) -> Mask:
-        """Return where the robot is at the last way-point, has bumped into something, or has left the area."""
+        """Return which robots are at the last waypoint, have collided, or have left the area."""
         return self._success | self._failed
 
     def is_success(self) -> Mask:
-        """Return where the robot is at the last way-point, (num_envs,) bool."""
+        """Return which robots are at the last waypoint, (num_envs,) bool."""
         return self._success
 
     def markers(self) -> Sequence[Marker]:
-        """Return the way-points, the one that is next as large as the tolerance, and a ball above the robot."""
+        """Return markers for the waypoints, the next one with the size of the tolerance, and a ball above the robot."""
         way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
         beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0), "way_points") for i in range(way.shape[1])]
         target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)
-        above = self._robot.base_pose[0] + np.array([0.0, 0.0, 0.4])  # so that it is seen in a picture of all the plan
+        above = self._robot.base_pose[0] + np.array([0.0, 0.0, 0.4])  # visible in an image of the whole plan
         return (*beacons, Marker(target, self.tolerance), Marker(above, 0.2, (0.85, 0.12, 0.25, 1.0), "robot"))
 
     def snapshot(self) -> Snapshot:
-        """Return routes, boxes, and what the last step measured."""
+        """Return routes, boxes, and the result of the last step."""
         return {
             **self._course.snapshot(),
             **self._boxes.snapshot(),
@@ -290,7 +292,7 @@ class Navigate(Task):
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._course.restore(snapshot)
         self._boxes.restore(snapshot)
         self._sensors.restore(snapshot)
@@ -302,7 +304,7 @@ class Navigate(Task):
     # -- Helpers --
 
     def _fail(self) -> None:
-        """Find out where the episode has failed in this step."""
+        """Determine which episodes have failed in this step."""
         step = self._step
         if self.area_ends:
             self._failed = step.bumped | step.outside if self.collision_ends else step.outside

@@ -1,4 +1,4 @@
-"""What a robot that navigates can observe."""
+"""Observation terms for navigating robots."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from frobs_tasks_navigation import terms
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
 """Names of all terms."""
 
-_FASTEST = 10.0, 50.0  # [m/s, rad/s] that no robot exceeds, whatever it bumps into
-_BEYOND = 2.0  # [m] that a robot can be outside of the area when the step ends that ends the episode
-_ROUNDING = 1e-6  # [rad] by which π as float32 is above π
+_FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits of a robot, including collisions
+_BEYOND = 2.0  # [m] maximum distance from the area in the step that ends the episode
+_ROUNDING = 1e-6  # [rad] by which float32's π exceeds π
 
 
 def observable(
@@ -25,10 +25,10 @@ def observable(
     """Return all terms that a robot can observe.
 
     Args:
-        reads: How each of :data:`OBSERVABLE` is read.
-        low: (2,) lowest corner of the area [m].
-        high: (2,) highest corner of the area [m].
-        lidar: None: the robot has none, and no terms of it.
+        reads: Functions that read each of :data:`OBSERVABLE`.
+        low: (2,) minimum corner of the area [m].
+        high: (2,) maximum corner of the area [m].
+        lidar: The robot's lidar; None: omit its terms.
     """
     farthest = float(np.sqrt(((high - low + _BEYOND) ** 2).sum()))
     half_turn, fastest = np.array([np.pi + _ROUNDING]), np.array(_FASTEST)

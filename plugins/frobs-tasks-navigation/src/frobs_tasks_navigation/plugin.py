@@ -14,7 +14,7 @@ _MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # F
 
 
 def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
-    """Return a record; its trained policy is made by ``tests/benchmarks/pretrained.py``."""
+    """Return a record; ``tests/benchmarks/pretrained.py`` trains its policy."""
     name = id.removeprefix("frobs/").removesuffix("-v0")
     return EnvironmentRecord(
         id=id,
@@ -29,11 +29,11 @@ def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) ->
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Offer the navigation tasks."""
+    """Provide the navigation tasks."""
     return [
         TaskRecord(
             name="navigate",
-            summary="drive past way-points to a goal, among the walls and boxes of a floor plan",
+            summary="drive through waypoints to a goal, among the walls and boxes of a floor plan",
             entry_point="frobs_tasks_navigation.navigate:Navigate",
             install_hint=_INSTALL,
             needs=_NEEDS,
@@ -47,7 +47,7 @@ def frobs_tasks() -> list[TaskRecord]:
                 ),
                 _kobuki(
                     "frobs/KobukiDynamic-v0",
-                    "Kobuki drives to a goal among eight boxes that move",
+                    "Kobuki drives to a goal among eight moving boxes",
                     300,
                     floor_plan="dynamic",
                     sensors=_RAYS_36,
@@ -55,14 +55,14 @@ def frobs_tasks() -> list[TaskRecord]:
                 ),
                 _kobuki(
                     "frobs/KobukiMaze-v0",
-                    "Kobuki drives one of four routes through a maze with two boxes that move",
+                    "Kobuki drives one of four routes through a maze with two moving boxes",
                     500,
                     floor_plan="maze",
                     observation=_MAZE,
                 ),
                 EnvironmentRecord(
                     id="frobs/Navigate-v0",
-                    summary="any wheeled robot with a lidar in a floor plan of one's own: give them with robot=…, floor_plan=…",
+                    summary="any wheeled robot with a lidar in any floor plan: set robot=… and floor_plan=…",
                     robot="",
                     controller="differential_drive",
                     max_episode_steps=500,

@@ -1,4 +1,4 @@
-"""Checking what callers give to ``reset``."""
+"""Validation of the options of ``reset``."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from frobs_tasks_navigation import terms
 
 
 def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
-    """Return given goals (n, 2) [m].
+    """Validate and return given goals (n, 2) [m].
 
     Args:
-        goal: What was given, a row for each environment.
-        low: (2,) [m] of the area.
-        high: (2,) [m] of the area.
+        goal: Given goals, one row for each environment.
+        low: (2,) [m] minimum corner of the area.
+        high: (2,) [m] maximum corner of the area.
 
     Raises:
-        ConfigurationError: A goal is not two numbers, or outside of the area.
+        ConfigurationError: A goal is not two numbers, or outside the area.
     """
     if goal.shape[1:] != (2,):
         raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
@@ -26,10 +26,10 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
-    """Return given starts (n, 3): x, y [m] and yaw [rad]; the arguments are those of :func:`checked_goal`.
+    """Validate and return given starts (n, 3): x, y [m] and yaw [rad]; the arguments are those of :func:`checked_goal`.
 
     Raises:
-        ConfigurationError: A start is not three numbers, or outside of the area.
+        ConfigurationError: A start is not three numbers, or outside the area.
     """
     if start.shape[1:] != (3,):
         raise ResetOptionError("start", f"has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad].")
@@ -42,5 +42,5 @@ def _check_inside(what: str, pos: Floats, low: Floats, high: Floats) -> None:
     if outside.any():
         raise ResetOptionError(
             what,
-            f"is {numbers(pos[outside][0])} m, outside of the floor plan's area, {numbers(low)} to {numbers(high)} m.",
+            f"is {numbers(pos[outside][0])} m, outside the floor plan's area, {numbers(low)} to {numbers(high)} m.",
         )

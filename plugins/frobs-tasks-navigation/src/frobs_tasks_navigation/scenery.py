@@ -1,4 +1,4 @@
-"""A floor plan as a scene: walls and boxes as bodies, and a camera that sees all of it."""
+"""Converts a floor plan to a scene: walls and boxes as bodies, and a camera that sees everything."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from frobs_tasks_navigation.floor_plan import FloorPlan, Walls
 
 _WALL_RGBA = (0.36, 0.47, 0.60, 1.0)
 _FOV = 40.0  # [deg]
-_TILT = math.radians(22.0)  # of the camera from the vertical: walls have a side, and the way up in the picture is clear
-_LEAST = 8.0  # [m] that a picture shows at least
+_TILT = math.radians(
+    22.0
+)  # of the camera from the vertical, so that walls have a visible side and the image has a clear orientation
+_LEAST = 8.0  # [m] minimum extent of an image
 
 
 def build_scene(plan: FloorPlan) -> Scene:
@@ -28,7 +30,7 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
     bodies = {}
     for i, wall in enumerate(walls.pieces):
         (x, y), length, angle = wall.middle
-        # Walls that overlap would flicker in pictures if they were equally thick and high.
+        # Overlapping walls of equal thickness and height would flicker in images.
         thickness = (wall.thickness or walls.thickness) - 1e-4 * (i % 10)
         height = (wall.height or walls.height) - 2e-3 * (i % 10)
         w, _, _, z = terms.quat_of(np.asarray(angle)).tolist()
@@ -41,9 +43,9 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
 
 
 def overview(plan: FloorPlan) -> Camera:
-    """Return a camera above the plan that sees all of it in a picture of 4 : 3, the longer side across.
+    """Return a camera above the plan that sees all of it in an image of 4 : 3, with the longer side horizontal.
 
-    It looks along y, or for a plan that is deeper than wide along −x.
+    It looks along y, or along −x if the plan is deeper than wide.
     """
     low, high = plan.extent
     middle, size = (low + high) / 2, np.maximum(high - low, _LEAST)

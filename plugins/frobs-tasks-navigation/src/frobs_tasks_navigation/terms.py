@@ -1,4 +1,4 @@
-"""What observations and rewards are made of: small pure functions, each usable alone."""
+"""Terms of observations and rewards: small, independent pure functions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats, Mask
 
 
 def yaw_of(quat_wxyz: Floats) -> Floats:
-    """Return how a frame is turned about the vertical, in [−π, π] [rad].
+    """Return the rotation of a frame about the vertical, in [−π, π] [rad].
 
     Args:
         quat_wxyz: (..., 4)
@@ -16,7 +16,7 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
     Returns:
         (...)
     """
-    if quat_wxyz.shape == (1, 4):  # for a single one, Python's own floats are faster; they round alike
+    if quat_wxyz.shape == (1, 4):  # for a single one, Python floats are faster; they round identically
         ((w, x, y, z),) = quat_wxyz.tolist()
         return np.arctan2([2.0 * (w * z + x * y)], [1.0 - 2.0 * (y * y + z * z)])
     w, x, y, z = (quat_wxyz[..., i] for i in range(4))
@@ -24,17 +24,17 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
 
 
 def quat_of(yaw: Floats) -> Floats:
-    """Return the quat_wxyz (..., 4) of a frame that is turned about the vertical by ``yaw`` (...) [rad]."""
+    """Return the quat_wxyz (..., 4) of a frame that is rotated about the vertical by ``yaw`` (...) [rad]."""
     zeros = np.zeros_like(yaw)
     return np.stack([np.cos(0.5 * yaw), zeros, zeros, np.sin(0.5 * yaw)], axis=-1)
 
 
 def in_frame(offset: Floats, yaw: Floats) -> Floats:
-    """Return where something is as a robot sees it: (..., 2) ahead and to the left [m].
+    """Return an offset in the robot's frame: (..., 2) forward and to the left [m].
 
     Args:
-        offset: (..., 2) from the robot to it in the world [m].
-        yaw: (...) of the robot [rad].
+        offset: (..., 2) vector from the robot to the object in the world [m].
+        yaw: (...) yaw of the robot [rad].
     """
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = offset[..., 0], offset[..., 1]
@@ -42,9 +42,9 @@ def in_frame(offset: Floats, yaw: Floats) -> Floats:
 
 
 def bearing(offset: Floats, yaw: Floats) -> Floats:
-    """Return at which angle a robot sees something, (...) in [−π, π] [rad]: 0 ahead, growing to the left.
+    """Return the angle at which a robot sees an object, (...) in [−π, π] [rad]: 0 ahead, positive to the left.
 
-    Where there is no distance it is 0. The arguments are those of :func:`in_frame`.
+    It is 0 if the distance is 0. The arguments are those of :func:`in_frame`.
     """
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = offset[..., 0], offset[..., 1]
@@ -58,7 +58,7 @@ def distance(offset: Floats) -> Floats:
 
 
 def nearness(ranges: Floats) -> Floats:
-    """Return 1 m / (1 m + range), in (0, 1]: the nearer, the finer; a range of 30 m hardly differs from none.
+    """Return 1 m / (1 m + range), in (0, 1], which has a finer resolution for close objects.
 
     Args:
         ranges: (...) [m], ≥ 0.
@@ -67,19 +67,19 @@ def nearness(ranges: Floats) -> Floats:
 
 
 def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
-    """Return where a point (..., 2) [m] is not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
+    """Return which points (..., 2) [m] are not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
     anywhere: Mask = np.logical_or.reduce((pos < low) | (pos > high), axis=-1)
     return anywhere
 
 
 def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Floats) -> Floats:
-    """Return how far points are from rectangles [m]; 0 inside.
+    """Return the distances of points from rectangles [m]; 0 inside.
 
     Args:
         pos: (..., 1, 2) [m]
         centre: Broadcasts to (..., k, 2) [m].
         yaw: Broadcasts to (..., k) [rad].
-        half: Broadcasts to (..., k, 2): half the edges [m].
+        half: Broadcasts to (..., k, 2): half edges [m].
 
     Returns:
         (..., k)
@@ -89,17 +89,17 @@ def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Float
 
 
 def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
-    """Return how long what turns round again and again has gone forward, less how long backward [s].
+    """Return the time that a reversing motion has gone forward minus the time it has gone backward [s].
 
     Args:
-        time: (...) since it set out [s].
-        first_turn: When it turns for the first time [s].
-        turn_every: From one turn to the next [s].
+        time: (...) time since the start [s].
+        first_turn: Time of the first reversal [s].
+        turn_every: Time between two reversals [s].
 
     Returns:
-        (...), in [first_turn − turn_every, first_turn] once it has turned.
+        (...), in [first_turn − turn_every, first_turn] after the first reversal.
     """
     period = 2.0 * turn_every
-    phase = np.mod(time - first_turn, period)  # since it last turned backward
+    phase = np.mod(time - first_turn, period)  # time since the last reversal to backward motion
     swung = first_turn - np.minimum(phase, period - phase)
     return np.where(time < first_turn, time, swung)

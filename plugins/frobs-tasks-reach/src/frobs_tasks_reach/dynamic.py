@@ -1,4 +1,4 @@
-"""Reach a goal that moves."""
+"""Reach a moving goal."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.reset_options import checked_goal
 from frobs_tasks_reach.workspace import Workspace
 
-_SURVEY = 1 << 17  # joint vectors that tell which cells of the goal box are within reach
+_SURVEY = 1 << 17  # joint vectors for determining the reachable cells of the goal box
 
 
 class ReachDynamic(Reach):
-    """Keep the tool centre point at a goal that moves.
+    """Keep the tool center point at a moving goal.
 
-    The goal swings along each axis: centre + amplitude · sin(2π · frequency · t + phase), drawn anew in each
-    episode. The centre is where forward kinematics puts the tool for a random joint vector inside the limits, at a
-    place from which the largest amplitude along every axis leads neither out of the goal box nor out of the arm's
-    reach (looked up on a grid of 5 cm). A goal that is given to ``reset`` is where the motion starts.
+    The goal oscillates along each axis: center + amplitude · sin(2π · frequency · t + phase), drawn again in each
+    episode. The center is the tool position of a random joint vector inside the limits, such that the maximum amplitude
+    along every axis stays in the goal box and within the arm's reach (looked up on a grid of 5 cm). A goal in the
+    options of ``reset`` is the start of the motion.
 
-    An episode never terminates. It is a success if the tool is within the tolerance when the time limit ends it.
-    The reward is that of :class:`frobs_tasks_reach.reach.Reach`, with respect to where the goal is at the end of
-    the control step; its distance term is named ``tracking_error``. The observation tells the goal's velocity too.
+    An episode never terminates. It is a success if the tool is within the tolerance at the time limit. The reward is
+    that of :class:`frobs_tasks_reach.reach.Reach`, with respect to the goal at the end of the control step; its
+    distance term is named ``tracking_error``. The observation also contains the goal's velocity.
 
     Args:
-        tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
-        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
+        tolerance: Distance at which the goal is reached [m].
+        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
         distance_weight: [1/m]
-        precision_weight: Of the term that rewards the last centimetres.
+        precision_weight: Weight of the reward for the last centimeters.
         max_amplitude: Amplitudes are uniform in [0, max_amplitude) [m].
         max_frequency: Frequencies are uniform in [0, max_frequency) [Hz]. FRobs_RL's goal hardly moved, at up to
             0.01 Hz; 0.2 Hz is up to 0.13 m/s along each axis.
@@ -50,7 +50,7 @@ class ReachDynamic(Reach):
 
     distance_term: ClassVar[str] = "tracking_error"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "tracking_error": "−distance_weight · d, d being the distance from tool to goal",
+        "tracking_error": "−distance_weight · d, where d is the distance from tool to goal",
         **{name: meaning for name, meaning in Reach.reward_meanings.items() if name != "distance"},
     }
 
@@ -81,7 +81,7 @@ class ReachDynamic(Reach):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot has no joints, or the box has no room within reach for the motion.
+            ConfigurationError: The robot has no joints, or the goal box does not leave enough room for the motion.
         """
         self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
         super().bind(simulation, controller, control_timestep)
@@ -91,13 +91,13 @@ class ReachDynamic(Reach):
         self._workspace.shrink(self.max_amplitude)
         if self._workspace.is_empty:
             raise ConfigurationError(
-                f"the {self._box_text} has no room within reach for a goal that swings by {self.max_amplitude} m: "
-                "choose a smaller max_amplitude or a wider box."
+                f"the {self._box_text} has no room within reach for a goal that oscillates by {self.max_amplitude} m; "
+                "choose a smaller max_amplitude or a larger box."
             )
 
     @property
     def tracking_error(self) -> Floats:
-        """(num_envs,) [m] from tool to goal, now."""
+        """(num_envs,) [m] current distance from tool to goal."""
         return self._distance
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
@@ -111,12 +111,12 @@ class ReachDynamic(Reach):
         return {**super().snapshot(), **self._motion.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._motion.restore(snapshot)
         super().restore(snapshot)
 
     def _goal_excursion(self) -> float:
-        return 2.0 * self.max_amplitude  # a goal that is given may be where the motion turns
+        return 2.0 * self.max_amplitude  # a given goal may be at the end of the motion
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         start = None if given is None else checked_goal(given[rows], *self._goal_bounds())

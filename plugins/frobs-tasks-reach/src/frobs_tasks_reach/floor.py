@@ -1,4 +1,4 @@
-"""Which postures hold every part of an arm above the floor."""
+"""Checks whether postures keep all parts of an arm above the floor."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ Solid = tuple[Geometry, Floats, Floats]
 
 
 class FloorClearance:
-    """Checks the collision shapes of the links that move, for given joint positions; a mesh counts as its bounding box.
+    """Checks the collision shapes of the moving links for given joint positions; a mesh counts as its bounding box.
 
-    What is in the floor whatever the joints do, as of an arm that is made to hang, is not looked at.
+    Shapes that are always in the floor are ignored, for example if an arm hangs down.
 
     Args:
-        robot: Its handle.
-        postures: (k, dof) joint positions that tell what can be above the floor [rad or m].
-        margin: How far above the floor all parts have to be [m].
+        robot: Handle of the robot.
+        postures: (k, dof) joint positions for determining which shapes can be above the floor [rad or m].
+        margin: Minimum height of all parts above the floor [m].
     """
 
     def __init__(self, robot: RobotHandle, postures: Floats, margin: float = 0.0) -> None:
@@ -59,7 +59,7 @@ class FloorClearance:
 
 
 def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
-    """Return a shape that :func:`depth` knows."""
+    """Return a shape that :func:`depth` supports."""
     if not isinstance(geometry, Mesh):
         return geometry, origin, rotation
     low, high = bounding_box(geometry)
@@ -68,11 +68,11 @@ def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
 
 
 def depth(geometry: Geometry, up: Floats) -> Floats:
-    """Return how far a shape reaches below its origin, (n,) [m]; 0 for a mesh.
+    """Return how far a shape extends below its origin, (n,) [m]; 0 for a mesh.
 
     Args:
         geometry: The shape.
-        up: (n, 3) the upward direction in the shape's frame, of length 1.
+        up: (n, 3) upward direction in the shape's frame, of length 1.
     """
     match geometry:
         case Sphere(radius):

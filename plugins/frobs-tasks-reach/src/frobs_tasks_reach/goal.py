@@ -1,4 +1,4 @@
-"""Reach, goal-conditioned: for hindsight experience replay."""
+"""Goal-conditioned reach, for hindsight experience replay."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0
-"""Times the velocity limit: what hits something may be thrown faster, and is seen at the edge of the space."""
+"""Bound of observed joint velocities, as a multiple of the velocity limit, which collisions can exceed."""
 
 
 class ReachGoal(Reach, GoalTask):
-    """Bring the tool centre point to a goal, and hold it there; the observation tells goals apart from state.
+    """Move the tool center point to a goal, and hold it there; goal-conditioned.
 
-    Goals, starts, success and the end of episodes are those of :class:`frobs_tasks_reach.reach.Reach`. The
-    observation is a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool),
-    ``achieved_goal`` (3: tool) and ``desired_goal`` (3), all float32, in SI units. The velocities are there because a
-    sparse reward asks for nothing but to be still at the goal: an arm whose drives lag swings about it without them.
+    Goals, starts, success and the end of episodes are those of :class:`frobs_tasks_reach.reach.Reach`. The observation
+    is a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool), ``achieved_goal`` (3: tool)
+    and ``desired_goal`` (3), all float32, in SI units. The velocities are necessary because a sparse reward only
+    requires the tool to be at the goal: without them, an arm whose drives lag oscillates around it.
 
-    Reward, with d the distance between the two goals *as they are observed*, that is after rounding to float32: so
-    :meth:`reward` equals :meth:`compute_reward` of a replayed observation to the last bit.
+    Reward, with d the distance between the two goals *as observed*, that is after rounding to float32. Therefore
+    :meth:`reward` and :meth:`compute_reward` of a replayed observation are bit-identical.
 
-    - ``sparse``: 0 where d ≤ tolerance, else −1
+    - ``sparse``: 0 if d ≤ tolerance, otherwise −1
     - ``dense``: −d
 
     Args:
-        tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
-        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
+        tolerance: Distance at which the goal is reached [m].
+        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
@@ -44,7 +44,7 @@ class ReachGoal(Reach, GoalTask):
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "outside": "−1 where d > tolerance, d being the distance from tool to goal; else 0",
+        "outside": "−1 if d > tolerance, otherwise 0; d is the distance from tool to goal",
         "distance": "−d",
     }
 
@@ -61,7 +61,7 @@ class ReachGoal(Reach, GoalTask):
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, joint velocities and tool, and the tool and the goal under keys of their own."""
+        """Return joint positions, joint velocities and tool position, and the keys of the tool and the goal."""
         robot, known = self._robot, super().observation_terms()
         fastest = _FASTEST * robot.velocity_limit[0]
         return {
@@ -89,7 +89,7 @@ class ReachGoal(Reach, GoalTask):
         return self._reward_terms
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for goals, with no regard to the state.
+        """Return the reward for given goals, independent of the current state.
 
         Args:
             achieved_goal: (..., 3) [m]
@@ -109,5 +109,5 @@ class ReachGoal(Reach, GoalTask):
 
 
 def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
-    """Return the distance [m] in float64, whatever the goals come as."""
+    """Return the distance [m] in float64, for goals of any type."""
     return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))

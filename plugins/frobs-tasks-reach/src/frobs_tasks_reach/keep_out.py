@@ -1,4 +1,4 @@
-"""Where a tool cannot be because the robot's own foot is there."""
+"""Space that a tool cannot reach because the robot's base is there."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Solid = tuple[Geometry, Floats, Floats]
 
 
 class Foot:
-    """The collision shapes of the root link and of what is fixed to it, where the scene places them.
+    """Collision shapes of the root link and of links that are fixed to it, at their poses in the scene.
 
-    Meshes are left out, and so is all of a robot whose base can move.
+    Meshes are ignored, and so are robots with a movable base.
 
     Args:
-        robot: Its handle.
+        robot: Handle of the robot.
     """
 
     def __init__(self, robot: RobotHandle) -> None:
@@ -36,7 +36,7 @@ class Foot:
                 )
 
     def is_clear(self, positions: Floats, clearance: float) -> Mask:
-        """Return which positions (..., 3) [m] are farther than ``clearance`` [m] from every shape; (...) bool."""
+        """Return which positions (..., 3) [m] are farther than ``clearance`` [m] from all shapes; (...) bool."""
         clear = np.ones(positions.shape[:-1], bool)
         for geometry, origin, rotation in self._solids:
             local = ((positions - origin)[..., None] * rotation).sum(axis=-2)  # rotationᵀ · (p − origin)
@@ -45,7 +45,7 @@ class Foot:
 
 
 def distance_to(geometry: Geometry, positions: Floats) -> Floats:
-    """Return how far positions are from a shape's surface, 0 inside; infinite for a mesh.
+    """Return the distance of positions from a shape's surface, 0 inside; infinite for a mesh.
 
     Args:
         geometry: The shape.
@@ -72,7 +72,7 @@ def distance_to(geometry: Geometry, positions: Floats) -> Floats:
 def fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
     """Return the root and the links that are fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
     found = [(model.root, np.zeros(3), np.eye(3))]
-    for name, pos, turn in found:  # grows while it is read
+    for name, pos, turn in found:  # the list grows while it is iterated
         for joint in model.joints:
             if joint.parent == name and joint.type is JointType.FIXED:
                 offset, local = _matrix(joint.origin)

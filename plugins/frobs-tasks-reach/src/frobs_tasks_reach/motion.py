@@ -1,4 +1,4 @@
-"""A goal that moves: each coordinate swings about a centre."""
+"""A moving goal: each coordinate oscillates about a center."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from frobs_core.random import RandomSource
 
 
 class Oscillation:
-    """centre + amplitude · sin(2π · frequency · t + phase), for each axis, drawn anew in each episode.
+    """center + amplitude · sin(2π · frequency · t + phase) for each axis, drawn again in each episode.
 
     Args:
         num_envs: ≥ 1.
         max_amplitude: (3,) amplitudes are drawn from [0, max_amplitude) [m].
         max_frequency: (3,) frequencies are drawn from [0, max_frequency) [Hz].
-        max_phase: Phases are drawn from [0, max_phase) [rad]; 0: the motion starts at the centre.
+        max_phase: Phases are drawn from [0, max_phase) [rad]; 0: the motion starts at the center.
     """
 
     def __init__(
@@ -27,7 +27,7 @@ class Oscillation:
 
     @property
     def max_speed(self) -> Floats:
-        """(3,) [m/s] that no axis ever exceeds."""
+        """(3,) [m/s] upper limit of the speed along each axis."""
         return 2.0 * np.pi * self._max_frequency * self._max_amplitude
 
     def begin(self, mask: Mask | None, rng: RandomSource, *, centre: Floats | None, start: Floats | None) -> None:
@@ -36,8 +36,8 @@ class Oscillation:
         Args:
             mask: The n environments.
             rng: Streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"``.
-            centre: (n, 3) [m]
-            start: (n, 3) [m] where it is at time 0; instead of ``centre``.
+            centre: (n, 3) [m] center of the motion.
+            start: (n, 3) [m] position at time 0; instead of ``centre``.
         """
         rows = rows_of(mask)
         self._amplitude[rows] = rng.uniform("goal_amplitude", 0.0, self._max_amplitude, (3,), mask)
@@ -53,7 +53,7 @@ class Oscillation:
         return self._centre + offset, velocity
 
     def snapshot(self) -> Snapshot:
-        """Return the motion of the present episodes."""
+        """Return the motion of the current episodes."""
         return {
             "goal_centre": self._centre.copy(),
             "goal_amplitude": self._amplitude.copy(),
@@ -62,7 +62,7 @@ class Oscillation:
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._centre[:], self._amplitude[:] = snapshot["goal_centre"], snapshot["goal_amplitude"]
         self._frequency[:], self._phase[:] = snapshot["goal_frequency"], snapshot["goal_phase"]
 

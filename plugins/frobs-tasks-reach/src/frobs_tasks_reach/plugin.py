@@ -10,14 +10,14 @@ _INSTALL = "pip install frobs-tasks-reach"
 
 @dataclass(frozen=True, kw_only=True)
 class _Arm:
-    """An arm, and where its goals lie.
+    """An arm and its goal box.
 
     Attributes:
-        id: How its IDs begin.
-        robot: Its name.
-        title: Its name in sentences.
-        goal_low: Lowest corner of its goal box [m].
-        goal_high: Highest corner of its goal box [m].
+        id: Prefix of its IDs.
+        robot: Name of the robot.
+        title: Name in sentences.
+        goal_low: Minimum corner of its goal box [m].
+        goal_high: Maximum corner of its goal box [m].
     """
 
     id: str
@@ -35,7 +35,7 @@ class _Arm:
         controller: str = "joint_delta_position",
         **parameters: object,
     ) -> EnvironmentRecord:
-        """Return the record of ``frobs/{id}{what}-v0``; ``tests/benchmarks/pretrained.py`` makes its trained policy."""
+        """Return the record of ``frobs/{id}{what}-v0``; ``tests/benchmarks/pretrained.py`` trains its policy."""
         name = f"{self.id}{what}"
         goal_box = {"goal_low": self.goal_low, "goal_high": self.goal_high}
         return EnvironmentRecord(
@@ -49,7 +49,7 @@ class _Arm:
         )
 
 
-# The goal boxes are FRobs_RL's; that of the IRB 140 (±1, ±1, 0 to 2 m) is cut to what the arm reaches of it.
+# The goal boxes are those of FRobs_RL; that of the IRB 140 (±1, ±1, 0 to 2 m) is reduced to reachable positions.
 _IRB120 = _Arm(id="Irb120", robot="irb120", title="IRB 120", goal_low=(-0.5, -0.5, 0.0), goal_high=(0.5, 0.5, 1.0))
 _IRB140 = _Arm(id="Irb140", robot="irb140", title="IRB 140", goal_low=(-0.9, -0.9, 0.0), goal_high=(0.9, 0.9, 1.2))
 _UR5 = _Arm(id="Ur5", robot="ur5", title="UR5", goal_low=(0.0, -0.5, 0.2), goal_high=(0.7, 0.5, 1.0))
@@ -57,7 +57,7 @@ _ARMS = (_IRB120, _IRB140, _UR5)
 
 _ANY_ARM = EnvironmentRecord(
     id="frobs/Reach-v0",
-    summary="any arm, named or a model file, holds its tool at a goal: give it with robot=…",
+    summary="any arm holds its tool at a goal: set robot=… to a name or a model file",
     robot="",
     controller="tcp_delta_position",
     max_episode_steps=100,
@@ -76,12 +76,12 @@ def _task(name: str, cls: str, summary: str, *environments: EnvironmentRecord) -
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Offer the reaching tasks."""
+    """Provide the reaching tasks."""
     return [
         _task(
             "reach",
             "reach:Reach",
-            "hold the tool centre point at a goal that stands still",
+            "hold the tool center point at a fixed goal",
             *(arm.environment("Reach", "holds its tool at a goal") for arm in _ARMS),
             *(
                 arm.environment(
@@ -94,7 +94,7 @@ def frobs_tasks() -> list[TaskRecord]:
         _task(
             "reach_dynamic",
             "dynamic:ReachDynamic",
-            "keep the tool centre point at a goal that moves",
+            "keep the tool center point at a moving goal",
             *(arm.environment("ReachDynamic", "follows a moving goal", max_episode_steps=100) for arm in _ARMS),
         ),
         _task(
@@ -103,5 +103,5 @@ def frobs_tasks() -> list[TaskRecord]:
             "reach, goal-conditioned: for hindsight experience replay",
             *(arm.environment("ReachGoal", "reach, goal-conditioned") for arm in _ARMS),
         ),
-        _task("reach_together", "together:ReachTogether", "several arms, each holding its tool at a goal of its own"),
+        _task("reach_together", "together:ReachTogether", "several arms, each holding its tool at its own goal"),
     ]

@@ -1,4 +1,4 @@
-"""Reach: hold the tool centre point at a goal that stands still."""
+"""Reach: hold the tool center point at a fixed goal."""
 
 from __future__ import annotations
 
@@ -17,41 +17,40 @@ from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 
 _LIMIT_MARGIN = 0.1
-"""Share of a joint's range by which observed positions may exceed its limits; beyond that they are clipped."""
+"""Fraction of a joint's range by which observed positions may exceed its limits; larger values are clipped."""
 
 _T = TypeVar("_T", float, Floats)
 
 
 class Reach(EpisodeStart):
-    """Bring the tool centre point to a goal, and hold it there.
+    """Move the tool center point to a goal, and hold it there.
 
-    A goal is where forward kinematics puts the tool for a random joint vector inside the limits, if that lies in
-    the goal box: reachable by construction. So goals cover all of the box that the arm can reach, but not evenly:
-    a place that more joint vectors reach is drawn more often. Goals inside the robot's own foot are left out; beyond
-    that, whether the arm would touch itself is not looked at.
+    A goal is the tool position of a random joint vector inside the limits, if it is in the goal box, and therefore
+    always reachable. Goals cover the reachable part of the box, but not uniformly: positions with more joint vectors
+    are more frequent. Goals inside the robot's base are excluded. Other self-collisions of the arm are not checked.
 
-    An episode never terminates. It is a success if the tool is within the tolerance when the time limit ends it:
-    passing by the goal does not count, holding it does. ``is_success`` of any step tells of that step.
+    An episode never terminates. It is a success if the tool is within the tolerance at the time limit: passing the goal
+    is not enough, the tool must stay there. ``is_success`` of each step refers to that step.
 
     Reward, with d the distance from tool to goal:
 
     - ``dense``: −distance_weight · d + precision_weight · exp(−(d / tolerance)²)
-    - ``sparse``: 0 where d ≤ tolerance, else −1
+    - ``sparse``: 0 if d ≤ tolerance, otherwise −1
 
     Args:
-        tolerance: Distance that counts as reached [m].
-        goal_low: Lowest corner of the goal box in the world [m]; None: where nearly all of what the tool reaches begins.
-        goal_high: Highest corner of the goal box in the world [m]; None: where nearly all of that ends.
-        initial: Joint positions at reset. ``"home"``: the robot's home, or where a part of the arm is in the floor
-            there, the nearest posture found in which none is. ``"random"``: uniform inside the limits, the tool not
-            lower than 5 cm; as FRobs_RL began, and harder to learn.
+        tolerance: Distance at which the goal is reached [m].
+        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        initial: Joint positions at reset. ``"home"``: the robot's home, or the nearest posture that was found above the
+            floor if a part of the arm is in the floor there. ``"random"``: uniform inside the limits, with the tool at
+            least 5 cm above the floor, like FRobs_RL; this is harder to learn.
         distance_weight: [1/m]
-        precision_weight: Of the term that rewards the last centimetres.
+        precision_weight: Weight of the reward for the last centimeters.
 
     Attributes:
-        goal_low: (3,) lowest corner of the goal box [m]; known from ``bind`` on where it is not given.
-        goal_high: (3,) highest corner of the goal box [m]; likewise.
-        robot_name: Which robot of the simulation reaches; set before ``bind``.
+        goal_low: (3,) minimum corner of the goal box [m]; set by ``bind`` if it is not given.
+        goal_high: (3,) maximum corner of the goal box [m]; set by ``bind`` if it is not given.
+        robot_name: Name of the robot that reaches, in the simulation; set before ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -61,16 +60,16 @@ class Reach(EpisodeStart):
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
-    success_rule: ClassVar[str] = "the tool is within the tolerance of the goal when the time limit ends the episode"
+    success_rule: ClassVar[str] = "the tool is within the tolerance of the goal at the time limit"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "distance": "−distance_weight · d, d being the distance from tool to goal",
-        "precision": "precision_weight · exp(−(d / tolerance)²), for the last centimetres",
-        "outside": "−1 where d > tolerance, else 0",
+        "distance": "−distance_weight · d, where d is the distance from tool to goal",
+        "precision": "precision_weight · exp(−(d / tolerance)²), for the last centimeters",
+        "outside": "−1 if d > tolerance, otherwise 0",
     }
 
     distance_term: ClassVar[str] = "distance"
     robot_name: str = "robot"
-    _sees_from_shoulder: ClassVar[bool] = True  # else goal_from_shoulder is not computed
+    _sees_from_shoulder: ClassVar[bool] = True  # otherwise goal_from_shoulder is not computed
 
     def __init__(
         self,
@@ -86,13 +85,13 @@ class Reach(EpisodeStart):
         self.tolerance = positive("tolerance", tolerance)
         self.distance_weight = finite("distance_weight", distance_weight)
         self.precision_weight = finite("precision_weight", precision_weight)
-        # Arrays, because NumPy takes three times as long to multiply by one of Python's floats.
+        # Arrays, because NumPy takes three times as long to multiply by a Python float.
         self._tolerance, self._precision = np.array(self.tolerance), np.array(self.precision_weight)
         self._approach, self._steepness = np.array(-self.distance_weight), np.array(-1.0 / (tolerance * tolerance))
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return a floor, and a camera that sees the arm at the origin and its goals: the farther, the larger the box."""
+        """Return a floor, and a camera that sees the arm at the origin and its goal box."""
         scale = 1.0
         if self._given_low is not None and self._given_high is not None:
             x, y, z = np.maximum(np.abs(self._given_low), np.abs(self._given_high)).tolist()
@@ -104,14 +103,14 @@ class Reach(EpisodeStart):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot has no joints, drives on wheels, or reaches nothing of the goal box.
+            ConfigurationError: The robot has no joints, drives on wheels, or cannot reach any part of the goal box.
         """
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots[self.robot_name]
         if not self._robot.dof:
             raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
         if self._robot.robot.base == "wheeled":
-            text = "drives on wheels, and a goal for its tool does not move with it; use 'frobs/Navigate-v0', or base='fixed'."
+            text = "drives on wheels, but goals for its tool are fixed; use 'frobs/Navigate-v0', or base='fixed'."
             raise UnsuitableRobotError(self._robot.robot.name, text)
         self._bind_start(self._robot)
         self._goal, self._tcp, self._offset, self._from_shoulder = np.zeros((4, self._robot.num_envs, 3))
@@ -120,14 +119,14 @@ class Reach(EpisodeStart):
         self._reward_terms: dict[str, Floats] = {}
 
     def advance(self, context: StepContext) -> None:
-        """Measure where the tool is."""
+        """Measure the tool position."""
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, tool, goal, and goal − tool, twice: dof + 12 numbers.
+        """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        ``goal_offset`` is in the world, ``goal_from_shoulder`` in the frame of the shoulder, the first link that moves: what
-        the other joints have to do looks the same whichever way that link has turned.
+        ``goal_offset`` is in the world, ``goal_from_shoulder`` in the frame of the shoulder, the first moving link,
+        where the task of the other joints looks the same for every angle of the shoulder.
         """
         robot = self._robot
         margin = _LIMIT_MARGIN * (robot.position_upper - robot.position_lower)
@@ -175,21 +174,21 @@ class Reach(EpisodeStart):
         return self._reward_terms
 
     def is_success(self) -> Mask:
-        """Return where the tool is within the tolerance now, (num_envs,) bool."""
+        """Return which tools are within the tolerance now, (num_envs,) bool."""
         return self._distance <= self._tolerance
 
     @property
     def goal(self) -> Floats:
-        """(num_envs, 3) [m] where the tool is to be, in the world, now."""
+        """(num_envs, 3) [m] current goal of the tool in the world."""
         return self._goal
 
     @property
     def distance(self) -> Floats:
-        """(num_envs,) [m] from tool to goal, now."""
+        """(num_envs,) [m] current distance from tool to goal."""
         return self._distance
 
     def markers(self) -> Sequence[Marker]:
-        """Return the goal, as large as the tolerance, and the tool."""
+        """Return a marker for the goal with the size of the tolerance, and one for the tool."""
         return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0), "tool"))
 
     def snapshot(self) -> Snapshot:
@@ -197,12 +196,12 @@ class Reach(EpisodeStart):
         return {"goal": self._goal.copy(), "tcp": self._tcp.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._goal[:] = snapshot["goal"]
         self._tcp[:] = snapshot["tcp"]
         self._compare()
 
-    # -- What tasks built on this one change --
+    # -- Methods that derived tasks override --
 
     def _measure(self) -> None:
         self._tcp[...] = self._robot.frame_pose("tcp")[0]
@@ -216,8 +215,8 @@ class Reach(EpisodeStart):
             turn_back(turned, self._offset, out=self._from_shoulder)
 
 
-# The terms: pure functions. A row of a batch gets the bits that it would get alone, in any memory layout, because all
-# of them are elementwise. For a single row, Python's own floats are faster; they round alike.
+# The terms are pure functions. A row of a batch is bit-identical to a single one in any memory layout, because they are
+# all elementwise. For a single row, Python floats are faster; they round identically.
 
 
 def distance(offset: Floats) -> Floats:
@@ -237,12 +236,12 @@ def distance(offset: Floats) -> Floats:
 
 
 def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
-    """Write vectors as a frame sees them that is turned.
+    """Write vectors in the coordinates of a rotated frame.
 
     Args:
         quat_wxyz: (n, 4) the frame's orientation.
         vector: (n, 3) in the frame that the orientation refers to.
-        out: (n, 3) in the turned frame.
+        out: (n, 3) in the rotated frame.
     """
     if len(vector) == 1:
         out[0] = _turned_back(*quat_wxyz[0].tolist(), *vector[0].tolist())
@@ -251,13 +250,13 @@ def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
 
 
 def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _T, _T]:
-    p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which turns back
+    p, q, r = b * z - c * y, c * x - a * z, a * y - b * x  # vector × axis, which rotates back
     p, q, r = p + p, q + q, r + r
     return a + (w * p + (q * z - r * y)), b + (w * q + (r * x - p * z)), c + (w * r + (p * y - q * x))
 
 
 def missed(distance: Floats, tolerance: Floats) -> Floats:
-    """Return the sparse reward: 0 where a distance is at most the tolerance, else −1.
+    """Return the sparse reward: 0 if a distance is at most the tolerance, otherwise −1.
 
     Args:
         distance: (...) [m]

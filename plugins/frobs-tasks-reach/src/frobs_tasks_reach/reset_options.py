@@ -1,4 +1,4 @@
-"""Checking what callers give to ``reset``."""
+"""Validation of the options of ``reset``."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from frobs_core.interfaces import RobotHandle
 from frobs_core.validation import numbers
 from frobs_tasks_reach.sampling import in_box
 
-_ROUNDING = 1e-6  # [rad or m] a joint position may be this far outside of its limits, as float32 rounds
+_ROUNDING = 1e-6  # [rad or m] by which a joint position may exceed its limits due to float32 rounding
 
 
 def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
-    """Return given goals (n, 3) [m].
+    """Validate and return given goals (n, 3) [m].
 
     Args:
-        goal: What was given, a row for each environment.
+        goal: Given goals, one row for each environment.
         low: (3,) [m]
         high: (3,) [m]
 
     Raises:
-        ConfigurationError: A goal is not three numbers, or outside of [low, high].
+        ConfigurationError: A goal is not three numbers, or outside [low, high].
     """
     if goal.shape[1:] != (3,):
         raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
@@ -30,16 +30,17 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
     if not inside.all():
         raise ResetOptionError(
             "goal",
-            f"is {numbers(goal[~inside][0])} m, beyond any reach: goals must lie between {numbers(low)} and {numbers(high)} m.",
+            f"is {numbers(goal[~inside][0])} m, which is out of reach; goals must be between {numbers(low)} and "
+            f"{numbers(high)} m.",
         )
     return goal
 
 
 def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
-    """Return given joint positions (n, dof) [rad or m], inside the limits.
+    """Validate and return given joint positions (n, dof) [rad or m], inside the limits.
 
     Raises:
-        ConfigurationError: There is not one for each joint, or one is outside of its limits.
+        ConfigurationError: The number of positions is wrong, or one is outside its limits.
     """
     lower, upper = robot.position_lower[0], robot.position_upper[0]
     if positions.shape[1:] != lower.shape:
@@ -52,6 +53,7 @@ def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
         row, joint = np.argwhere(outside)[0]
         raise ResetOptionError(
             "joint_positions",
-            f"puts '{robot.joint_names[joint]}' at {positions[row, joint]:.6g}, outside its limits [{lower[joint]:.6g}, {upper[joint]:.6g}].",
+            f"puts '{robot.joint_names[joint]}' at {positions[row, joint]:.6g}, outside its limits "
+            f"[{lower[joint]:.6g}, {upper[joint]:.6g}].",
         )
     return np.clip(positions, lower, upper)

@@ -1,4 +1,4 @@
-"""Drawing joint vectors inside the limits, and goals that are reachable because one of them puts the tool there."""
+"""Random joint vectors inside the limits, and reachable goals: tool positions of such vectors."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from frobs_core.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
-"""Candidates for each environment in each round: a few, as most succeed at once, then many."""
+"""Candidates for each environment in each round: few at first, because most succeed immediately, then many."""
 
 _POSTURES = 1024
-"""Joint vectors that tell what can be above the floor, and where to start if home is not."""
+"""Number of joint vectors for determining possible postures above the floor, and a start if home is not."""
 
 _START_CLEARANCE = 0.05
-"""[m] at the start of an episode, so that the drives have room to settle."""
+"""Minimum height at the start of an episode [m], so that the drives can settle."""
 
 _CHUNK = 2048
-"""Joint vectors whose forward kinematics are computed at a time, which bounds the memory."""
+"""Number of joint vectors per call of forward kinematics, which limits the memory."""
 
 Accept = Callable[[Floats], Mask]
-"""Tool positions (..., 3) [m] in the world → (...) bool: which of them will do."""
+"""Function from tool positions (..., 3) [m] in the world to (...) bool, which selects acceptable ones."""
 
 
 class JointSampler:
-    """Draws joint vectors uniformly inside the limits, such that the tool centre point stands where it may.
+    """Draws joint vectors uniformly inside the limits, such that the tool center point is at an acceptable position.
 
-    No part of the arm is below the floor: what an arm is asked for, it can do. A joint without limits is drawn from [−π, π].
+    No part of the arm is below the floor, so goals are feasible. Joints without limits use [−π, π].
 
     Args:
-        robot: Its handle.
-        lower: (dof,) narrows the robot's own limits [rad or m].
-        upper: (dof,) narrows the robot's own limits [rad or m].
+        robot: Handle of the robot.
+        lower: (dof,) additional lower limits [rad or m].
+        upper: (dof,) additional upper limits [rad or m].
 
     Attributes:
         lower: (dof,) [rad or m]
@@ -57,23 +57,23 @@ class JointSampler:
         self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
-        """Return where ``count`` joint vectors put the tool: (count, 3) [m], always the same."""
+        """Return the tool positions of ``count`` joint vectors, (count, 3) [m]; always the same."""
         vectors = self._postures("survey", count)
         return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
-        """Return (dof,) the posture nearest to home that is 5 cm above the floor, or None: home is, or none was found."""
+        """Return the posture (dof,) nearest to home that is 5 cm above the floor; None for home or if none is found."""
         home = self._robot.home[:1]
         vectors = self._postures("start", _POSTURES)
         floor = FloorClearance(self._robot, vectors, _START_CLEARANCE)
         if floor.is_clear(home)[0]:
             return None
-        vectors = home + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (vectors - home)  # those near home first
+        vectors = home + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (vectors - home)  # nearest to home first
         clear = floor.is_clear(vectors)
         return np.asarray(vectors[clear.argmax()]) if clear.any() else None
 
     def _postures(self, stream: str, count: int) -> Floats:
-        """Return ``count`` joint vectors inside the limits, always the same: (count, dof) [rad or m]."""
+        """Return ``count`` joint vectors inside the limits, (count, dof) [rad or m]; always the same."""
         return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
 
     def draw(
@@ -82,17 +82,17 @@ class JointSampler:
         """Draw one joint vector for each environment, by rejection.
 
         Args:
-            stream: Of random numbers.
-            rng: Their source.
+            stream: Stream of random numbers.
+            rng: Random source.
             mask: The n environments.
-            accept: What the tool's position must fulfil.
-            what: What is being drawn, for the message.
+            accept: Condition for the tool's position.
+            what: Description of the draw, for the message.
 
         Returns:
             joint_positions (n, dof) [rad or m] and the tool's position (n, 3) [m] in the world.
 
         Raises:
-            ConfigurationError: Thousands of joint vectors were tried for an environment and none will do.
+            ConfigurationError: None of thousands of joint vectors is acceptable in an environment.
         """
         dof = len(self.lower)
         open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
@@ -115,8 +115,8 @@ class JointSampler:
                 break
         if open_rows.any():
             raise ConfigurationError(
-                f"{what}: {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' were tried for "
-                f"environment {int(np.flatnonzero(open_rows)[0])} and none will do; choose a wider box."
+                f"{what}: {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' were tried in "
+                f"environment {int(np.flatnonzero(open_rows)[0])} without success; choose a larger box."
             )
         return joint_positions[wanted], positions[wanted]
 
@@ -126,10 +126,10 @@ def _chunks(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, A
 
 
 def box_of(reached: Floats) -> tuple[Floats, Floats]:
-    """Return the box in which 95 % of positions lie along each axis, whole centimetres, above the floor.
+    """Return the box that contains 95 % of the positions along each axis, in whole centimeters, above the floor.
 
     Args:
-        reached: (k, 3) tool positions [m]; those below the floor do not count, unless all are there.
+        reached: (k, 3) tool positions [m]; those below the floor are ignored, unless all are.
 
     Returns:
         low (3,) and high (3,) [m].
@@ -138,15 +138,15 @@ def box_of(reached: Floats) -> tuple[Floats, Floats]:
     low, high = np.percentile(above if len(above) else reached, (2.5, 97.5), axis=0)
     low[2] = max(low[2], 0.0) if len(above) else low[2]
     low, high = np.floor(low * 100.0) / 100.0, np.ceil(high * 100.0) / 100.0
-    return low, np.maximum(high, low + 0.01)  # a tool that keeps to a plane has goals in it, too
+    return low, np.maximum(high, low + 0.01)  # a tool that stays in a plane needs goals, too
 
 
 def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
-    """Return which positions (..., 3) lie in the closed box [low, high]; (...) bool."""
+    """Return which positions (..., 3) are in the closed box [low, high]; (...) bool."""
     return np.asarray(((positions >= low) & (positions <= high)).all(axis=-1))
 
 
 def first_moving_link(model: RobotModel, frame: str) -> str:
-    """Return the link nearest to the root, on the way to ``frame``, that a joint moves; the root if none does."""
+    """Return the moving link nearest to the root, on the way to ``frame``; the root if none moves."""
     moving = [joint.child for joint in joint_path(model, frame) if joint.type is not JointType.FIXED]
     return moving[0] if moving else model.root

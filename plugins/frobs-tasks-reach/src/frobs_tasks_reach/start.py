@@ -1,4 +1,4 @@
-"""Where an episode of the reaching tasks starts: the posture of the robot, and a goal within its reach."""
+"""The start of an episode of the reaching tasks: the posture of the robot, and a goal within its reach."""
 
 from __future__ import annotations
 
@@ -18,17 +18,19 @@ from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.reset_options import checked_goal, checked_joint_positions
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
 
-_FLOOR_CLEARANCE = 0.05  # [m] lowest tool at the start of an episode, so that the arm does not start in the floor
-_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's own foot: half the width of a flange
-_SURVEY = 4096  # joint vectors that are tried once, to tell a box out of reach from an unlucky draw
+_FLOOR_CLEARANCE = (
+    0.05  # [m] minimum height of the tool at the start of an episode, so that the arm does not start in the floor
+)
+_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's base: half the width of a flange
+_SURVEY = 4096  # joint vectors that are tried once, to distinguish an unreachable box from an unlucky draw
 
 
 class EpisodeStart(Task):
     """The part of a reaching task that places the robot and the goal.
 
     Args:
-        goal_low: Lowest corner of the goal box in the world [m]; None: derived from what the tool reaches.
-        goal_high: Highest corner of the goal box in the world [m]; None: derived from what the tool reaches.
+        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
@@ -47,7 +49,7 @@ class EpisodeStart(Task):
         if initial not in ("home", "random"):
             raise ParameterValueError("initial", initial, "'home' or 'random'")
         self.initial = initial
-        self._start: Floats | None = None  # where the robot starts if not at home, (dof,)
+        self._start: Floats | None = None  # start of the robot if not at home, (dof,)
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
         """Return ``teleport`` if an episode does not start from the robot's home."""
@@ -58,7 +60,7 @@ class EpisodeStart(Task):
         """Prepare for a robot.
 
         Raises:
-            ConfigurationError: The robot reaches nothing of the goal box.
+            ConfigurationError: The robot cannot reach any part of the goal box.
         """
         self._robot = robot
         self._foot = Foot(robot)
@@ -75,17 +77,17 @@ class EpisodeStart(Task):
             options: ``joint_positions`` (num_envs, dof) [rad or m] and ``goal`` (num_envs, 3) [m] in the world.
 
         Raises:
-            ConfigurationError: A given joint position is outside the limits, or a given goal beyond any reach.
+            ConfigurationError: A joint position is outside its limits, or a goal is out of reach.
         """
         rows = rows_of(mask)
         self._place_robot(rows, mask, rng, options.get("joint_positions"))
         self._place_goal(rows, mask, rng, options.get("goal"))
         self._measure()
 
-    # -- What tasks built on this one change --
+    # -- Methods that derived tasks override --
 
     def _measure(self) -> None:
-        """Measure the state that the observation and the reward share."""
+        """Measure the state that the observation and the reward use."""
         raise NotImplementedError
 
     def _make_sampler(self) -> JointSampler:
@@ -101,7 +103,7 @@ class EpisodeStart(Task):
         )
 
     def _goal_excursion(self) -> float:
-        """Return how far from where it is put a goal may go along an axis [m]."""
+        """Return how far a goal may move along an axis from its initial position [m]."""
         return 0.0
 
     # -- Helpers --
@@ -117,7 +119,7 @@ class EpisodeStart(Task):
             )
         elif self._start is not None:
             robot.write_joint_state(np.tile(self._start, (len(self._goal[rows]), 1)), mask=mask)
-        # else home is where the simulation's reset has put it
+        # otherwise the simulation's reset has moved the robot to home
 
     def _is_in_box(self, positions: Floats) -> Mask:
         return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
@@ -127,7 +129,7 @@ class EpisodeStart(Task):
         self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
 
     def _choose_box(self) -> None:
-        """Take the goal box that was given, else the one that suits the arm; check that the arm reaches it."""
+        """Use the given goal box, or else one for the arm; check that the arm can reach it."""
         reached = self._sampler.survey(_SURVEY)
         if self._given_low is None or self._given_high is None:
             low, high = box_of(reached)
@@ -139,13 +141,13 @@ class EpisodeStart(Task):
             return
         raise UnsuitableRobotError(
             self._robot.robot.name,
-            f"reaches nothing of the {self._box_text}: its tool "
+            f"cannot reach any part of the {self._box_text}: its tool "
             f"'{self._robot.tcp}' moves between {numbers(reached.min(axis=0))} and {numbers(reached.max(axis=0))} m "
-            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside of that.",
+            f"({_SURVEY} random joint vectors were tried); choose goal_low and goal_high inside this range.",
         )
 
     def _reach_box(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world that the tool never leaves; infinite if the base can move or a joint slides."""
+        """Return corners (3,) [m] of a box that the tool never leaves; infinite if joints slide or the base moves."""
         path = joint_path(self._robot.model, self._robot.frame_name("tcp"))
         if self._robot.robot.base != "fixed" or any(joint.type is JointType.PRISMATIC for joint in path):
             return np.full(3, -np.inf), np.full(3, np.inf)
@@ -154,7 +156,7 @@ class EpisodeStart(Task):
         return base - reach, base + reach
 
     def _goal_bounds(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world of all that a goal may be: the goal box, and all within reach."""
+        """Return corners (3,) [m] in the world of all possible goals: the goal box, and everything within reach."""
         low, high = self._reach_box()
         return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
 

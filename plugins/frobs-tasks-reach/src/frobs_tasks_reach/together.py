@@ -16,19 +16,19 @@ from frobs_tasks_reach.reach import Reach
 
 
 class ReachTogether(Task):
-    """Every controlled robot of the environment does :class:`frobs_tasks_reach.reach.Reach` with a goal of its own.
+    """Every controlled robot of the environment performs :class:`frobs_tasks_reach.reach.Reach` with its own goal.
 
-    The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum of
-    all robots' rewards. Goals are drawn from all that a robot can reach.
+    The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum
+    over all robots. Goals are drawn from everything that a robot can reach.
 
     Args:
-        tolerance: Distance that counts as reached [m].
+        tolerance: Distance at which the goal is reached [m].
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
         distance_weight: [1/m]
-        precision_weight: Of the term that rewards the last centimeters.
+        precision_weight: Weight of the reward for the last centimeters.
 
     Attributes:
-        parts: The task of each robot, by the robot's name; known from ``bind`` on.
+        parts: The task of each robot, by the robot's name; set by ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -58,12 +58,12 @@ class ReachTogether(Task):
             "distance_weight": distance_weight,
             "precision_weight": precision_weight,
         }
-        self._first = Reach(**self._keywords)  # raises where a value is wrong
+        self._first = Reach(**self._keywords)  # raises an error if a value is invalid
         self.parts = {}
         self.reward_type = self.reward_types[0]
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return what the reset of any robot needs."""
+        """Return the needs of the resets of all robots."""
         needs: dict[str, Level] = {}
         for part in (self._first, *self.parts.values()):
             needs |= part.reset_needs(options)
@@ -97,7 +97,7 @@ class ReachTogether(Task):
             part.reset(mask, rng, {})
 
     def advance(self, context: StepContext) -> None:
-        """Measure where the tools are."""
+        """Measure the tool positions."""
         for part in self.parts.values():
             part.advance(context)
 
@@ -115,7 +115,7 @@ class ReachTogether(Task):
         return _named({name: part.reward_terms() for name, part in self.parts.items()})
 
     def is_success(self) -> Mask:
-        """Return where all tools are at their goals now, (num_envs,) bool."""
+        """Return in which environments all tools are currently at their goals, (num_envs,) bool."""
         together: Mask = np.logical_and.reduce([part.is_success() for part in self.parts.values()])
         return together
 
@@ -128,7 +128,7 @@ class ReachTogether(Task):
         return _named({name: part.snapshot() for name, part in self.parts.items()})
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         for name, part in self.parts.items():
             start = f"{name}/"
             part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})

@@ -10,14 +10,14 @@ from frobs_tasks_legacy.yaml import TaskFiles
 
 
 def whole(name: str, value: Any) -> int:
-    """Return a parameter that must be a whole number, 0 or above.
+    """Return a parameter that must be an integer ≥ 0.
 
     Raises:
-        ConfigurationError: It is not.
+        ConfigurationError: The value is not such an integer.
     """
     number = non_negative(name, value)
     if number != int(number):
-        raise ParameterValueError(name, value, "a whole number")
+        raise ParameterValueError(name, value, "an integer of at least 0")
     return int(number)
 
 

@@ -1,4 +1,4 @@
-"""Navigation as FRobs_RL had it: its observations, rewards and ends, and its task YAML."""
+"""Navigation as in FRobs_RL: its observations, rewards, termination and task YAML."""
 
 from __future__ import annotations
 
@@ -22,55 +22,56 @@ _OBSERVED = {
 
 
 class NavigateLegacy(Navigate):
-    """The Kobuki of FRobs_RL in one of its worlds, for those who compare with it or port from it.
+    """The Kobuki of FRobs_RL in one of its worlds, for comparing with it and porting from it.
 
-    Its steps had no fixed duration; here one lasts 0.2 s, which is about what they took. Distance and bearing are those of
-    the way-point that is observed; FRobs_RL's lagged one step behind it after a way-point.
+    The steps of FRobs_RL had no fixed duration; here one lasts 0.2 s, which is similar. Distance and bearing refer to
+    the observed waypoint; those of FRobs_RL lagged one step behind after a waypoint.
 
-    Reward: at a way-point ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other steps
-    −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
-    ``not_reached_midway_reward`` · way-points that are left; and in any case ``step_reward``, and ``collision_reward`` where
-    the lidar's smallest range is below ``collision_distance_threshold``. b is the size of the bearing [rad].
+    Reward: at a waypoint ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other
+    steps −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
+    ``not_reached_midway_reward`` · remaining waypoints; additionally ``step_reward``, and ``collision_reward`` where
+    the lidar's smallest range is below ``collision_distance_threshold``. b is the absolute bearing [rad].
 
-    It wants to be looked at from far: discounted by 0.99 a step, waiting short of a way-point costs less than the way to the
-    next one, and PPO does not learn the maze; the tuned settings discount by 0.999.
+    The task needs a discount factor close to 1: with 0.99 per step, waiting before a waypoint costs less than driving
+    to the next one, and PPO does not learn the maze. The tuned settings use 0.999.
 
-    An episode terminates at the last way-point, and in no other way: neither a collision nor leaving the area ends it.
+    An episode terminates only at the last waypoint: neither a collision nor leaving the area ends it.
 
     Args:
         world: ``"maze"``, ``"dynamic"`` or ``"empty"``.
-        config_file: FRobs_RL's task YAML, unchanged, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
-            ``kobuki_empty``); what it leaves out, or all if None, has FRobs_RL's own values, which the files in this
-            package list (``navigation/tasks``). The keywords from ``lidar_samples`` on have the names of its keys, and go
-            before it.
-        floor_plan: Walls, boxes, starts and way-points in place of the world's own: a YAML file or a mapping, as
-            :class:`frobs_tasks_navigation.Navigate` takes it; None: those of ``world``.
+        config_file: FRobs_RL's unchanged task YAML, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
+            ``kobuki_empty``). Missing keys, or all if None, use FRobs_RL's own values, which are in
+            ``navigation/tasks/`` of this package. The keywords from ``lidar_samples`` on have the names of its keys,
+            and take precedence.
+        floor_plan: Walls, boxes, starts and waypoints that replace those of the world: a YAML file or a mapping in the
+            format of :class:`frobs_tasks_navigation.Navigate`; None: those of ``world``.
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper.
-        lidar_samples: Rays that the robot's lidar must have.
+        lidar_samples: Required number of rays of the robot's lidar.
         tolerance_goal_pos: Distance that counts as reached [m].
-        step_reward: Of each step.
+        step_reward: Reward of each step.
         multiplier_dist_reward: [1/m]
         angle_diff_reward_multiplier: [1/rad]
-        reached_midway_reward: Of a step that reaches a way-point.
-        not_reached_midway_reward: For each way-point that is left, of each step that reaches none.
-        reached_goal_reward: Of a step that reaches the goal, where there are no routes.
-        collision_reward: Of a step that ends too near to something.
-        collision_distance_threshold: What is too near [m].
+        reached_midway_reward: Reward of a step that reaches a waypoint.
+        not_reached_midway_reward: Reward per remaining waypoint of each step that does not reach one.
+        reached_goal_reward: Reward of a step that reaches the goal, in worlds without routes.
+        collision_reward: Reward of a step that ends too close to an obstacle.
+        collision_distance_threshold: Minimum distance to obstacles [m].
 
     Raises:
-        ConfigFileError: The file has an unknown key or an unusable value.
+        ConfigFileError: The file has an unknown key or an invalid value.
         ConfigurationError: A value is out of range.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     physics_timestep: ClassVar[float] = 0.01
-    success_rule: ClassVar[str] = "the robot is within the tolerance of the last way-point"
+    success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached": "reached_midway_reward at a way-point, or reached_goal_reward where there are no routes",
-        "distance": "−multiplier_dist_reward for each metre to the way-point",
-        "bearing": "−angle_diff_reward_multiplier for each radian to the way-point, seen ahead or behind",
-        "way_points": "not_reached_midway_reward for each way-point that is left",
+        "reached": "reached_midway_reward at a waypoint, or reached_goal_reward in worlds without routes",
+        "distance": "−multiplier_dist_reward for each meter to the waypoint",
+        "bearing": "−angle_diff_reward_multiplier for each radian between the waypoint and the "
+        "direction ahead or behind",
+        "way_points": "not_reached_midway_reward for each remaining waypoint",
         "step": "step_reward in every step",
         "collision": "collision_reward where the lidar's smallest range is below collision_distance_threshold",
     }
@@ -109,7 +110,8 @@ class NavigateLegacy(Navigate):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or its lidar has another number of rays than the configuration says.
+            ConfigurationError: The robot cannot drive, or the number of rays of its lidar differs from the
+                configuration.
         """
         super().bind(simulation, controller, control_timestep)
         if "lidar" not in self._observed:

@@ -14,10 +14,10 @@ _DYNAMIC = tuple(f"{axis}_max_{what}" for what in ("amplitude", "freq") for axis
 
 
 def axes(name: str, value: Any) -> tuple[float, ...]:
-    """Return (x, y, z) of a mapping with these keys, or of three numbers.
+    """Return (x, y, z) from a mapping with these keys or from three numbers.
 
     Raises:
-        ConfigurationError: It is neither.
+        ConfigurationError: The value is neither.
     """
     if isinstance(value, Mapping):
         _check_keys(name, value, _AXES)
@@ -29,7 +29,7 @@ def dynamic(name: str, value: Any) -> dict[str, float]:
     """Return the six numbers of ``pos_dynamic_params``.
 
     Raises:
-        ConfigurationError: One is missing, unknown or negative.
+        ConfigurationError: A number is missing, unknown or negative.
     """
     if not isinstance(value, Mapping):
         raise ParameterValueError(name, value, f"a mapping with {', '.join(_DYNAMIC)}")

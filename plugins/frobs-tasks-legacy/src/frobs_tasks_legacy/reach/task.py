@@ -1,4 +1,4 @@
-"""Reach as FRobs_RL had it: its observation, reward and ends, and its task YAML."""
+"""Reach as in FRobs_RL: its observation, reward, termination and task YAML."""
 
 from __future__ import annotations
 
@@ -20,67 +20,65 @@ from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, di
 
 
 class ReachLegacy(Reach):
-    """The reachers of FRobs_RL by joint positions, for those who compare with them or port from them.
+    """The reachers of FRobs_RL by joint positions, for comparing with them and porting from them.
 
-    Their action is the whole way of each joint, and was carried out by a motion that the step waited for. So the IDs
-    have the controller ``joint_delta_position`` with ``full_range=True``, and the control timestep is 0.5 s: the
-    drives get to the commanded positions in it, whatever the action, if nothing is in the way. What is
-    not as it was: the way there (no planned path, no speed limit), goals (forward kinematics of random joint
-    vectors instead of points that a planner accepts), and the arm collides.
+    An action covers the whole range of each joint; FRobs_RL executed it as a motion that the step waited for. So the
+    IDs use the controller ``joint_delta_position`` with ``full_range=True``, and a control timestep of 0.5 s, in which
+    the drives reach any commanded positions unless an obstacle stops them. Differences from FRobs_RL: motions (no
+    planned path, no speed limit), goals (forward kinematics of random joint vectors instead of points that a planner
+    accepts), and the arm collides.
 
-    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if there is no distance (it was
-    NaN); goal [m]; joint positions [rad].
+    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if the distance is zero (FRobs_RL: NaN);
+    goal [m]; joint positions [rad].
 
-    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else
-    −``multiplier_dist_reward`` · distance + ``step_reward``; and in any case ``joint_limits_reward`` if a joint is
-    within 1e-4 rad of a limit, or beyond.
+    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` · distance
+    + ``step_reward``; additionally ``joint_limits_reward`` if a joint is within 1e-4 rad of a limit or beyond it.
 
     An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
 
     Args:
-        profile: Whose values count where nothing else is said: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``;
-            None: ``"irb120"``, and by joint velocities ``"irb140_velocity"``.
-        config_file: FRobs_RL's task YAML of that reacher, unchanged, with the arm's name as the root key; what it
-            leaves out, or all if None, has FRobs_RL's own values, which ``reach/tasks/`` in this package lists. The
-            keywords that follow have the names of its keys, and go before it.
-        min_joint_pos: Lowest joint positions, one for each joint [rad].
-        max_joint_pos: Highest joint positions, one for each joint [rad].
-        position_goal_min: Lowest corner of the goal box in the world [m].
-        position_goal_max: Highest corner of the goal box in the world [m].
+        profile: Source of the default values: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``; None:
+            ``"irb120"``, and by joint velocities ``"irb140_velocity"``.
+        config_file: FRobs_RL's unchanged task YAML of that reacher, with the arm's name as the root key. Missing keys,
+            or all if None, use FRobs_RL's own values, which are in ``reach/tasks/`` of this package. The following
+            keywords have the names of its keys, and take precedence.
+        min_joint_pos: Minimum joint positions, one for each joint [rad].
+        max_joint_pos: Maximum joint positions, one for each joint [rad].
+        position_goal_min: Minimum corner of the goal box in the world [m].
+        position_goal_max: Maximum corner of the goal box in the world [m].
         tolerance_goal_pos: Distance that counts as reached [m].
-        training: Whether goals are drawn; if not, ``reset(options={"goal": …})`` must give them.
-        pos_dynamic: Whether the goal moves: it swings along each axis about where it was drawn.
+        training: Whether goals are drawn; otherwise pass them as ``reset(options={"goal": …})``.
+        pos_dynamic: Whether the goal moves: it oscillates along each axis about its drawn position.
         pos_dynamic_params: ``x_max_amplitude``, … [m] and ``x_max_freq``, … [Hz] of the motion.
-        step_reward: Of each step that does not reach the goal.
+        step_reward: Reward of each step that does not reach the goal.
         multiplier_dist_reward: [1/m]
-        reached_goal_reward: Of a step that reaches the goal.
-        joint_limits_reward: Of a step that ends at a joint limit.
-        limit_margin: How close to a limit a joint is at the limit [rad]; None: 1e-4, or by joint velocities 0.09.
-        limits: Which limits ``joint_limits_reward`` watches. ``"reachable"``: those between which the joints move, the
-            robot's or the configuration's, whichever are narrower. ``"configured"``: ``min_joint_pos`` and
-            ``max_joint_pos`` as they are.
-        goals: ``"reachable"``: places in the goal box to which random joint positions lead. ``"box"``: any place in the
-            goal box, evenly, reachable or not.
-        initial: Joint positions at reset: ``"home"``, or ``"random"`` between the limits.
+        reached_goal_reward: Reward of a step that reaches the goal.
+        joint_limits_reward: Reward of a step that ends at a joint limit.
+        limit_margin: Maximum distance of a joint at its limit [rad]; None: 1e-4, or by joint velocities 0.09.
+        limits: Limits for ``joint_limits_reward``. ``"reachable"``: the narrower ones of the robot and the
+            configuration. ``"configured"``: ``min_joint_pos`` and ``max_joint_pos`` unchanged.
+        goals: ``"reachable"``: tool positions of random joint positions, inside the goal box. ``"box"``: uniform in the
+            goal box, reachable or not.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` inside the limits.
 
     Raises:
-        ConfigFileError: The file has an unknown key or an unusable value.
+        ConfigFileError: The file has an unknown key or an invalid value.
         ConfigurationError: A value is out of range.
-        UnknownNameError: There is no such profile.
+        UnknownNameError: The profile does not exist.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
-    success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which ends the episode"
+    success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which terminates the episode"
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "reached_goal": "reached_goal_reward where the goal is reached, else 0",
-        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
-        "step": "step_reward where it is not",
-        "joint_limits": "joint_limits_reward where a joint stands at one of its limits",
+        "distance": "−multiplier_dist_reward · d unless the goal is reached; d is the distance from tool to goal",
+        "step": "step_reward where the goal is not reached",
+        "joint_limits": "joint_limits_reward where a joint is at one of its limits",
     }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     _sees_from_shoulder: ClassVar[bool] = False
-    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] FRobs_RL's: how near a limit a joint is at it
+    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] as in FRobs_RL: distance at which a joint counts as at its limit
 
     def __init__(
         self,
@@ -124,8 +122,8 @@ class ReachLegacy(Reach):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot reaches nothing of the goal box, or the joint positions of the
-                configuration are not those of its joints.
+            ConfigurationError: The robot cannot reach any part of the goal box, or the joint positions of the
+                configuration do not match its joints.
         """
         params = self.config["pos_dynamic_params"]
         self._motion = Oscillation(
@@ -142,8 +140,8 @@ class ReachLegacy(Reach):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return direction to the goal, goal, and joint positions.
 
-        A whole range in one step can hit the floor so hard that a light joint is thrown beyond its limit for a moment; it
-        is observed at the edge of the observation space.
+        A motion over the whole range in one step can hit the floor so hard that a light joint briefly exceeds its
+        limit; it is then observed at the bound of the observation space.
         """
         known, ones = super().observation_terms(), np.ones(3)
         direction = ObservationTerm(read=lambda: unit_direction(self._offset), low=-ones, high=ones, unit="1")
@@ -174,7 +172,7 @@ class ReachLegacy(Reach):
         return {**super().snapshot(), **self._motion.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._motion.restore(snapshot)
         super().restore(snapshot)
 
@@ -185,7 +183,8 @@ class ReachLegacy(Reach):
                 raise ParameterValueError(
                     key,
                     self.config[key],
-                    f"{dof} numbers, one for each joint of robot '{self._robot.robot.name}': {', '.join(self._robot.joint_names)}",
+                    f"{dof} numbers, one for each joint of robot '{self._robot.robot.name}': "
+                    f"{', '.join(self._robot.joint_names)}",
                 )
         sampler = JointSampler(
             self._robot, np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
@@ -193,7 +192,7 @@ class ReachLegacy(Reach):
         if not (sampler.lower < sampler.upper).all():
             raise ConfigurationError(
                 f"min_joint_pos must be below max_joint_pos within the limits of robot '{self._robot.robot.name}'; "
-                f"there remain {sampler.lower} to {sampler.upper}."
+                f"the remaining range is {sampler.lower} to {sampler.upper}."
             )
         return sampler
 
@@ -226,13 +225,13 @@ def _clipped(term: ObservationTerm) -> ObservationTerm:
 
 
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
-    """Return where any joint is at one of its limits, or beyond.
+    """Return whether any joint is at one of its limits, or beyond.
 
     Args:
         joint_positions: (..., dof) [rad or m]
         lower: Broadcasts to (..., dof) [rad or m].
         upper: Broadcasts to (..., dof) [rad or m].
-        margin: How near a limit counts [rad or m].
+        margin: Maximum distance that counts as at the limit [rad or m].
 
     Returns:
         (...) bool.

@@ -1,4 +1,4 @@
-"""Reach by joint velocities as FRobs_RL had it, with rules of its own."""
+"""Reach by joint velocities as in FRobs_RL, with its separate reward rules."""
 
 from __future__ import annotations
 
@@ -14,26 +14,25 @@ from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
 class ReachLegacyVelocity(ReachLegacy):
-    """The IRB 140 reacher of FRobs_RL by joint velocities, for those who compare with it or port from it.
+    """The IRB 140 reacher of FRobs_RL by joint velocities, for comparing with it and porting from it.
 
-    It follows a goal that moves, and no episode terminates. What differs from
-    :class:`frobs_tasks_legacy.reach.task.ReachLegacy`, whose parameters it has:
+    Its goal moves, and no episode terminates. It has the parameters of
+    :class:`frobs_tasks_legacy.reach.task.ReachLegacy`. Differences from that class:
 
-    - Its action is ±0.2 rad/s of each joint. So the ID has the controller ``joint_velocity`` with ``max_velocity=0.2``;
-      the key ``limit_joint_vel`` is read and ignored. A joint is stopped at its limit, not 0.09 rad before it.
-    - A step had no fixed duration; here the control timestep is 0.1 s.
+    - An action of ±1 means ±0.2 rad/s for each joint. So the ID uses the controller ``joint_velocity`` with
+      ``max_velocity=0.2``; the key ``limit_joint_vel`` is read and ignored. A joint is stopped at its limit, not 0.09
+      rad before it.
+    - The steps of FRobs_RL had no fixed duration; here the control timestep is 0.1 s.
     - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
     - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` ·
-      distance; and in any case −``joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit, or
-      beyond. ``step_reward`` is never paid.
+      distance; additionally −``joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit or
+      beyond it. ``step_reward`` is not used.
     """
 
-    success_rule: ClassVar[str] = (
-        "the tool is within tolerance_goal_pos of the goal when the time limit ends the episode"
-    )
+    success_rule: ClassVar[str] = "at the time limit, the tool is within tolerance_goal_pos of the goal"
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "reached_goal": "reached_goal_reward where the tool is within the tolerance, else 0",
-        "distance": "−multiplier_dist_reward · d where it is not, d being the distance from tool to goal",
+        "distance": "−multiplier_dist_reward · d elsewhere, where d is the distance from tool to goal",
         "joint_limits": "−joint_limits_reward where a joint is within limit_margin of one of its limits",
     }
     control_timestep: ClassVar[float] = 0.1
@@ -52,7 +51,7 @@ class ReachLegacyVelocity(ReachLegacy):
         return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
-        """Return None: no episode terminates, whether the goal moves or not."""
+        """Return None: no episode terminates, whether or not the goal moves."""
         return None
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:

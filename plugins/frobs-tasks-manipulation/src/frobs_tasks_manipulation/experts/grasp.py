@@ -16,13 +16,13 @@ from frobs_tasks_manipulation.rewards import length
 ABOVE, DOWN, CLOSE, CARRY, RELEASE, RETREAT = range(6)
 _CLEARANCE = 0.08  # [m] above the grip, before the tool goes down
 _ALIGNED = 0.008  # [m]
-_LOST = 0.03  # [m] between tool and grip, from which the object has been lost
+_LOST = 0.03  # [m] between tool and grip, above which the object counts as lost
 _OPENING = 8  # control steps
-_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have met something
+_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have touched something
 
 
 class GraspCube(ToolExpert[TaskT]):
-    """Goes above an object, goes down, closes the gripper, and carries the object to :meth:`_carry_to`."""
+    """Moves above an object, moves down, closes the gripper, and carries the object to :meth:`_carry_to`."""
 
     task: CubeTask  # type: ignore[assignment]
 
@@ -48,11 +48,11 @@ class GraspCube(ToolExpert[TaskT]):
         return place, np.where(self.phase <= DOWN, 1.0, 0.0)
 
     def _carry_to(self) -> Floats:
-        """Return where the object's center is to be, (num_envs, 3) [m]."""
+        """Return the target of the object's center, (num_envs, 3) [m]."""
         return self.task.goal + self._detour(0.04)[:, None] * UP
 
     def _detour(self, height: float) -> Floats:
-        """Return how far above its place the object must be, so that it does not go along the floor, (num_envs,) [m]."""
+        """Return the height above its target that keeps the object from dragging on the floor, (num_envs,) [m]."""
         aside = length((self.task.goal - self.task.cube.pos)[:, :2])
         return np.where(aside > 0.01, np.minimum(height, aside), 0.0)
 
@@ -90,7 +90,7 @@ class StackCube(GraspCube[Any]):
 
     def _carry_to(self) -> Floats:
         aside = length((self.task.goal - self.task.cube.pos)[:, :2])
-        # High enough to clear the other cube until the place is right below.
+        # High enough to clear the other cube until the target is directly below.
         return self.task.goal + np.where(aside > 0.006, 0.04, 0.0)[:, None] * UP
 
     def _aim(self) -> tuple[Floats, Floats]:

@@ -15,20 +15,20 @@ from frobs_tasks_manipulation.peg_insertion import HEIGHT, PegInsertion
 from frobs_tasks_manipulation.rewards import length
 
 LOWER = CARRY + 1
-_ABOVE = 0.003  # [m] of the peg's lower end above the block before it is lowered
-_WAY = 0.025  # [m] of the lower end above the block on its way
-_RISE = 0.015  # [m] of the peg's lower end below its way, from which it first goes straight up
-_STEP = 0.02  # [m] by which the tool is asked to move at once: a quick move tilts the peg between the fingers
-_SLOWLY = 0.006  # [m] by which it is asked to go down at once
-_GENTLY = 0.003  # [m] by which it is asked to go down while the lower end is above the hole
-_GAIN, _LARGEST = 0.12, 0.008  # of the integrated error: its share per control step, and its limit [m]
-_FIRM, _STOPPED = 6, 0.004  # control steps in which the opening changes less than this before the peg is lifted
+_ABOVE = 0.003  # [m] height of the peg's lower end above the block before it is lowered
+_WAY = 0.025  # [m] height of the lower end above the block during the transfer
+_RISE = 0.015  # [m] distance below the transfer height at which the peg first goes straight up
+_STEP = 0.02  # [m] commanded per step: a fast motion tilts the peg between the fingers
+_SLOWLY = 0.006  # [m] commanded downward per step
+_GENTLY = 0.003  # [m] commanded downward per step while the lower end is above the hole
+_GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit of the integrated error [m]
+_FIRM, _STOPPED = 6, 0.004  # control steps with less change of the opening than this, before the peg is lifted
 
 
 class InsertPeg(GraspCube[Any]):
     """Carries the peg above the hole, waits until its lower end is aligned, and lowers it.
 
-    The tool lags behind its commands and the peg tilts a little between the fingers, so that the expert integrates the
+    The tool lags behind its commands and the peg tilts slightly between the fingers, so the expert integrates the
     horizontal error of the peg's lower end.
     """
 
@@ -37,8 +37,8 @@ class InsertPeg(GraspCube[Any]):
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         super().__init__(env)
         self._correction = np.zeros((self.task.num_envs, 3))  # [m]
-        self._closing = np.zeros((self.task.num_envs, 3))  # [m] where the peg was when the fingers began to close
-        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps without a motion of the fingers
+        self._closing = np.zeros((self.task.num_envs, 3))  # [m] position of the peg when the fingers began to close
+        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps in which the fingers did not move
 
     def _begin(self, mask: Mask) -> None:
         self._correction[mask] = 0.0
@@ -66,7 +66,7 @@ class InsertPeg(GraspCube[Any]):
         )
 
     def _error(self) -> Floats:
-        """Return how the peg must move, (num_envs, 3) [m]: its lower end outside of the hole, its center inside."""
+        """Return the required motion (num_envs, 3) [m] of the peg: of its center in the hole, else of its lower end."""
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]

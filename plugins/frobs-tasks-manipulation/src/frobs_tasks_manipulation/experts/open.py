@@ -15,17 +15,17 @@ from frobs_tasks_manipulation.rewards import length
 ABOVE, DOWN, CLOSE, PULL, RELEASE = range(5)
 _CLEARANCE = 0.1  # [m] above the handle, before the tool goes down
 _ALIGNED = 0.01  # [m]
-_LOST = 0.05  # [m] between tool and handle, from which the handle has been lost
+_LOST = 0.05  # [m] between tool and handle, above which the handle counts as lost
 _CLOSING = 8  # control steps
-_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have met the handle
-_ARRIVED, _LEFT = 0.3, 0.8  # of the tolerance: the handle is let go, and gripped again
-_STEP = 0.03  # [m] of the handle's way by which the tool is asked to go ahead at once
+_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have touched the handle
+_ARRIVED, _LEFT = 0.3, 0.8  # fractions of the tolerance at which the handle is released, and gripped again
+_STEP = 0.03  # [m] along the handle's path by which the command leads
 
 
 class PullHandle(ToolExpert[Any]):
-    """Grips the handle from above, and pulls it along its way until the joint is at its target.
+    """Grips the handle from above, and pulls it along its path until the joint is at its target.
 
-    It then opens the gripper: fingers that hold a bar can shake it a little.
+    It then opens the gripper, because fingers that hold a bar can shake it slightly.
     """
 
     task: OpenTask

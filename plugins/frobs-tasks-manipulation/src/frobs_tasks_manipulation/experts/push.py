@@ -15,15 +15,15 @@ from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
 from frobs_tasks_manipulation.rewards import length
 
 BEHIND, DOWN, PUSH, AWAY = range(4)
-_HEIGHT = 0.09  # [m] of the tool on its way to another side of the cube
+_HEIGHT = 0.09  # [m] height of the tool while it moves to another side of the cube
 _GAP = 0.03  # [m] between the cube and the tool before a push
 _ALIGNED = 0.008  # [m]
-_LEAD = 0.035  # [m] by which the tool is asked to move on while it pushes
-_ARRIVED, _LEFT = 0.2, 0.7  # times the tolerance: a push ends, and another one begins
+_LEAD = 0.035  # [m] by which the command leads the tool while it pushes
+_ARRIVED, _LEFT = 0.2, 0.7  # times the tolerance: a push ends, and another begins
 
 
 class PushCube(ToolExpert[Any]):
-    """Pushes the cube against the middle of one of its faces, then of another one: oblique pushes would turn it."""
+    """Pushes the cube at the center of one face, then of another: oblique pushes would turn it."""
 
     task: CubeTask
 
@@ -61,12 +61,12 @@ class PushCube(ToolExpert[Any]):
         return axes * [1.0, 1.0, 0.0]
 
     def _best_face(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return which push brings the cube farthest toward the goal, (num_envs,)."""
+        """Return the push that brings the cube closest to the goal, (num_envs,)."""
         way = self.task.goal - self.task.cube.pos
         return np.asarray((self._axes() * way[:, None]).sum(axis=2).argmax(axis=1))
 
     def _way(self) -> tuple[Floats, Floats]:
-        """Return the direction of the push, (num_envs, 3), and how far it has to go, (num_envs,) [m]."""
+        """Return the direction of the push, (num_envs, 3), and its distance, (num_envs,) [m]."""
         direction = self._axes()[np.arange(len(self._face)), self._face]
         return direction, ((self.task.goal - self.task.cube.pos) * direction).sum(axis=1)
 

@@ -14,19 +14,19 @@ from frobs_tasks_manipulation.rewards import length
 from frobs_tasks_manipulation.slide import Slide
 
 BEHIND, DOWN, PUSH, AWAY = range(4)
-_HEIGHT = 0.06  # [m] of the tool on its way to another place behind the puck
-_LOW = 0.022  # [m], height of the tool while it pushes
-_GAP = 0.025  # [m] between the middle of the tool and the puck before a push
+_HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
+_LOW = 0.022  # [m] height of the tool while it pushes
+_GAP = 0.025  # [m] between the tool's center and the puck before a push
 _ALIGNED = 0.008  # [m]
-_OPENING = 0.5  # of the gripper: the puck lies between the tips of both fingers, and cannot roll off sideways
-_TOUCH = 0.1  # [m/s], speed of the tool when it meets the puck
+_OPENING = 0.5  # of the gripper: the puck is between both fingertips, and cannot roll off sideways
+_TOUCH = 0.1  # [m/s] speed of the tool when it meets the puck
 _TOUCHING = 6  # control steps after which both fingertips touch the puck
-_ACCELERATION = 1.5  # [m/s²], largest of the tool in a push
-_FASTER = 0.25  # share of the missing speed that is added in a control step
-_AIMED = 0.02  # [m] between the goal and the place where the puck would stop, at which the tool lets it go
+_ACCELERATION = 1.5  # [m/s²] maximum acceleration of the tool in a push
+_FASTER = 0.25  # fraction of the missing speed that is added in a control step
+_AIMED = 0.02  # [m] between the goal and the predicted stop of the puck, at which the tool releases it
 _LONGEST = 40  # control steps of a push
-_BRAKING, _BACK = 3, 0.1  # control steps for which the tool is asked to move back after a push, and how far [m]
-_RISE = 5.0  # [1/s], vertical speed of the tool per distance from its height
+_BRAKING, _BACK = 3, 0.1  # control steps for which the tool moves back after a push, and distance [m]
+_RISE = 5.0  # [1/s] vertical speed of the tool per height error
 _GRAVITY = 9.81  # [m/s²]
 _STILL = 0.02  # [m/s]
 _FORWARD = np.array([1.0, 0.0, 0.0])
@@ -34,19 +34,19 @@ _HORIZONTAL = np.array([1.0, 1.0, 0.0])
 
 
 class SlidePuck(ToolExpert[Any]):
-    """Pushes the puck with both fingertips until it is so fast that friction stops it at the goal.
+    """Pushes the puck with both fingertips until friction will stop it at the goal.
 
-    It opens the gripper halfway, so the gripper needs a controller that can do so: ``gripper_delta`` or
-    ``gripper_position``. The arm needs ``interpolate=True`` of ``tcp_delta_pose``. Otherwise the speed of the tool
-    oscillates, and the puck leaves it early.
+    It opens the gripper halfway, so the gripper needs the controller ``gripper_delta`` or ``gripper_position``. The arm
+    needs ``interpolate=True`` of ``tcp_delta_pose``; otherwise the speed of the tool oscillates, and the puck leaves it
+    early.
     """
 
     task: Slide
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         num_envs = env.robot.num_envs
-        self._velocity = np.zeros((num_envs, 3))  # [m/s], of the tool in a push
-        self._asked = np.zeros(num_envs)  # opening that the gripper has been asked for
+        self._velocity = np.zeros((num_envs, 3))  # [m/s] of the tool in a push
+        self._asked = np.zeros(num_envs)  # commanded opening
         super().__init__(env)
 
     def _begin(self, mask: Mask) -> None:
@@ -57,7 +57,7 @@ class SlidePuck(ToolExpert[Any]):
         direction, left = self._way()
         velocity = task.cube.velocity * _HORIZONTAL
         slide = length(velocity)[:, None] * velocity / (2.0 * task.friction * _GRAVITY)  # v² / (2 μ g)
-        missing = left - (slide * direction).sum(axis=1)  # [m] from where the puck would stop to the goal
+        missing = left - (slide * direction).sum(axis=1)  # [m] from the predicted stop of the puck to the goal
         aside = length((self._behind() - task.tcp) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(
@@ -78,7 +78,7 @@ class SlidePuck(ToolExpert[Any]):
         return way / np.maximum(left, 1e-9)[:, None], left
 
     def _behind(self) -> Floats:
-        """Return where a push begins, (num_envs, 3) [m]."""
+        """Return the tool position at which a push begins, (num_envs, 3) [m]."""
         place = self.task.cube.pos - (self.task.size / 2 + _GAP) * _FORWARD
         place[:, 2] = np.where(self.phase == BEHIND, _HEIGHT, _LOW)
         return place
@@ -95,7 +95,7 @@ class SlidePuck(ToolExpert[Any]):
         task = self.task
         direction, left = self._way()
         needed = np.sqrt(2.0 * task.friction * _GRAVITY * left)[:, None] * direction
-        # The puck follows the tool, which follows its command a little later.
+        # The puck follows the tool, which lags behind its command.
         soon = 0.5 * (task.cube.velocity * _HORIZONTAL + self._velocity)
         change, most = _FASTER * (needed - soon), _ACCELERATION * self._control_timestep
         change = change * (most / np.maximum(length(change), most))[:, None]
@@ -109,7 +109,7 @@ class SlidePuck(ToolExpert[Any]):
         max_delta = getattr(self._gripper, "max_delta", None)
         if max_delta is None:
             return super()._gripper_action(opening)
-        # The fingers are slower than their command, so the sum of the actions counts, not the present opening.
+        # The fingers lag behind their command, so the sum of the actions counts, not the current opening.
         change = np.clip(opening - self._asked, -max_delta, max_delta)
         self._asked = self._asked + change
         return np.asarray(change / max_delta)

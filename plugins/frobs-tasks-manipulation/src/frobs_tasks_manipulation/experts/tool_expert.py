@@ -1,4 +1,4 @@
-"""The base of the experts: phases, each with a place for the tool and an opening of the gripper."""
+"""The base class of the experts: each phase has a position of the tool and an opening of the gripper."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_tasks_manipulation.manipulation import Manipulation, gripper_of
 
 _GAIN = 0.4
-"""Share of the way to its place by which the tool is asked to move in a control step."""
+"""Fraction of the remaining distance that the tool is commanded to move in a control step."""
 
 _LAG = 0.06
-"""[s] by which the tool follows its commands late: it brakes in time."""
+"""[s] by which the tool lags behind its commands, so that it brakes in time."""
 
 TaskT = TypeVar("TaskT", bound=Manipulation)
 
 
 class ToolExpert(Expert, Generic[TaskT]):
-    """Moves the tool of any arm to places, in phases, and opens and closes its gripper.
+    """Moves the tool of any arm to positions in phases, and opens and closes its gripper.
 
-    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``, and the gripper any
-    of the gripper controllers.
+    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``, and the gripper
+    any of the gripper controllers.
 
     Attributes:
         task: The task of the environment.
-        phase: (num_envs,) int: number of the present phase, 0 at the start of an episode.
+        phase: (num_envs,) int: number of the current phase, 0 at the start of an episode.
         age: (num_envs,) int: control steps in this phase.
-        finger_speed: (num_envs,) change of the gripper's opening in the last control step, ≥ 0.
+        finger_speed: (num_envs,) absolute change of the gripper's opening in the last control step.
     """
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
@@ -48,7 +48,8 @@ class ToolExpert(Expert, Generic[TaskT]):
         self._arm, self._gripper = controllers.get(f"{robot.name}/{arm}"), controllers.get(f"{robot.name}/{tool.group}")
         if tuple(getattr(self._arm, "axes", ())[:3]) != ("x", "y", "z"):
             raise ConfigurationError(
-                "the expert moves the tool along the axes of the world; choose the controller 'tcp_delta_pose' for the arm."
+                "the expert moves the tool along the axes of the world; choose the controller 'tcp_delta_pose' for the "
+                "arm."
             )
         self._columns, self._width = _columns(controllers)
         self._arm_columns = self._columns[f"{robot.name}/{arm}"][:3]
@@ -59,7 +60,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         self._opening = np.zeros(num_envs)
 
     def act(self, episode_start: Mask) -> Floats:
-        """Return actions for the present state, (num_envs, width of the action)."""
+        """Return actions for the current state, (num_envs, width of the action)."""
         if episode_start.any():
             self.phase[episode_start] = self.age[episode_start] = 0
             self._begin(episode_start)
@@ -72,7 +73,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         action = np.zeros((len(phase), self._width))
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         step = _GAIN * (place - soon) / self._arm.max_delta  # type: ignore[union-attr] # checked above
-        # All axes are scaled alike, so that the tool moves straight.
+        # All axes are scaled by the same factor, so that the tool moves in a straight line.
         largest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1.0)
         action[:, self._arm_columns] = step / largest
         if self._gripper is not None:
@@ -80,7 +81,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         return action
 
     def _moving_at(self, velocity: Floats) -> Floats:
-        """Return the places to aim at so that the tool moves at velocities, (num_envs, 3) each [m/s] and [m]."""
+        """Return target positions that make the tool move at velocities, (num_envs, 3) each [m/s] and [m]."""
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         return soon + self._control_timestep / _GAIN * velocity
 
@@ -88,22 +89,22 @@ class ToolExpert(Expert, Generic[TaskT]):
         max_delta = getattr(self._gripper, "max_delta", None)
         if max_delta is None:  # the action is the opening itself, or its sign opens and closes
             return 2.0 * opening - 1.0
-        # A gripper that holds an object is asked to close further, so that it keeps pressing.
+        # A gripper that holds an object is commanded to close further, so that it keeps pressing.
         wanted = np.where(opening <= 0.0, -1.0, opening)
         return np.asarray(np.clip((wanted - self.task.opening) / max_delta, -1.0, 1.0))
 
     # -- What experts define --
 
     def _begin(self, mask: Mask) -> None:
-        """Forget what belongs to earlier episodes of the environments of the mask."""
+        """Clear the state of earlier episodes in the environments of the mask."""
 
     @abstractmethod
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return the phase of each environment for the present state, (num_envs,)."""
+        """Return the phase of each environment for the current state, (num_envs,)."""
 
     @abstractmethod
     def _aim(self) -> tuple[Floats, Floats]:
-        """Return where the tool is to be, (num_envs, 3) [m], and the opening of the gripper, (num_envs,) in [0, 1]."""
+        """Return the tool's target, (num_envs, 3) [m], and the gripper's opening, (num_envs,) in [0, 1]."""
 
 
 def _columns(controllers: dict[str, Controller]) -> tuple[dict[str, list[int]], int]:
