@@ -118,7 +118,7 @@ def test_a_world_that_ends_is_an_error() -> None:
     simulation: Any = env.simulation
     simulation._process.kill()
     simulation._process.wait()
-    with pytest.raises(SimulationError, match="the world is gone"):
+    with pytest.raises(SimulationError, match="the world has ended"):
         env.step(np.zeros(6))
     env.close()
     env.close()

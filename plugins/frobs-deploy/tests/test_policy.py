@@ -42,15 +42,15 @@ def test_named_terms_make_up_a_flat_observation(arm: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (observation(1, 2), r"has shape \(2,\), and \(3,\) is needed"),
+        (observation(1, 2), r"has shape \(2,\), not \(3,\)"),
         (np.zeros((1, 1, 3), np.float32), r"shape \(1, 3\)"),
-        (np.zeros(3), r"of type float64, and float32 is needed: convert it with astype\(np\.float32\)"),
-        (np.zeros(3, np.int32), "of type int32"),
+        (np.zeros(3), r"the type float64, not float32; convert it with astype\(np\.float32\)"),
+        (np.zeros(3, np.int32), "the type int32"),
         (observation(1, math.nan, 2), r"is not finite at \[1\]: nan"),
         (observation(1, 0, math.inf), r"is not finite at \[2\]: inf"),
         (np.zeros((0, 3), np.float32), "empty batch"),
-        ({"joint_positions": observation(1, 2)}, r"lacks 'height'; 'joint_positions', 'height' are needed"),
-        ({"joint_positions": observation(1, 2), "heigth": observation(1)}, "lacks 'height' and has 'heigth' too many"),
+        ({"joint_positions": observation(1, 2)}, r"lacks 'height'; expected 'joint_positions', 'height'"),
+        ({"joint_positions": observation(1, 2), "heigth": observation(1)}, "lacks 'height' and contains the unknown 'heigth'"),
         (
             {"joint_positions": observation(1), "height": observation(1)},
             r"observation\['joint_positions'\] has shape \(1,\)",
@@ -81,7 +81,7 @@ def test_a_dictionary_is_taken_by_its_keys(tmp_path: Path) -> None:
     assert policy.act({"a": a[None], "b": b[None]}).tolist() == [2]
     for given, message in [
         ({"a": a}, "lacks 'b'"),
-        (a, "is one array, and a mapping with 'a', 'b' is needed"),
+        (a, "is one array; it must be a mapping with 'a', 'b'"),
         ({"a": a, "b": b[None]}, "different sizes"),
         ({"a": a, "b": b[:2]}, r"observation\['b'\] has shape"),
     ]:
@@ -99,7 +99,7 @@ def test_a_recurrent_policy_remembers_until_it_is_reset(tmp_path: Path) -> None:
     policy.reset(np.array([True, False]))
     assert policy.act(batch).ravel().tolist() == [1, 20]
     assert policy.act(batch).ravel().tolist() == [2, 30]
-    with pytest.raises(BundleMismatchError, match=r"3 observations came after 2; call reset\(\)"):
+    with pytest.raises(BundleMismatchError, match=r"the batch has 3 observations after 2; call reset\(\)"):
         policy.act(np.zeros((3, 1), np.float32))
     with pytest.raises(PolicyArgumentError, match="mask must be bool"):
         policy.reset(np.array([True]))
@@ -111,10 +111,10 @@ def test_the_robot_must_be_that_of_the_training(arm: Path) -> None:
         BundleMismatchError, match="the robot is not the robot of the training: its fingerprint is cdcd"
     ):
         Policy(arm, robot="cd" * 32)
-    with pytest.raises(BundleMismatchError, match="trained with shoulder, elbow: bring them into this order"):
+    with pytest.raises(BundleMismatchError, match="trained with shoulder, elbow; use this order"):
         Policy(arm, joint_names=JOINTS[::-1])
     with pytest.raises(
-        BundleMismatchError, match=r"the joints are wrist, and the policy was trained with shoulder, elbow\."
+        BundleMismatchError, match=r"the joints are wrist, but the policy was trained with shoulder, elbow\."
     ):
         Policy(arm, joint_names=["wrist"])
 
@@ -125,7 +125,7 @@ def test_the_rate_must_be_that_of_the_training(arm: Path, tmp_path: Path) -> Non
             Policy(arm, control_timestep=timestep)
     timeless = write(tmp_path / "timeless.frobs", control_timestep=None)
     assert Policy(timeless)
-    with pytest.raises(BundleMismatchError, match="says no control_timestep"):
+    with pytest.raises(BundleMismatchError, match="has no control_timestep"):
         Policy(timeless, control_timestep=0.04)
 
 
@@ -192,7 +192,7 @@ def test_the_limit_can_be_that_of_the_joints(arm: Path, tmp_path: Path) -> None:
     policy.reset(previous_action=np.zeros(2))
     np.testing.assert_array_equal(policy.act(observation(1, 1, 0)), observation(0.1, 1.0))
     unknown = write(tmp_path / "unknown.frobs", action={"space": space(2), "max_change": None})
-    with pytest.raises(BundleMismatchError, match="the actions of this policy are no joint positions"):
+    with pytest.raises(BundleMismatchError, match="the actions of this policy are not joint positions"):
         Policy(unknown, max_change="joint_velocity")
 
 
@@ -200,7 +200,7 @@ def test_the_limit_can_be_that_of_the_joints(arm: Path, tmp_path: Path) -> None:
 def test_a_limit_that_makes_no_sense_is_refused(value: Any, arm: Path, tmp_path: Path) -> None:
     with pytest.raises(PolicyArgumentError, match="max_change="):
         Policy(arm, max_change=value)
-    with pytest.raises(PolicyArgumentError, match="which have no distance"):
+    with pytest.raises(PolicyArgumentError, match="so their change cannot be limited"):
         Policy(write_choosing(tmp_path / "choice.frobs"), max_change=0.1)
 
 
@@ -289,8 +289,8 @@ def test_a_policy_says_which_camera_took_its_images(tmp_path: Path) -> None:
     picture = np.arange(18, dtype=np.uint8).reshape(2, 3, 3)
     assert policy.act({"eye": picture}) == pytest.approx(8.5 / 255.0)
     wrongs: list[tuple[Any, str]] = [
-        (picture.astype(np.float32), r"is of type float32, and uint8 is needed: convert it with astype\(np.uint8\)"),
-        (picture.transpose(2, 0, 1), r"has shape \(3, 2, 3\), and \(2, 3, 3\) is needed"),
+        (picture.astype(np.float32), r"has the type float32, not uint8; convert it with astype\(np.uint8\)"),
+        (picture.transpose(2, 0, 1), r"has shape \(3, 2, 3\), not \(2, 3, 3\)"),
     ]
     for wrong, message in wrongs:
         with pytest.raises(BundleMismatchError, match=message):

@@ -86,7 +86,7 @@ def test_settings_of_the_physics_that_are_left_out_are_reported(tmp_path, caplog
     path = write(tmp_path, option=option, flag='<flag contact="disable" warmstart="disable"/>')
     (note,) = [note for note in load_model(path).notes if note.rule == "physics-settings"]
     assert note.fault
-    assert note.text == "gravity=0 0 -1.6, density=1.2, impratio=10, cone=elliptic, contact=disable: left out"
+    assert note.text == "gravity=0 0 -1.6, density=1.2, impratio=10, cone=elliptic, contact=disable: ignored"
     with caplog.at_level(logging.WARNING, "frobs"):
         gym.make("frobs/Reach-v0", robot=str(path), controller="joint_delta_position").close()
     assert "moves differently than its model file specifies: gravity=0 0 -1.6" in caplog.text

@@ -1,15 +1,15 @@
-"""Running trained policies with NumPy and onnxruntime alone: what goes onto a robot.
+"""Runs trained policies on a robot with only NumPy and onnxruntime.
 
-    bundle.py        the file: reading, writing, refusing what is damaged
-    manifest.py      what bundle.json says, as far as running needs it
-    observation.py   what a policy is given, checked
-    spaces.py        spaces without Gymnasium, and what fits into them
+    bundle.py        reading, writing and validating the bundle file
+    manifest.py      the part of bundle.json that is required to run a policy
+    observation.py   validated observations of a policy
+    spaces.py        spaces without Gymnasium
     graph.py         the ONNX graph in onnxruntime
-    limits.py        what an action is clipped to
-    latency.py       how long actions take
-    policy.py        all of it together
+    limits.py        limits on actions
+    latency.py       duration of actions
+    policy.py        the policy, which combines all of them
 
-``python -m frobs_deploy BUNDLE`` says what a bundle is for and how fast it runs here.
+``python -m frobs_deploy BUNDLE`` prints what a bundle is for and how fast it runs on this machine.
 """
 
 from frobs_deploy.bundle import Bundle, pack_bundle, parse_bundle, read_bundle

@@ -1,4 +1,4 @@
-"""``python -m frobs_deploy BUNDLE``: what a bundle is for, and how fast it runs on this machine."""
+"""Print what a bundle is for, and how fast it runs on this machine."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from frobs_deploy.policy import Policy
 
 
 def main() -> int:
-    """Write a few lines to stdout; return 2 where the bundle cannot be used."""
+    """Write a summary to stdout; return 2 if the bundle cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m frobs_deploy", description=__doc__)
-    parser.add_argument("bundle", metavar="BUNDLE", help="the file that 'frobs export' wrote")
-    parser.add_argument("--bench", metavar="N", type=int, default=1000, help="actions to measure (default: 1000)")
+    parser.add_argument("bundle", metavar="BUNDLE", help="file that 'frobs export' wrote")
+    parser.add_argument(
+        "--bench", metavar="N", type=int, default=1000, help="number of actions to measure (default: 1000)"
+    )
     arguments = parser.parse_args()
     try:
         policy = Policy(arguments.bundle)

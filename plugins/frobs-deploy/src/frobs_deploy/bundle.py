@@ -1,4 +1,4 @@
-"""The bundle: one file that holds a policy and everything that is known about it."""
+"""The bundle: one file with a policy and its metadata."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from typing import Any
 from frobs_deploy.errors import BundleError
 
 FORMAT = 1
-"""Of ``bundle.json``; what reads one format refuses another."""
+"""Format of ``bundle.json``; a reader of one format rejects all others."""
 
 GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
 _LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
-"""[bytes] of each member, and at the same time the members that there may be."""
+"""[bytes] Maximum size of each member; the keys are also the only permitted members."""
 
 _LARGEST_FILE = sum(_LARGEST.values()) + 2**16  # [bytes]
 
-_DATE = (1980, 1, 1, 0, 0, 0)  # the same bundle is the same bytes
-_AGAIN = "Copy it anew, or export it again."
+_DATE = (1980, 1, 1, 0, 0, 0)  # a constant date makes equal bundles equal byte for byte
+_AGAIN = "Copy it again, or export it again."
 _DAMAGE = (
     zipfile.BadZipFile,
     zipfile.LargeZipFile,
@@ -33,7 +33,7 @@ _DAMAGE = (
     EOFError,
     OSError,
     ValueError,
-    RuntimeError,  # an encrypted member; NotImplementedError, of an unknown compression, is one too
+    RuntimeError,  # e.g. an encrypted member; NotImplementedError (an unknown compression) is a subclass
     KeyError,
     OverflowError,
     MemoryError,
@@ -42,13 +42,13 @@ _DAMAGE = (
 
 @dataclass(frozen=True)
 class Bundle:
-    """A bundle that was read, its checksums proved.
+    """A bundle that was read, with valid checksums.
 
     Attributes:
         path: The file.
-        manifest: What ``bundle.json`` says.
-        graph: ``policy.onnx``.
-        license: The text of the licence.
+        manifest: Content of ``bundle.json``.
+        graph: Content of ``policy.onnx``.
+        license: Text of the license.
     """
 
     path: Path
@@ -58,14 +58,14 @@ class Bundle:
 
 
 def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> bytes:
-    """Return the file's bytes; the checksums of the other members are added to the manifest.
+    """Return the bytes of the file; the checksums of the other members are added to the manifest.
 
-    A zip archive whose members are stored and not compressed, so that none can be larger than the file.
+    The file is a zip archive with uncompressed members, so that none can be larger than the file.
 
     Args:
-        manifest: What ``bundle.json`` shall say, without ``format`` and ``files``.
-        graph: ``policy.onnx``.
-        license: The text of the licence.
+        manifest: Content of ``bundle.json``, without ``format`` and ``files``.
+        graph: Content of ``policy.onnx``.
+        license: Text of the license.
     """
     members = {GRAPH: graph, LICENSE: license.encode()}
     sums = {name: {"bytes": len(data), "sha256": _sha256(data)} for name, data in members.items()}
@@ -74,26 +74,26 @@ def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> byte
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, data in {MANIFEST: f"{text}\n".encode(), **members}.items():
             info = zipfile.ZipInfo(name, _DATE)
-            info.create_system, info.external_attr = 3, 0o100644 << 16  # whatever system it is written on
+            info.create_system, info.external_attr = 3, 0o100644 << 16  # independent of the system that writes it
             archive.writestr(info, data)
     return buffer.getvalue()
 
 
 def read_bundle(path: Path | str) -> Bundle:
-    """Read a bundle; nothing in it is executed or unpickled.
+    """Read a bundle without executing or unpickling anything from it.
 
     Raises:
-        BundleError: There is no such file, it is none, or it is damaged.
+        BundleError: The file does not exist, is not a bundle, or is damaged.
     """
     path = Path(path)
     try:
         found = path.stat()
         if stat.S_ISDIR(found.st_mode):
-            raise BundleError(path, "is a folder; name a bundle, as 'frobs export' prints it.")
+            raise BundleError(path, "is a folder; specify the bundle file that 'frobs export' printed.")
         if not stat.S_ISREG(found.st_mode):  # a FIFO or a device could block forever
-            raise BundleError(path, "is no regular file; name a bundle, as 'frobs export' prints it.")
+            raise BundleError(path, "is not a regular file; specify the bundle file that 'frobs export' printed.")
         if found.st_size > _LARGEST_FILE:
-            raise BundleError(path, f"is larger than {_LARGEST_FILE // 2**20} MiB, the limit of bundles.")
+            raise BundleError(path, f"is larger than {_LARGEST_FILE // 2**20} MiB, the maximum size of bundles.")
         data = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the path
         raise BundleError(path, f"cannot be read: {getattr(error, 'strerror', None) or error}.") from error
@@ -101,7 +101,7 @@ def read_bundle(path: Path | str) -> Bundle:
 
 
 def parse_bundle(path: Path, data: bytes) -> Bundle:
-    """Read a bundle from its bytes, as :func:`read_bundle` does from a file; ``path`` is for messages."""
+    """Read a bundle from its bytes, like :func:`read_bundle` from a file; ``path`` is for messages."""
     members = _members(path, data)
     try:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))
@@ -109,10 +109,10 @@ def parse_bundle(path: Path, data: bytes) -> Bundle:
     except (ValueError, RecursionError) as error:
         raise BundleError(path, f"is damaged: {error}. {_AGAIN}") from error
     if not isinstance(manifest, dict):
-        raise BundleError(path, f"is damaged: {MANIFEST} holds no JSON object. {_AGAIN}")
+        raise BundleError(path, f"is damaged: {MANIFEST} is not a JSON object. {_AGAIN}")
     if manifest.get("format") != FORMAT:
         raise BundleError(
-            path, f"has format {manifest.get('format')!r}, and this version of FRobs reads {FORMAT}; export it again."
+            path, f"has format {manifest.get('format')!r}, but this version of FRobs reads {FORMAT}; export it again."
         )
     sums = manifest.get("files")
     for name in (GRAPH, LICENSE):
@@ -129,10 +129,12 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
             names = [info.filename for info in infos]
             if sorted(names) != sorted(_LARGEST):
                 wanted = ", ".join(_LARGEST)
-                raise BundleError(path, f"is no policy bundle: it holds {_shown(names)}; a bundle holds {wanted}.")
+                raise BundleError(
+                    path, f"is not a policy bundle: it contains {_shown(names)}; a bundle contains {wanted}."
+                )
             for info in infos:
                 if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
-                    raise BundleError(path, f"is no policy bundle: {info.filename} is compressed; a bundle's is not.")
+                    raise BundleError(path, f"is not a policy bundle: {info.filename} must not be compressed.")
                 if info.file_size > _LARGEST[info.filename]:
                     limit = _LARGEST[info.filename]
                     raise BundleError(
@@ -141,7 +143,7 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
                     )
             return {info.filename: archive.read(info) for info in infos}
     except _DAMAGE as error:
-        raise BundleError(path, f"is damaged, or no policy bundle: {error}. {_AGAIN}") from error
+        raise BundleError(path, f"is damaged or not a policy bundle: {error}. {_AGAIN}") from error
 
 
 def _shown(names: list[str]) -> str:

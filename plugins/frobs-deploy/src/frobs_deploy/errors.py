@@ -13,7 +13,7 @@ from pathlib import Path
 
 
 class DeployError(Exception):
-    """Root of every error that this package raises on purpose."""
+    """Base class of all errors that this package raises intentionally."""
 
 
 class BundleError(DeployError):

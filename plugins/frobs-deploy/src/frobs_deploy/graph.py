@@ -12,7 +12,7 @@ from frobs_deploy.errors import BundleError, OnnxruntimeMissingError
 from frobs_deploy.spaces import Array, Space
 
 _ERRORS_ONLY = 3
-_LOOPS = (b"Loop", b"Scan")  # no exported policy has one
+_LOOPS = (b"Loop", b"Scan")  # no exported policy contains them
 _TYPES = {
     "tensor(float)": "float32",
     "tensor(double)": "float64",
@@ -33,7 +33,7 @@ class Graph:
 
     Attributes:
         states: Shape of each state of a recurrent policy, without the batch axis, by the name of its input.
-        scores: Whether the graph returns the scores of discrete choices.
+        scores: Whether the graph returns scores of discrete choices.
     """
 
     def __init__(self, bundle: Bundle, observation: Mapping[str, Space], action: Space, num_threads: int) -> None:
@@ -42,14 +42,14 @@ class Graph:
         except ImportError as error:
             raise OnnxruntimeMissingError from error
         for operator in _LOOPS:
-            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # as a node of the file names its operator
-                raise BundleError(bundle.path, f"{GRAPH} has a {operator.decode()}, which may run without end.")
+            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # in the encoding of a node's operator
+                raise BundleError(bundle.path, f"{GRAPH} has a {operator.decode()} node, which might never end.")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
         options.log_severity_level = _ERRORS_ONLY
         try:
             self._session = onnxruntime.InferenceSession(bundle.graph, options, providers=["CPUExecutionProvider"])
-        except Exception as error:  # onnxruntime's have no common base class
+        except Exception as error:  # errors of onnxruntime have no common base class
             raise BundleError(bundle.path, f"{GRAPH} cannot be loaded: {_first_line(error)}") from error
         self._path = bundle.path
         self._outputs = [output.name for output in self._session.get_outputs()]
@@ -63,7 +63,7 @@ class Graph:
         found = {name: (_TYPES.get(item.type, item.type), tuple(item.shape[1:])) for name, item in inputs.items()}
         nexts = {f"next_{name}" for name in self.states}
         if found != wanted | recurrent or set(self._outputs) - {"scores"} != {"action"} | nexts:
-            raise BundleError(bundle.path, f"{GRAPH} is not the graph that the bundle describes; export it again.")
+            raise BundleError(bundle.path, f"{GRAPH} does not match the bundle's description; export it again.")
         self._action = action
 
     def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
@@ -75,12 +75,12 @@ class Graph:
         outputs = dict(zip(self._outputs, values, strict=True))
         n = len(next(iter(inputs.values())))
         if np.shape(outputs["action"]) != (n, *self._action.shape):
-            raise BundleError(self._path, f"{GRAPH} gave an action of shape {np.shape(outputs['action'])[1:]}.")
+            raise BundleError(self._path, f"{GRAPH} returned an action of shape {np.shape(outputs['action'])[1:]}.")
         return outputs
 
 
 def input_name(key: str) -> str:
-    """Return the graph's name of a part of the observation."""
+    """Return the name of an observation part in the graph."""
     return f"observation/{key}" if key else "observation"
 
 

@@ -1,4 +1,4 @@
-"""How long actions take."""
+"""Duration of actions."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Latency:
-    """What the last actions took, from the observation to the action.
+    """Statistics of the latest actions, from the observation to the action.
 
     Attributes:
         median: [ms]
         percentile_95: [ms]
         largest: [ms]
-        actions: How many are in it; 0: the others are NaN.
+        actions: Number of measured actions; if 0, the other values are NaN.
     """
 
     median: float
@@ -35,7 +35,7 @@ class Latency:
 
 
 class LatencyWindow:
-    """Keeps the durations of the last actions."""
+    """Keeps the durations of the latest actions."""
 
     def __init__(self, size: int = 1000) -> None:
         self._seconds: deque[float] = deque(maxlen=size)
@@ -45,7 +45,7 @@ class LatencyWindow:
         self._seconds.append(seconds)
 
     def read(self) -> Latency:
-        """Return the figures."""
+        """Return the statistics."""
         if not self._seconds:
             return Latency(median=float("nan"), percentile_95=float("nan"), largest=float("nan"), actions=0)
         milliseconds = 1e3 * np.array(self._seconds)

@@ -1,4 +1,4 @@
-"""What an action is limited to before it leaves the policy."""
+"""Limits on actions."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from frobs_deploy.spaces import Array, as_floats
 
 
 class ActionLimits:
-    """Clips actions to their space, and to a largest change per step.
+    """Clips actions to their space, and limits their change per step.
 
     ``max_change`` is ``"joint_velocity"`` for the change that the joints' velocity limits allow, a number or an array
-    of the action's shape in the action's own unit, or None for any change.
+    of the action's shape in the action's unit, or None for no limit.
     """
 
     def __init__(self, path: Path, manifest: Manifest, max_change: str | float | Array | None) -> None:
@@ -25,11 +25,11 @@ class ActionLimits:
         self._previous: Array | None = None
 
     def reset(self, previous: Array | None) -> None:
-        """Forget the previous action, or begin from one, (n, …)."""
+        """Forget the previous action, or set it, (n, …)."""
         self._previous = previous
 
     def forget(self, mask: Array) -> None:
-        """Let the next actions of some rows be any."""
+        """Remove the limit on the change of the next actions of some rows."""
         if self._previous is not None:
             self._previous = np.where(mask.reshape(-1, *[1] * len(self._space.shape)), np.nan, self._previous)
 
@@ -38,7 +38,9 @@ class ActionLimits:
         if self._space.discrete:
             return action.astype(self._space.dtype, copy=False)
         if not np.isfinite(action).all():
-            raise BundleError(self._path, "the policy's action is not finite; the network has diverged: train again.")
+            raise BundleError(
+                self._path, "the policy's action is not finite; the network has diverged; train it again."
+            )
         limited = np.clip(action, self._space.low, self._space.high)
         if self.max_change is not None and self._previous is not None:
             near = np.clip(limited, self._previous - self.max_change, self._previous + self.max_change)
@@ -49,16 +51,16 @@ class ActionLimits:
     def _changes(self, manifest: Manifest, given: Any) -> Array:
         if self._space.discrete:
             raise PolicyArgumentError(
-                f"max_change={given!r}: the policy's actions are choices, which have no distance."
+                f"max_change={given!r}: the policy's actions are discrete, so their change cannot be limited."
             )
         if isinstance(given, str):
             if given != "joint_velocity":
-                raise PolicyArgumentError(f"max_change={given!r}: it is 'joint_velocity', a number or an array.")
+                raise PolicyArgumentError(f"max_change={given!r}: it must be 'joint_velocity', a number or an array.")
             if manifest.max_action_change is None:
                 raise BundleMismatchError(
                     self._path,
-                    "max_change='joint_velocity': the actions of this policy are no joint positions, so that a joint's "
-                    "velocity says nothing about them; give numbers in the action's own unit.",
+                    "max_change='joint_velocity': the actions of this policy are not joint positions; "
+                    "pass numbers in the action's unit.",
                 )
             return manifest.max_action_change
         changes = as_floats("max_change", given)

@@ -1,4 +1,4 @@
-"""What ``bundle.json`` says, as far as it is needed to run the policy."""
+"""The part of ``bundle.json`` that is required to run the policy."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from frobs_deploy.spaces import Array, Space, space_from_json
 
 @dataclass(frozen=True, kw_only=True)
 class Image:
-    """An image of the observation, as the camera of the training took it; its shape, type and range are its space's.
+    """An image of the observation, with the camera of the training; its shape, type and range are those of its space.
 
     Attributes:
         camera: Name of the camera.
         modality: ``"rgb"`` or ``"depth"``.
-        unit: Of the values: ``"1"``, or ``"m"`` of depth.
-        frame: What the camera is fixed to, ``"robot/link"``; None: the world.
-        pos: Where the camera is [m], in ``frame``.
+        unit: Unit of the values: ``"1"``, or ``"m"`` for depth.
+        frame: Frame that the camera is fixed to, ``"robot/link"``; None: the world.
+        pos: Position of the camera [m], in ``frame``.
         target: Point that it looks at [m], in ``frame``.
         fov_y: Vertical field of view [deg].
-        markers: Whether what the task marks, such as the goal, was drawn into the image.
+        markers: Whether the task's markers, such as the goal, were drawn into the image.
     """
 
     camera: str
@@ -41,19 +41,19 @@ class Image:
 
 @dataclass(frozen=True, kw_only=True)
 class Manifest:
-    """What a policy is for.
+    """Description of a policy's inputs and outputs.
 
     Attributes:
         observation: Space of each part, by its key; ``""`` where the observation is one array.
-        images: Which camera took each image, by its key in ``observation``.
+        images: Camera of each image, by its key in ``observation``.
         terms: Columns of each named part of the flat observation, or of its key ``"observation"``, by name.
         action: Space of the actions.
-        max_action_change: How far the joints' velocity limits let an action change in a step, of the action's shape;
-            None: actions are no joint positions.
-        control_timestep: [s] between two actions; None: the environment does not say.
-        joint_names: In the order of every joint array; empty: there is no robot.
-        robot: Fingerprint of the robot's model file; None: there is no robot.
-        xacro_args: Arguments with which that file was read.
+        max_action_change: Maximum change of an action per step that the joints' velocity limits allow, of the action's
+            shape; None: actions are not joint positions.
+        control_timestep: [s] between two actions; None: not specified by the environment.
+        joint_names: Joint names in the order of every joint array; empty without a robot.
+        robot: Fingerprint of the robot's model file; None without a robot.
+        xacro_args: Arguments for that model file.
     """
 
     observation: Mapping[str, Space]
@@ -68,10 +68,10 @@ class Manifest:
 
 
 def read_manifest(bundle: Bundle) -> Manifest:
-    """Read what a bundle says.
+    """Parse the manifest of a bundle.
 
     Raises:
-        BundleError: Something is missing or of the wrong kind.
+        BundleError: A value is missing or of the wrong type.
     """
     try:
         return _read(bundle.manifest)

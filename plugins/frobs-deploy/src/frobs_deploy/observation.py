@@ -1,4 +1,4 @@
-"""What a policy is given, checked against what it was trained with."""
+"""Observations of a policy, validated against its training."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_deploy.spaces import Array, Space
 
 
 class ObservationReader:
-    """Turns observations into the batches that a graph takes."""
+    """Validates observations and converts them to the batches that a graph takes."""
 
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self._path = path
@@ -29,7 +29,7 @@ class ObservationReader:
             value, single = self._batch("the observation", self._flat, given)
             return {"": value}, single, len(value)
         if not isinstance(observation, Mapping):
-            self._fail(f"the observation is one array, and a mapping with {_list(self._spaces)} is needed.")
+            self._fail(f"the observation is one array; it must be a mapping with {_list(self._spaces)}.")
         self._check_names(observation.keys(), self._spaces.keys())
         parts, singles = {}, set()
         for key, space in self._spaces.items():
@@ -55,20 +55,20 @@ class ObservationReader:
         return value, single
 
     def _compose(self, terms: Mapping[str, Array]) -> Array:
-        """Return the flat observation that named terms make up; they may be of any type of float."""
+        """Return the flat observation for named terms of any float type."""
         assert self._flat is not None
         if sum(columns.stop - columns.start for columns in self._terms.values()) != (self._flat.shape or (0,))[0]:
-            self._fail("the terms of the observation have no names; give it as one array.")
+            self._fail("the terms of the observation have no names; pass it as one array.")
         self._check_names(terms.keys(), self._terms.keys())
         try:
             pieces = {name: np.asarray(terms[name], self._flat.dtype) for name in self._terms}
         except (TypeError, ValueError, OverflowError) as error:
-            self._fail(f"a term of the observation does not consist of numbers: {error}.")
+            self._fail(f"a term of the observation contains a value that is not a number: {error}.")
         leading = {piece.shape[:-1] for piece in pieces.values()}
         for name, columns in self._terms.items():
             width = columns.stop - columns.start
             if pieces[name].shape[-1:] != (width,) or pieces[name].ndim > 2 or len(leading) > 1:
-                self._fail(f"observation['{name}'] has shape {pieces[name].shape}, and ({width},) is needed.")
+                self._fail(f"observation['{name}'] has shape {pieces[name].shape}, not ({width},).")
         flat = np.empty((*leading.pop(), *self._flat.shape), self._flat.dtype)
         for name, columns in self._terms.items():
             flat[..., columns] = pieces[name]
@@ -77,8 +77,8 @@ class ObservationReader:
     def _check_names(self, given: Set[str], needed: Set[str]) -> None:
         if given != needed:
             lacks, extra = sorted(needed - given), sorted(given - needed)
-            said = [f"lacks {_list(lacks)}"] * bool(lacks) + [f"has {_list(extra)} too many"] * bool(extra)
-            self._fail(f"the observation {' and '.join(said)}; {_list(needed)} are needed.")
+            said = [f"lacks {_list(lacks)}"] * bool(lacks) + [f"contains the unknown {_list(extra)}"] * bool(extra)
+            self._fail(f"the observation {' and '.join(said)}; expected {_list(needed)}.")
 
     def _fail(self, reason: str) -> NoReturn:
         raise BundleMismatchError(self._path, reason)

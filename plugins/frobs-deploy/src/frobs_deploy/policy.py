@@ -1,4 +1,4 @@
-"""The policy of a bundle, ready to act."""
+"""The runnable policy of a bundle."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ _SAME_TIMESTEP = 1e-6  # relative
 
 
 class Policy:
-    """A trained policy that acts, with NumPy and onnxruntime alone.
+    """A trained policy that runs with only NumPy and onnxruntime.
 
-    What is given of ``robot``, ``joint_names`` and ``control_timestep`` is compared with what the policy was trained
-    for. Give all three on a robot: a policy that is run on another arm, or at another rate, moves, and moves wrongly.
+    The given ``robot``, ``joint_names`` and ``control_timestep`` are compared with those of the training. Pass all
+    three on a real robot: a policy that runs on another arm, or at another rate, moves it incorrectly.
 
     Args:
-        bundle: The file that ``frobs export`` wrote, or what was read from it.
+        bundle: The file that ``frobs export`` wrote, or a bundle that was read from it.
         robot: Fingerprint of the robot's model file: 64 hexadecimal digits, from
             :func:`frobs_core.models.fingerprint`.
-        joint_names: Of the arrays that observations are made from, in their order.
-        control_timestep: Between two actions [s].
-        max_change: How far an action may change in a step: ``"joint_velocity"`` for as far as the joints get, a number
-            or an array in the action's own unit; None: as the policy says.
-        num_threads: For the runtime; one is fastest for small networks.
+        joint_names: Joint names in the order of the arrays in the observation.
+        control_timestep: Time between two actions [s].
+        max_change: Maximum change of an action per step: ``"joint_velocity"`` for the change that the joints' velocity
+            limits allow, a number or an array in the action's unit; None: the policy's own actions.
+        num_threads: Threads of onnxruntime; one is fastest for small networks.
 
     Attributes:
-        bundle: What was read.
-        manifest: What it says, as far as running needs it.
+        bundle: The bundle.
+        manifest: The parsed manifest of the bundle.
 
     Raises:
         BundleError: The file is damaged.
-        BundleMismatchError: The robot, its joints or the rate are not those of the training.
+        BundleMismatchError: The robot, its joints or the rate differ from the training.
         PolicyArgumentError: An argument has the wrong shape or value.
         OnnxruntimeMissingError: onnxruntime is not installed.
     """
@@ -78,24 +78,24 @@ class Policy:
 
     @property
     def recurrent(self) -> bool:
-        """Whether the policy remembers; it is then told where episodes begin with :meth:`reset`."""
+        """Whether the policy has memory; then :meth:`reset` must be called when an episode begins."""
         return bool(self._graph.states)
 
     @property
     def latency(self) -> Latency:
-        """What the last 1,000 calls of :meth:`act` took."""
+        """Durations of the last 1,000 calls of :meth:`act`."""
         return self._latency.read()
 
     @property
     def scores(self) -> Array | None:
-        """Of the last discrete choice: (choices,) or (n, choices) float; the greatest was chosen. Else None."""
+        """Scores of the last discrete choice, (choices,) or (n, choices) float; the highest was chosen. Else None."""
         return self._scores
 
     def bench(self, actions: int = 1000) -> Latency:
-        """Return what actions take on this machine, for observations amid the space; the policy's own state is lost.
+        """Return the duration of actions on this machine, for typical observations; this resets the policy's memory.
 
         Args:
-            actions: How many are measured, after some that are not.
+            actions: Number of measured actions, after some for warm-up.
         """
         _check_count("actions", actions, 0, 10**9)
         observation = {key: space.middle() for key, space in self.manifest.observation.items()}
@@ -114,9 +114,9 @@ class Policy:
         """Begin an episode.
 
         Args:
-            mask: (n,) bool: in which rows of a batch; None: in all, and the next batch may have any size.
-            previous_action: From which the first action may change by ``max_change``, in the action's shape, or with
-                a batch axis as the next batch has it; None: the first action may be any.
+            mask: (n,) bool: rows of the batch to reset; None: all rows, and the next batch may have any size.
+            previous_action: Action from which the first action may differ by ``max_change``, in the action's shape, or
+                with the batch axis of the next batch; None: no limit for the first action.
 
         Raises:
             PolicyArgumentError: The mask or the action has the wrong shape.
@@ -128,7 +128,7 @@ class Policy:
             self._limits.reset(previous)
             return
         if previous_action is not None:
-            raise PolicyArgumentError("previous_action is for all rows at once; leave out the mask.")
+            raise PolicyArgumentError("previous_action applies to all rows; omit the mask.")
         try:
             chosen = np.asarray(mask)
         except ValueError:  # rows of different lengths
@@ -140,18 +140,18 @@ class Policy:
         self._limits.forget(chosen)
 
     def act(self, observation: Array | Mapping[str, Array]) -> Any:
-        """Return the action for an observation, or the actions for a batch of them.
+        """Return the action for an observation, or the actions for a batch of observations.
 
         Args:
-            observation: As the observation space says, or with a batch axis in front; a flat one may also be given as
-                a mapping of its named terms.
+            observation: An element of the observation space, or a batch of them with an additional first axis; a flat
+                observation may also be a mapping of its named terms.
 
         Returns:
-            The action in the action space, clipped to it, with a batch axis if the observation has one.
+            The action, clipped to the action space, with a batch axis if the observation has one.
 
         Raises:
-            BundleMismatchError: The observation has other names, another shape or type, or is not finite; or a batch
-                of another size than before came without a reset.
+            BundleMismatchError: The observation has other names, another shape or type, or is not finite; or the batch
+                size changed without a reset.
             BundleError: The network fails.
         """
         began = time.perf_counter()
@@ -161,7 +161,7 @@ class Policy:
             self._start = np.ones(n, np.bool_)
         elif len(self._start) != n:
             raise BundleMismatchError(
-                self.bundle.path, f"{n} observations came after {len(self._start)}; call reset() between the two."
+                self.bundle.path, f"the batch has {n} observations after {len(self._start)}; call reset() first."
             )
         if self._graph.states:
             for name, shape in self._graph.states.items():
@@ -187,7 +187,7 @@ class Policy:
     def _check_robot(self, robot: str) -> None:
         trained = self.manifest.robot
         if trained is None:
-            raise BundleMismatchError(self.bundle.path, "was trained without a robot; leave out robot=….")
+            raise BundleMismatchError(self.bundle.path, "was trained without a robot; omit robot=….")
         if not re.fullmatch("[0-9a-f]{64}", str(robot)):
             raise PolicyArgumentError(
                 f"robot={robot!r} is not a fingerprint of 64 hexadecimal digits; "
@@ -196,8 +196,8 @@ class Policy:
         if robot != trained:
             raise BundleMismatchError(
                 self.bundle.path,
-                f"the robot is not the robot of the training: its fingerprint is {robot[:12]}…, and {trained[:12]}… is "
-                "needed; use the model file of the training, or train with this one.",
+                f"the robot is not the robot of the training: its fingerprint is {robot[:12]}…, not {trained[:12]}…; "
+                "use the model file of the training, or train with this one.",
             )
 
     def _check_joints(self, given: Sequence[str]) -> None:
@@ -208,8 +208,8 @@ class Policy:
             same = sorted(names) == sorted(trained)
             raise BundleMismatchError(
                 self.bundle.path,
-                f"the joints are {', '.join(names) or 'none'}, and the policy was trained with "
-                f"{', '.join(trained) or 'none'}{': bring them into this order' if same else ''}.",
+                f"the joints are {', '.join(names) or 'none'}, but the policy was trained with "
+                f"{', '.join(trained) or 'none'}{'; use this order' if same else ''}.",
             )
 
     def _check_rate(self, control_timestep: float) -> None:
@@ -217,15 +217,15 @@ class Policy:
         if shape:
             raise PolicyArgumentError(f"control_timestep={control_timestep!r:.80}: it must be one number [s].")
         if trained is None:
-            raise BundleMismatchError(self.bundle.path, "says no control_timestep; leave out control_timestep=….")
+            raise BundleMismatchError(self.bundle.path, "has no control_timestep; omit control_timestep=….")
         if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
             raise BundleMismatchError(
                 self.bundle.path,
-                f"control_timestep is {control_timestep:g} s, and the policy was trained with {trained:g} s "
+                f"control_timestep is {control_timestep:g} s, but the policy was trained with {trained:g} s "
                 f"({1.0 / trained:g} Hz).",
             )
 
 
 def _check_count(name: str, value: Any, least: int, most: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be a whole number from {least} to {most:,}.")
+        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be an integer from {least} to {most:,}.")
