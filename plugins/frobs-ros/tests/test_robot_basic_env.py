@@ -156,7 +156,7 @@ def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv)
     env.close()
     assert not publisher.is_running
     assert ros_gazebo.gazebo_step_physics(1)  # the simulation was not the environment's
-    with pytest.raises(ResetNeededError, match="step was called on an environment that is closed"):
+    with pytest.raises(ResetNeededError, match="step was called on a closed environment"):
         env.step(np.zeros(2))
 
 
@@ -170,9 +170,9 @@ def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv)
         ({"model_ori_w": 2.0}, "has length 2"),
         ({"spawn_robot": True}, "spawn_robot needs pkg_name and urdf_file"),
         ({"reset_controllers": True}, "reset_controllers needs controller_list"),
-        ({"launch_gazebo": True, "gazebo_recording": True}, "recording is not possible on the backend"),
+        ({"launch_gazebo": True, "gazebo_recording": True}, "recording is not supported by the backend"),
         ({"launch_gazebo": True, "world_path": "/no/such.world"}, "/no/such.world does not exist"),
-        ({"launch_gazebo": True, "world_pkg": "tiny_arm"}, "needs the name of the package and of the world file"),
+        ({"launch_gazebo": True, "world_pkg": "tiny_arm"}, "needs the names of both the package and the world file"),
     ],
 )
 def test_what_cannot_be_meant_is_refused_before_anything_is_started(

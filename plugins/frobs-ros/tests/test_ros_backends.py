@@ -72,8 +72,8 @@ def test_arguments_of_a_launch_reach_gazebo(monkeypatch: pytest.MonkeyPatch, tmp
 @pytest.mark.parametrize(
     ("launch", "backend", "reason"),
     [
-        (Launch(recording=True), BRIDGE, "recording is not possible on the backend 'bridge:mujoco'"),
-        (Launch(gui_required=True), BRIDGE, "gui_required is not possible"),
+        (Launch(recording=True), BRIDGE, "recording is not supported by the backend 'bridge:mujoco'"),
+        (Launch(gui_required=True), BRIDGE, "gui_required is not supported"),
         (Launch(clock_frequency=-1), "gazebo", "pub_clock_frequency is -1"),
         (Launch(respawn=True, server_required=True), "gazebo", "cannot be combined"),
         (Launch(gui=False, gui_required=True), "gazebo", "gui_required needs gui"),
@@ -102,7 +102,7 @@ def test_a_simulation_is_launched_as_told_and_closed(own_master: str, reasons: C
     given: dict[str, Any] = {"paused": True, "gui": True, "use_sim_time": False, "output": "log", "verbose": True}
     given |= {"custom_world_pkg": "tiny_arm", "custom_world_name": "box.world", "pub_clock_frequency": 50}
     assert ros_gazebo.close_Gazebo() is False
-    assert "this process runs none" in reasons()
+    assert "this process has not launched a simulation" in reasons()
     assert ros_gazebo.launch_Gazebo(**given) is True
     assert "there is no display" in reasons()
     assert rospy.get_param("/use_sim_time") is False

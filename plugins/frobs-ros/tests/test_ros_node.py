@@ -85,7 +85,7 @@ def test_all_our_nodes_are_killed_and_no_other() -> None:
     [
         (["no_package", "talk.py"], "no ROS package is named 'no_package'"),
         (["tiny_arm", "walk.py"], "Did you mean 'talk.py'?"),
-        (["tiny_arm", "fail.sh"], "it ended at once, with exit code 3"),
+        (["tiny_arm", "fail.sh"], "it ended immediately with exit code 3"),
     ],
 )
 def test_a_node_that_does_not_run_is_refused_with_a_reason(
@@ -130,7 +130,7 @@ def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[
             assert time.monotonic() < until
             time.sleep(0.05)
         assert ros_node.ros_kill_master() is False
-        assert "it was not started by this process" in reasons()
+        assert "this process did not start it" in reasons()
         assert master.is_online()
     finally:
         foreign.terminate()

@@ -40,7 +40,7 @@ def test_worlds_are_found_by_path_and_in_the_resource_path(monkeypatch: pytest.M
     [
         (["--physics", "bullet"], "physics is 'bullet'; it must be 'ode'"),
         (["--ros-network", "false"], "enable_ros_network is False"),
-        (["--recording", "true"], "recording is not possible"),
+        (["--recording", "true"], "recording is not supported"),
         (["--use-clock-frequency", "true", "--clock-frequency", "-1"], "pub_clock_frequency is -1"),
         (["no.world"], "no.world does not exist; pass the absolute path of a world file, or set GAZEBO_RESOURCE_PATH"),
     ],

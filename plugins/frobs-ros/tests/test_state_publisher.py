@@ -321,7 +321,7 @@ def test_what_cannot_be_told_is_left_out(
     [
         (None, [], "there is no parameter /broken/robot_description"),
         ("<robot><link name='a'/>", [], "not well-formed XML"),
-        ("<sdf/>", [], "whose first element is <robot>"),
+        ("<sdf/>", [], "with <robot> as its first element"),
         (ARM, ["_publish_frequency:=-1"], "it must be above 0"),
     ],
     ids=["missing", "torn", "sdf", "rate"],

@@ -1,4 +1,4 @@
-"""ROS 1 for FRobs: FRobs_RL's helpers and environments, any simulation as Gazebo, and policies as nodes."""
+"""ROS 1 for FRobs: FRobs_RL's helpers and environments, simulations as Gazebo, and policies as nodes."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -39,7 +39,7 @@ __all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its module when it is first used: most need ROS."""
+    """Import a public name from its module on first use, because most of them require ROS."""
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_MODULES[name]), name)

@@ -1,4 +1,4 @@
-"""The arguments of FRobs_RL's functions, each described once: a name means the same in all of them."""
+"""The arguments of FRobs_RL's functions, each described once: a name has the same meaning in all of them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ARGUMENTS: Mapping[str, str] = {
     "spawn_controllers": "The controllers to load and start.",
     "kill_controllers": "The controllers to stop and unload.",
     "strictness": "1 does what can be done, 2 does all or nothing.",
-    "start_asap": "Whether to start each controller as soon as its hardware is ready; stopping ignores it.",
+    "start_asap": "Whether to start each controller as soon as its hardware is ready; ignored when stopping.",
     "timeout": "Time after which pending controllers are given up [s]; 0 for never.",
     "pkg_name": "The ROS package that contains the file.",
     "file_name": "The file.",
@@ -33,7 +33,7 @@ ARGUMENTS: Mapping[str, str] = {
     "launch_file": "The file, in the package's folder ``launch`` or below the package.",
     "launch_file_path": "The file.",
     "args": 'Arguments of the launch file: ``["gui:=false"]``.',
-    "launch_new_term": "Whether to run it in an xterm.",
+    "launch_new_term": "Whether to run the program in an xterm.",
     "robot_namespace": "Namespace of the model's topics and of its controller manager.",
     "reference_frame": 'The model or link that the pose is relative to; ``"world"`` for none.',
     "ref_frame": "The model or link that pose and velocity are relative to.",
@@ -46,7 +46,7 @@ ARGUMENTS: Mapping[str, str] = {
     "controllers_file": "YAML file in the package's folder ``config``; None: the robot has no controllers.",
     "controllers_list": "The controllers to load and start.",
     "namespace": "Namespace of the robot.",
-    "max_pub_freq": "Highest rate of the state publisher [Hz]; None: its default.",
+    "max_pub_freq": "Maximum rate of the state publisher [Hz]; None: its default.",
     "rob_st_term": "Whether to run the state publisher in an xterm.",
     "gazebo_name": "The model's name in the simulation.",
     "gaz_ref_frame": "The model or link that the pose is relative to.",
@@ -57,7 +57,7 @@ ARGUMENTS: Mapping[str, str] = {
 
 
 def describe_arguments(function: Callable[..., Any]) -> str:
-    """Return a function's docstring, with a section ``Args`` from the table above unless it has one."""
+    """Return a function's docstring, with a section ``Args`` from this table unless it has one."""
     text = function.__doc__ or ""
     names = inspect.signature(function).parameters
     if not names or "    Args:\n" in text:

@@ -1,7 +1,7 @@
-"""What stands behind the names of Gazebo: Gazebo itself, or the bridge over a FRobs simulator.
+"""Backends behind Gazebo's interface: Gazebo itself, or the bridge with a FRobs simulator.
 
-Each backend takes the same :class:`Launch`, and honours, emulates or refuses each of its fields: ``TREATMENT`` says
-which, and the documentation's table is made of it.
+Each backend takes the same :class:`Launch`, and honors, emulates or rejects each of its fields, as listed in
+``TREATMENT``, from which the documentation's table is generated.
 """
 
 from __future__ import annotations
@@ -24,35 +24,38 @@ GAZEBO, BRIDGE = "gazebo", "bridge:"
 DEFAULT_BRIDGE = "bridge:mujoco"
 
 TREATMENT: Mapping[str, tuple[str, str]] = {
-    "paused": ("honoured", "honoured"),
-    "use_sim_time": ("honoured", "honoured"),
-    "gui": ("honoured; without a display it is left out, which is logged", "as on Gazebo"),
-    "recording": ("honoured: Gazebo's state log", "an error: the bridge keeps no state log"),
-    "debug": ("honoured: gzserver under gdb", "emulated: tracebacks, also of crashes in native code"),
-    "verbose": ("honoured", "honoured"),
-    "output": ("honoured", "honoured"),
-    "custom_world_path": ("honoured", "honoured; what of the SDF cannot be kept is an error"),
-    "custom_world_pkg": ("honoured", "honoured"),
-    "custom_world_name": ("honoured", "honoured"),
-    "respawn_gazebo": ("honoured", "emulated: the bridge is started again, with an empty world"),
-    "pub_clock_frequency": ("honoured", "honoured"),
+    "paused": ("honored", "honored"),
+    "use_sim_time": ("honored", "honored"),
+    "gui": ("honored; without a display it is ignored, which is logged", "as on Gazebo"),
+    "recording": ("honored: Gazebo's state log", "an error: the bridge keeps no state log"),
+    "debug": ("honored: gzserver under gdb", "emulated: tracebacks, also of crashes in native code"),
+    "verbose": ("honored", "honored"),
+    "output": ("honored", "honored"),
+    "custom_world_path": ("honored", "honored; unsupported SDF elements are an error"),
+    "custom_world_pkg": ("honored", "honored"),
+    "custom_world_name": ("honored", "honored"),
+    "respawn_gazebo": ("honored", "emulated: the bridge is started again, with an empty world"),
+    "pub_clock_frequency": ("honored", "honored"),
     "server_required": (
-        "honoured: without gzserver all of the launch ends",
-        "emulated: the bridge is all of the launch",
+        "honored: the whole launch ends with gzserver",
+        "emulated: the launch consists of the bridge",
     ),
-    "gui_required": ("honoured; without a display an error", "an error: the bridge's window may be closed"),
-    "launch_new_term": ("honoured; without xterm or display a log file, which is logged", "as on Gazebo"),
+    "gui_required": ("honored; an error without a display", "an error: the bridge's window may be closed"),
+    "launch_new_term": (
+        "honored; without xterm or a display the output goes to a log file, which is logged",
+        "as on Gazebo",
+    ),
 }
-"""Argument of launch_Gazebo, then what it is on Gazebo and on the bridge."""
+"""Arguments of launch_Gazebo, with their treatment on Gazebo and on the bridge."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Launch:
-    """What a simulation is launched with; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
+    """Options for launching a simulation; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
 
     Attributes:
-        world: Its world file; None: an empty world.
-        clock_frequency: Of /clock [Hz]; 0: every physics step.
+        world: World file; None: an empty world.
+        clock_frequency: Rate of the topic /clock [Hz]; 0: every physics step.
     """
 
     paused: bool = False
@@ -69,12 +72,12 @@ class Launch:
 
 
 def choose() -> str:
-    """Return the backend: the environment variable or the ROS parameter ``FROBS_ROS_BACKEND``, else what is here.
+    """Return the backend from the environment variable or ROS parameter ``FROBS_ROS_BACKEND``, or the default.
 
-    Gazebo where ROS has gazebo_ros, else the bridge over MuJoCo.
+    The default is Gazebo if ROS has gazebo_ros, else the bridge with MuJoCo.
 
     Raises:
-        ConfigurationError: What was chosen is none.
+        ConfigurationError: The selected backend does not exist.
     """
     from frobs_ros.master import connect, is_online
 
@@ -90,10 +93,10 @@ def choose() -> str:
 
 
 def check(launch: Launch, backend: str) -> None:
-    """Refuse what a backend cannot do.
+    """Raise an error if a backend does not support an option.
 
     Raises:
-        ConfigurationError: It cannot do something that is asked; says what.
+        ConfigurationError: An option is not supported; the message names it.
     """
     if launch.clock_frequency < 0:
         raise ParameterValueError(
@@ -104,26 +107,26 @@ def check(launch: Launch, backend: str) -> None:
     if launch.gui_required and not launch.gui:
         raise MissingSettingError("gui_required", "gui")
     if launch.gui_required and not has_display():
-        raise ConfigurationError("gui_required is given, and there is no display here.")
+        raise ConfigurationError("gui_required needs a display, but there is none.")
     if backend == GAZEBO:
         return
     for name, given in (("recording", launch.recording), ("gui_required", launch.gui_required)):
         if given:
             raise ConfigurationError(
-                f"{name} is not possible on the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; leave it "
-                f"out, or choose {VARIABLE}=gazebo."
+                f"{name} is not supported by the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; omit it "
+                f"or choose {VARIABLE}=gazebo."
             )
 
 
 def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
-    """Return the words and the environment that start a backend.
+    """Return the command and the environment that start a backend.
 
     Raises:
-        ProcessError: A program that it needs is not installed.
+        ProcessError: A required program is not installed.
     """
     gui = launch.gui and has_display()
     if launch.gui and not gui:
-        LOG.warning("Gazebo has no window: there is no display")
+        LOG.warning("Gazebo opens no window because there is no display")
     return _gazebo(launch, gui) if backend == GAZEBO else _bridge(launch, backend, gui)
 
 
@@ -153,7 +156,7 @@ def _bridge(launch: Launch, backend: str, gui: bool) -> tuple[list[str], dict[st
     words += ["--gui"] if gui else []
     words += ["--verbose"] if launch.verbose or launch.debug else []
     words += ["--world", str(launch.world)] if launch.world else []
-    variables = dict(os.environ)  # this Python's, with its own packages
+    variables = dict(os.environ)  # the environment of this Python, with its packages
     if launch.debug:
         variables["FROBS_DEBUG"] = "1"
     return words, variables

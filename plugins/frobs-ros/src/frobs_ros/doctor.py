@@ -1,4 +1,4 @@
-"""What of ROS and Gazebo is on this machine, as data."""
+"""Examines which parts of ROS and Gazebo are installed."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class RosComponent:
     Attributes:
         kind: ``"module"``, ``"program"`` or ``"ROS package"``.
         needed: Whether frobs-ros cannot work without it.
-        version: As its package says; empty: unknown.
-        place: Its folder or file; empty: it is not here.
-        package: The Debian package that contains it; empty: Debian has none.
+        version: Version from its package; empty: unknown.
+        place: Its folder or file; empty: not installed.
+        package: The Debian package that contains it; empty: there is none.
     """
 
     name: str
@@ -83,15 +83,15 @@ class RosComponent:
 
 @dataclass(frozen=True, kw_only=True)
 class RosReport:
-    """What is here.
+    """Result of the examination.
 
     Attributes:
         usable: Whether frobs-ros can work.
-        prefix: Where ROS is; empty: nowhere.
+        prefix: Folder of ROS; empty: not installed.
         python: The version of this Python.
         linked: Whether plain Python can import rospy.
         missing: The Debian packages that contain what is missing.
-        advice: What to do, a line each.
+        advice: Recommendations, one per line.
     """
 
     usable: bool
@@ -106,7 +106,7 @@ class RosReport:
 
 
 def examine_ros() -> RosReport:
-    """Look at all parts of ROS. Starts nothing, and writes nothing but the cache of message packages."""
+    """Examine all parts of ROS. Starts nothing, and writes only the cache of message packages."""
     from importlib.machinery import PathFinder
 
     from frobs_ros.master import is_online, master_uri
@@ -124,9 +124,9 @@ def examine_ros() -> RosReport:
     answers = not trouble and is_online()
     advice = [trouble] if trouble else []
     if missing:
-        advice.append(f"To have all of it: apt-get install {' '.join(missing)}")
+        advice.append(f"To install all of them: apt-get install {' '.join(missing)}")
     if usable and not linked:
-        advice.append("Plain Python cannot import rospy here; start scripts by 'frobs legacy run' (frobs-rl-compat)")
+        advice.append("Python cannot import rospy directly; start scripts with 'frobs legacy run' (frobs-rl-compat)")
     advice.append(f"A ROS master {'answers' if answers else 'does not answer'} at {master_uri()}")
     return RosReport(
         usable=usable,
@@ -161,7 +161,7 @@ def _ros_package(row: _Row) -> RosComponent:
 
 
 def _component(kind: str, row: _Row, place: Path | None, folder: Path | None = None) -> RosComponent:
-    """Return what was found of a row; its version stands in a folder's ``package.xml``."""
+    """Return the component for a row; its version is read from a folder's ``package.xml``."""
     name, package, purpose, needed = row
     file = folder / "package.xml" if folder else None
     match = _VERSION.search(file.read_text(errors="replace")) if file and file.is_file() else None

@@ -1,6 +1,6 @@
-"""Finds ROS 1 on this machine, and makes its Python modules importable without anything else of the system's.
+"""Finds ROS 1, and makes its Python modules importable without other modules of the system.
 
-Nothing here imports ROS or changes this process until :func:`use_ros` is called.
+This module does not import ROS or change the process until :func:`use_ros` is called.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ PACKAGES = (
 
 @dataclass(frozen=True)
 class RosInstallation:
-    """Where ROS is.
+    """Location of a ROS installation.
 
     Attributes:
-        prefix: ``/usr`` for Debian's packages, ``/opt/ros/noetic``, or a prefix of conda.
-        modules: The folder of its Python modules.
+        prefix: ``/usr`` for Debian's packages, ``/opt/ros/noetic``, or a conda prefix.
+        modules: Folder of its Python modules.
     """
 
     prefix: Path
@@ -45,20 +45,20 @@ class RosInstallation:
 
     @property
     def share(self) -> Path:
-        """The folder of its packages."""
+        """Folder of its packages."""
         return self.prefix / "share"
 
     @property
     def programs(self) -> Path:
-        """The folder of its commands."""
+        """Folder of its commands."""
         return self.prefix / "bin"
 
 
 def find_ros() -> RosInstallation | None:
-    """Return where ROS is, or None: what Python imports already, then ``/opt/ros/noetic``, then Debian's packages."""
+    """Return the ROS installation, or None: the importable one, then ``/opt/ros/noetic``, then Debian's packages."""
     spec = importlib.util.find_spec("rospy")
     if spec is not None and spec.origin is not None:
-        modules = Path(spec.origin).resolve().parents[1]  # links lead to where the rest of ROS is
+        modules = Path(spec.origin).resolve().parents[1]  # links are resolved to find the rest of ROS
         return RosInstallation(_prefix(modules), modules)
     for prefix in (DISTRIBUTION, SYSTEM):
         modules = prefix / "lib" / "python3" / "dist-packages"
@@ -68,7 +68,7 @@ def find_ros() -> RosInstallation | None:
 
 
 def _prefix(modules: Path) -> Path:
-    """Return the folder above ``lib/python3…/``; the modules' own where there is no ``lib``."""
+    """Return the folder above ``lib/python3…/``; the modules' own folder if there is no ``lib``."""
     for folder in modules.parents:
         if folder.name == "lib":
             return folder.parent
@@ -76,7 +76,7 @@ def _prefix(modules: Path) -> Path:
 
 
 def links_to_ros() -> dict[str, Path]:
-    """Return links to ROS's modules that this Python cannot import, and to those that they import.
+    """Return links to ROS modules that this Python cannot import, and to the modules that they import.
 
     Raises:
         RosNotFoundError: ROS is not installed; the message names the Debian packages.
@@ -89,7 +89,7 @@ def links_to_ros() -> dict[str, Path]:
 
 @cache
 def link_modules() -> str:
-    """Append links to ROS's modules to ``sys.path``, and return their folder; every other module comes first.
+    """Append links to ROS's modules to ``sys.path``, after all other modules, and return their folder.
 
     Raises:
         RosNotFoundError: ROS is not installed; the message names the Debian packages.
@@ -101,10 +101,10 @@ def link_modules() -> str:
 
 @cache
 def use_ros() -> None:
-    """Make ``import rospy`` and the message packages work in this process; calling it again costs nothing.
+    """Make ``import rospy`` and the message packages work in this process. Calling it again has no effect.
 
-    Links to the modules that are missing are appended to ``sys.path``: every other module comes first. Environment
-    variables that ROS needs and nobody has set are set; see :func:`set_variables`.
+    Links to missing modules are appended to ``sys.path``, after all other modules. Environment variables that ROS needs
+    are set unless they have a value; see :func:`set_variables`.
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
@@ -119,7 +119,7 @@ def use_ros() -> None:
         link_modules.cache_clear()
         version = f"{sys.version_info.major}.{sys.version_info.minor}"
         raise RosNotFoundError(
-            f"'import rospy' fails in Python {version}: {error}. If a module of Python is missing: "
+            f"'import rospy' fails in Python {version}: {error}. If a Python module is missing: "
             + local_install_hint("pip install 'frobs-ros[ros]'")
         ) from error
     sys.path.append(str(make_overlay(links_to_messages())))
@@ -127,11 +127,10 @@ def use_ros() -> None:
 
 
 def set_variables(environment: MutableMapping[str, str]) -> None:
-    """Set what ROS needs and nobody has set.
+    """Set the variables that ROS needs, unless they have a value.
 
-    The master is the one on this machine unless ``ROS_MASTER_URI`` says another. Where the master is on this machine,
-    and neither ``ROS_HOSTNAME`` nor ``ROS_IP`` is set, nodes are named ``localhost``, and then rospy listens on the
-    loopback address alone.
+    The default master is on this machine. If the master is on this machine, and neither ``ROS_HOSTNAME`` nor ``ROS_IP``
+    is set, nodes are named ``localhost``, so that rospy listens only on the loopback address.
     """
     environment.setdefault("ROS_MASTER_URI", MASTER_URI)
     if not environment.get("ROS_HOSTNAME") and not environment.get("ROS_IP") and is_local(environment):
@@ -139,15 +138,15 @@ def set_variables(environment: MutableMapping[str, str]) -> None:
 
 
 def is_local(environment: Mapping[str, str]) -> bool:
-    """Return whether the ROS master is on this machine's loopback address."""
+    """Return whether the ROS master is on the loopback address of this machine."""
     host = urlparse(environment.get("ROS_MASTER_URI", MASTER_URI)).hostname or ""
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
 def child_variables() -> dict[str, str]:
-    """Return the environment for programs of ROS: the system's Python comes first on ``PATH``.
+    """Return the environment for programs of ROS, with the system's Python first on ``PATH``.
 
-    Nodes begin with ``#!/usr/bin/env python3``; with another Python's folder first they find no rospy.
+    Nodes begin with ``#!/usr/bin/env python3``; a different Python would not find rospy.
     """
     environment = dict(os.environ)
     set_variables(environment)

@@ -31,37 +31,37 @@ class RosNotFoundError(RosError):
 
     Args:
         reason: What is missing.
-        packages: The Debian packages that bring it; none: another remedy stands in the reason.
+        packages: The Debian packages that contain it; if empty, the reason contains another remedy.
     """
 
     def __init__(self, reason: str, packages: Sequence[str] = ()) -> None:
         self.reason = reason
         self.packages = tuple(packages)
         install = f" Install it with 'apt-get install {' '.join(self.packages)}'." if self.packages else ""
-        super().__init__(f"ROS cannot be used: {reason}.{install} 'frobs doctor ros' says what else is missing.")
+        super().__init__(f"ROS cannot be used: {reason}.{install} 'frobs doctor ros' lists all missing parts.")
 
 
 class MasterError(RosError):
-    """No ROS master answers, or it refuses what was asked.
+    """No ROS master answers, or it rejects a request.
 
     Args:
-        uri: Where it was looked for.
-        reason: What it answers; None: nothing.
+        uri: Address of the master.
+        reason: Answer of the master; None if it does not answer.
     """
 
     def __init__(self, uri: str, reason: str | None = None) -> None:
         self.uri = uri
         self.reason = reason
-        what = f"the ROS master at {uri} refuses: {reason}" if reason else f"no ROS master answers at {uri}"
-        remedy = "" if reason else "; start one with 'roscore', or let ROS_MASTER_URI say where it is"
+        what = f"the ROS master at {uri} rejects the request: {reason}" if reason else f"no ROS master answers at {uri}"
+        remedy = "" if reason else "; start one with 'roscore', or set ROS_MASTER_URI to its address"
         super().__init__(f"{what}{remedy}.")
 
 
 class ServiceError(RosError):
-    """A service is not there, broke off, or refused what was asked.
+    """A service does not exist, its connection failed, or it rejected a request.
 
     Args:
-        service: Its full name.
+        service: Full name of the service.
         reason: What happened; what to do.
     """
 
@@ -72,13 +72,13 @@ class ServiceError(RosError):
 
 
 class PackageNotFoundError(RosError):
-    """No ROS package has this name, or it lacks the file.
+    """A ROS package does not exist, or does not contain a file.
 
     Args:
-        package: The name that was asked for.
-        available: Names of packages that were seen.
+        package: The requested name.
+        available: Names of the packages that were found.
         searched: The folders that were searched.
-        file: The file that the package lacks; None: the package itself is missing.
+        file: The missing file; None: the package itself is missing.
     """
 
     def __init__(
@@ -95,25 +95,25 @@ class PackageNotFoundError(RosError):
             super().__init__(f"the ROS package '{package}' has no file {file}.{hint or there}")
         else:
             super().__init__(
-                f"no ROS package is named '{package}'.{hint} Looked in {', '.join(self.searched) or 'no folder'}; "
-                "source the workspace's setup.bash, or name the folder that holds it in ROS_PACKAGE_PATH."
+                f"no ROS package is named '{package}'.{hint} Searched {', '.join(self.searched) or 'no folder'}; "
+                "source the workspace's setup.bash, or add the folder that contains it to ROS_PACKAGE_PATH."
             )
 
 
 class ProcessError(RosError):
-    """A process did not start, or ended at once.
+    """A process did not start, or ended immediately.
 
     Args:
-        name: Of the process.
+        name: Name of the process.
         reason: What happened.
-        output: The last that it wrote.
+        output: The last lines of its output.
     """
 
     def __init__(self, name: str, reason: str, output: str = "") -> None:
         self.name = name
         self.reason = reason
         self.output = output
-        said = f" It wrote last:\n{output}" if output else ""
+        said = f" Last output:\n{output}" if output else ""
         super().__init__(f"{name}: {reason}.{said}")
 
 
@@ -121,7 +121,7 @@ class ControllerError(ConfigurationError):
     """A ROS controller cannot be loaded, started, stopped or used.
 
     Args:
-        controller: Its name.
+        controller: Name of the controller.
         reason: What is wrong and what to do.
     """
 
@@ -132,7 +132,7 @@ class ControllerError(ConfigurationError):
 
 
 class TrajectoryError(ConfigurationError):
-    """A trajectory message cannot be followed; the text names the field."""
+    """A trajectory message cannot be followed; the message names the field."""
 
 
 class GazeboElementError(ConfigurationError):

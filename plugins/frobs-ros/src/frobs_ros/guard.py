@@ -1,12 +1,12 @@
-"""Runs one command, and ends all that came of it when the owner says so, or is gone.
+"""Runs one command, and ends all its processes when the owner requests it or has ended.
 
-A program of its own, ``python -I -S guard.py COMMAND…``, made of the standard library alone. Its standard input is a
-pipe whose other end the owner holds: it closes when the owner dies, however that happens, ``kill -9`` too. Whatever
-the command starts stays below this process in the tree of processes, daemons as well (PR_SET_CHILD_SUBREAPER), so
-nothing of it can be left over.
+This is a separate program, ``python -I -S guard.py COMMAND…``, that uses only the standard library. Its standard input
+is a pipe whose other end the owner holds. The pipe closes when the owner ends for any reason, including ``kill -9``.
+Everything that the command starts, including daemons, stays below this process in the process tree
+(PR_SET_CHILD_SUBREAPER), so no process is left.
 
-``--respawn`` starts the command again when it ends by itself; ``--grace S`` is what it has after SIGINT, and again
-after SIGTERM [s]; ``--inside`` sends the SIGINT to what the command runs, which is meant for terminals.
+``--respawn`` restarts the command when it ends by itself; ``--grace S`` is the time that it gets after SIGINT, and
+again after SIGTERM [s]; ``--inside`` sends SIGINT to the processes that the command runs, for terminals.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def descendants(pid: int) -> list[int]:
                 with open(f"/proc/{entry}/stat", "rb") as file:
                     fields = file.read().rpartition(b")")[2].split()
             except OSError:
-                continue  # it ended while we looked
+                continue  # it ended in the meantime
             if fields[0] != b"Z":
                 children.setdefault(int(fields[1]), []).append(int(entry))
     found, todo = [], [pid]
@@ -70,7 +70,7 @@ def _wait_until_none(grace: float) -> bool:
 
 
 def _end(child: subprocess.Popen[bytes], grace: float, inside: bool) -> None:
-    """End the command and what came of it: SIGINT to the command, then SIGTERM, then SIGKILL to all that is left."""
+    """End the command and its processes: SIGINT to the command, then SIGTERM, then SIGKILL to all that remain."""
     if child.poll() is None:
         _signal((inside and descendants(child.pid)) or [child.pid], signal.SIGINT)
         if _wait_until_none(grace):
@@ -88,7 +88,7 @@ def _start(command: list[str]) -> subprocess.Popen[bytes]:
     libc = ctypes.CDLL(None, use_errno=True)
 
     def prepare() -> None:
-        libc.prctl(_SET_PDEATHSIG, signal.SIGTERM)  # should this guard itself be killed
+        libc.prctl(_SET_PDEATHSIG, signal.SIGTERM)  # in case this guard itself is killed
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -103,7 +103,7 @@ def main(arguments: list[str]) -> int:
         respawn, inside = respawn or option == "--respawn", inside or option == "--inside"
         grace = float(arguments.pop(0)) if option == "--grace" else grace
     owner = os.getppid()
-    os.setsid()  # Ctrl-C in the owner's terminal is the owner's
+    os.setsid()  # Ctrl-C in the owner's terminal is handled by the owner
     ctypes.CDLL(None, use_errno=True).prctl(_SET_CHILD_SUBREAPER, 1)
     told, wake = os.pipe()
     os.set_blocking(wake, False)
@@ -112,7 +112,7 @@ def main(arguments: list[str]) -> int:
     child = _start(arguments)
     while True:
         ready, _, _ = select.select([0, told], [], [], _LOOK)
-        # A process that the owner forked may hold the pipe open, so the owner is looked for as well.
+        # A process that the owner forked may hold the pipe open, so the owner is checked as well.
         if 0 in ready or os.getppid() != owner or (told in ready and b"!" in os.read(told, 4096)):
             _end(child, grace, inside)
             return 0
@@ -122,7 +122,7 @@ def main(arguments: list[str]) -> int:
             time.sleep(_RESPAWN_PAUSE)
             child = _start(arguments)
         elif code is not None:
-            _end(child, grace, inside)  # what a launcher that was killed leaves behind
+            _end(child, grace, inside)  # processes that a killed launcher has left
             return code if code >= 0 else 128 - code
 
 

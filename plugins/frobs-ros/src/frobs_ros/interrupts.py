@@ -1,11 +1,11 @@
 """Ctrl-C in scripts that are ROS nodes.
 
-rospy's signal handler shuts the node down in the middle of whatever the main thread does. That can wait forever for a
-lock that the main thread itself holds, and it prints a traceback if the signal arrives while a log line is written.
-The handler here shuts the node down in another thread.
+rospy's signal handler shuts the node down in the main thread, at an arbitrary point. It can wait forever for a lock
+that the main thread itself holds, and it prints a traceback if the signal arrives while a log line is written. The
+handler in this module shuts the node down in another thread.
 
-Like rospy's own, it swallows the KeyboardInterrupt, so that a script which never asks ``rospy.is_shutdown()``, such as
-a training script, would go on without its node. :func:`interruptible` ends it.
+Like rospy's handler, it raises no KeyboardInterrupt, so that a script which never checks ``rospy.is_shutdown()``, such
+as a training script, would continue without its node. :func:`interruptible` ends such a script.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _was_interrupted = False
 
 
 def watch() -> None:
-    """Replace rospy's signal handler, before ``rospy.init_node`` installs it."""
+    """Replace rospy's signal handler before ``rospy.init_node`` installs it."""
     import rospy.core
 
     rospy.core._ros_signal = _shut_down
@@ -27,7 +27,7 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Raise KeyboardInterrupt inside if a signal has shut the node down, also in place of the errors that follow from it.
+    """Raise KeyboardInterrupt if a signal has shut the node down, also in place of the errors that follow from it.
 
     Raises:
         KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut the node down.

@@ -1,4 +1,4 @@
-"""What functions that answer with True and False say about a False."""
+"""Logging for functions that return True or False: why they return False."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 LOG = logging.getLogger("rosout.frobs_ros")
-"""Below rospy's own logger: after ``rospy.init_node`` what is said here is on the screen, in ROS's log and on /rosout."""
+"""Child of rospy's logger: after ``rospy.init_node``, messages appear on the screen, in ROS's log and on /rosout."""
 
 
 refused: dict[str, FrobsError] = {}
-"""The error of each function's last call, of functions marked with ``answers(…, vital=True)``, if it failed."""
+"""The errors of functions marked with ``answers(…, vital=True)``, if their last call failed."""
 
 _constructing: ContextVar[bool] = ContextVar("constructing", default=False)
 
 
 @contextlib.contextmanager
 def constructing() -> Iterator[None]:
-    """Let functions that an environment cannot do without raise inside, as none may continue in an empty world."""
+    """Make functions that an environment requires raise their errors inside this context."""
     token = _constructing.set(True)
     try:
         yield
@@ -37,15 +37,15 @@ def constructing() -> Iterator[None]:
 
 
 def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Let a function return ``refusal`` where it would raise an error of FRobs, and log the error.
+    """Make a function return ``refusal`` and log the error when it would raise an error of FRobs.
 
-    That ROS is not installed at all is raised still. :func:`or_raise` calls the function as it was. Arguments that the
+    A missing ROS installation is still raised. :func:`or_raise` calls the original function. Arguments that the
     docstring does not describe are added to it from :mod:`frobs_ros.arguments`.
 
     Args:
-        refusal: What to return.
-        pair: Return ``(refusal, the error's text)``.
-        vital: An environment's constructor fails if this function does.
+        refusal: Return value after an error.
+        pair: Return ``(refusal, text of the error)``.
+        vital: An environment's constructor fails if this function fails.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -71,5 +71,5 @@ def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callabl
 
 
 def or_raise(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function of this package as it is without :func:`answers`: it raises what it would log."""
+    """Return the original function of this package, which raises errors instead of logging them."""
     return getattr(function, "__wrapped__", function)

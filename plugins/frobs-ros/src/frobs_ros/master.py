@@ -1,4 +1,4 @@
-"""The ROS master: whether one answers, and one of our own."""
+"""The ROS master: checks whether one answers, and starts one."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from frobs_ros.environment import MASTER_URI, is_local, use_ros
 from frobs_ros.errors import MasterError
 
 START_TIMEOUT = 30.0
-"""[s] for a master to answer."""
+"""[s] to wait for a master to answer."""
 
 
 def master_uri() -> str:
-    """Return where the master is, or should be."""
+    """Return the URI of the master."""
     return os.environ.get("ROS_MASTER_URI") or MASTER_URI
 
 
 def is_online() -> bool:
     """Return whether a master answers."""
     use_ros()
-    # Not rosgraph's own question, which leaves its connection to the garbage collector. Anything may answer there.
+    # Unlike rosgraph's check, this closes the connection at once. Any server may answer there.
     with contextlib.suppress(Exception), xmlrpc.client.ServerProxy(master_uri()) as proxy:
         status, *_ = cast("list[Any]", proxy.getPid("/frobs"))
         return bool(status == 1)
@@ -32,17 +32,17 @@ def is_online() -> bool:
 
 
 def require() -> None:
-    """Do nothing where a master answers.
+    """Return if a master answers.
 
     Raises:
-        MasterError: None does.
+        MasterError: No master answers.
     """
     if not is_online():
         raise MasterError(master_uri())
 
 
 def connect() -> Any:
-    """Return the master's own interface.
+    """Return the XML-RPC interface of the master.
 
     Raises:
         MasterError: No master answers.
@@ -54,22 +54,22 @@ def connect() -> Any:
 
 
 def ensure(*, terminal: bool = False) -> processes.Process | None:
-    """Start a master where none answers; it ends with this process.
+    """Start a master unless one answers; it ends with this process.
 
-    It is rosmaster alone: the node rosout, which ``roscore`` starts too, listens on every interface.
+    Only rosmaster is started: the node rosout, which ``roscore`` starts too, listens on every interface.
 
     Returns:
-        The master; None where one answered before.
+        The master; None if one answered already.
 
     Raises:
-        MasterError: None answers where ``ROS_MASTER_URI`` says, and that is not on this machine.
-        ProcessError: It did not start.
+        MasterError: No master answers at ``ROS_MASTER_URI``, and that address is not on this machine.
+        ProcessError: The master did not start.
     """
     if is_online():
         return None
     if not is_local(os.environ):
         raise MasterError(
-            master_uri(), "it does not answer, and none can be started from here: it is another machine's"
+            master_uri(), "it does not answer, and it cannot be started from here because it is on another machine"
         )
     port = str(urlparse(master_uri()).port or urlparse(MASTER_URI).port)
     process = processes.start(

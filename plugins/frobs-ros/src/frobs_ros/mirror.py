@@ -1,8 +1,8 @@
-"""A simulation that follows a real robot, so that a policy's own task observes it and its own controller commands it.
+"""A simulation that follows a real robot, so that a policy's task and controller work on that robot.
 
-What a policy observes and what its actions mean is said in one place, the environment that it was trained in. Instead of
-saying it again for ROS, this environment's simulation is put into the state that the robot measures; its task then tells
-the observation, and its controller turns the action into a command for the joints.
+The environment of the training defines observations and actions. To avoid defining them again for ROS, the simulation
+of this environment is set to the state that the robot measures. Its task then returns the observation, and its
+controller converts the action into a command for the joints.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from frobs_deploy import Bundle
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredLidar(Lidar):
-    """A lidar that reads what it is told.
+    """A lidar whose readings are set from outside.
 
     Attributes:
-        reading: (rays,) [m], to be written into.
+        reading: (rays,) [m], writable.
     """
 
     type_name: ClassVar[str] = "measured lidar"
@@ -38,14 +38,14 @@ class MeasuredLidar(Lidar):
 
     @classmethod
     def like(cls, lidar: Lidar) -> MeasuredLidar:
-        """Return one with the rays of another, and without its faults: the real one has faults enough."""
+        """Return a measured lidar with the rays of ``lidar``, without its noise and faults."""
         same = {each.name: getattr(lidar, each.name) for each in fields(Lidar)}
         same |= {"rate": None, "noise": 0.0, "resolution": 0.0, "delay": 0.0, "dropout": 0.0}
         return cls(**same, reading=np.full(lidar.rays, lidar.range_max))
 
 
 class Measured(Instrument):
-    """Measures what was written into its sensor."""
+    """Returns the reading of its sensor."""
 
     def measure(self) -> Floats:
         """Return (1, rays) [m]."""
@@ -54,12 +54,12 @@ class Measured(Instrument):
 
 @dataclass(frozen=True)
 class State:
-    """What a robot measures of itself, in the order of the policy's joints.
+    """Measured state of a robot, in the order of the policy's joints.
 
     Attributes:
         positions: (dof,) [rad or m]
         velocities: (dof,) [rad/s or m/s]
-        base: pos (3,) [m], quat_wxyz (4,), lin_vel_world (3,) [m/s] and ang_vel_world (3,) [rad/s] of a base that moves.
+        base: pos (3,) [m], quat_wxyz (4,), lin_vel_world (3,) [m/s] and ang_vel_world (3,) [rad/s] of a moving base.
         scans: (rays,) [m] by name of the lidar.
     """
 
@@ -71,7 +71,7 @@ class State:
 
 @dataclass(frozen=True)
 class Command:
-    """What the joints are to do until the next one.
+    """Command for the joints until the next one.
 
     Attributes:
         mode: Positions [rad or m], velocities [rad/s or m/s] or efforts [N·m or N].
@@ -86,16 +86,16 @@ class Mirror:
     """The environment of a policy bundle, following a robot.
 
     Args:
-        simulator: Which shall hold the picture of the robot; nothing is learned here, so any does.
-        speed: Share of the joints' velocity limits that commands may use, in (0, 1].
+        simulator: Simulator that stores the robot's state; any simulator works.
+        speed: Fraction of the joints' velocity limits that commands may use, in (0, 1].
 
     Attributes:
-        lidars: Those that must be measured, by name.
-        measured_pose: Pose in the world at the last :meth:`observe`, of the base if it moves and else of the tool: pos (3,)
-            [m] and quat_wxyz (4,).
+        lidars: Lidars that must be measured, by name.
+        measured_pose: Pose in the world at the last :meth:`observe`, of a moving base or else of the tool: pos (3,) [m]
+            and quat_wxyz (4,).
 
     Raises:
-        ConfigurationError: The policy was trained behind wrappers, or sees images, or ``speed`` is out of range.
+        ConfigurationError: The policy was trained with wrappers, or uses images, or ``speed`` is out of range.
     """
 
     def __init__(self, bundle: Bundle, simulator: str = "mujoco", speed: float = 1.0) -> None:
@@ -104,15 +104,15 @@ class Mirror:
         trained = bundle.manifest["environment"]
         if trained["wrappers"]:
             raise ConfigurationError(
-                f"{bundle.path} was trained behind wrappers ({', '.join(map(str, trained['wrappers']))}), which are not in "
-                "the bundle; train with the algorithm's own normalisation, and export again."
+                f"{bundle.path} was trained with wrappers ({', '.join(map(str, trained['wrappers']))}), which are not "
+                "in the bundle; train with the algorithm's normalization, and export again."
             )
         images = bundle.manifest["observation"].get("images") or {}
-        if images:  # the mirror's own camera would draw the simulation, not what the robot's camera sees
+        if images:  # the mirror's camera would show the simulation, not the view of the robot's camera
             names = ", ".join(f"'{name}'" for name in images)
             raise ConfigurationError(
-                f"{bundle.path} sees the images {names}, which a ROS node does not pass on; run it with frobs_deploy.Policy "
-                "and give the images of the robot's camera to act()."
+                f"{bundle.path} uses the images {names}, which this command does not support; run it with "
+                "frobs_deploy.Policy and pass the images of the robot's camera to act()."
             )
         keywords = {**trained["keywords"], "simulator": simulator, "num_threads": 1}
         keywords.pop("randomize", None)
@@ -120,7 +120,7 @@ class Mirror:
         robot = self.env.robot.robot
         if robot.lidars:
             self.env.close()
-            keywords.pop("sensors", None)  # they are in the description by now
+            keywords.pop("sensors", None)  # the description already contains them
             self.env = _make(trained["id"], {**keywords, "robot": _measuring(robot)})
         handle = self.env.robot
         self.lidars: Mapping[str, Any] = handle.robot.lidars
@@ -129,38 +129,38 @@ class Mirror:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Of every joint array, in order."""
+        """Names of the joints in every joint array, in order."""
         return self.env.robot.joint_names
 
     @property
     def moves(self) -> bool:
-        """Whether the base moves, so that it must be measured."""
+        """Whether the base moves and must be measured."""
         return self.env.robot.robot.base != "fixed"
 
     @property
     def goal_size(self) -> int:
-        """Number of coordinates of a goal: 2 for a robot that has no joints but its wheels, else 3."""
+        """Number of coordinates of a goal: 2 for a robot whose only joints are wheels, else 3."""
         drive = self.env.robot.robot.differential_drive
         wheels = drive.left + drive.right if drive is not None else ()
         return 2 if set(wheels) == set(self.joint_names) else 3
 
     def begin(self, state: State, options: Mapping[str, Any] | None = None) -> None:
-        """Begin an episode where the robot is.
+        """Begin an episode at the robot's current state.
 
         Args:
-            state: What it measures.
-            options: Of the task's reset: ``{"goal": (goal_size,)}``.
+            state: Measured state.
+            options: Reset options of the task: ``{"goal": (goal_size,)}``.
 
         Raises:
-            UnknownParameterError: The task understands no such option.
-            ConfigurationError: An option cannot be used.
+            UnknownParameterError: The task has no such option.
+            ConfigurationError: The value of an option is invalid.
         """
-        self._follow(state)  # lidars are read in the reset
+        self._follow(state)  # the reset reads lidars
         self.env.reset(seed=0, options=dict(options or {}))
         self._follow(state)
 
     def observe(self, state: State) -> Any:
-        """Return what the policy is to see: the observation of its task, at what the robot measures."""
+        """Return the task's observation of the measured state."""
         context = self.env.step_context
         context.rng.clock += 1
         self._follow(state)
@@ -174,16 +174,17 @@ class Mirror:
         return observation[0]
 
     def act(self, action: Any) -> Command:
-        """Return what an action means for the joints, kept inside of their limits.
+        """Return the joint command for an action, inside the joint limits.
 
-        A position is no farther from where the joint is than its velocity limit allows in a control step.
+        A commanded position differs from the joint's position by at most the motion that its velocity limit allows in a
+        control step.
         """
         handle = self.env.robot
         measured = handle.joint_positions[0].copy()
         batch = np.asarray(action)[None]
         values = self.env.controller.apply(batch if batch.dtype.kind in "iu" else batch.astype(np.float64))
         handle.command(values)
-        self.env.simulation.step(self.env.decimation)  # what is touched, and the time, are the task's to know
+        self.env.simulation.step(self.env.decimation)  # updates contacts and time for the task
         last = np.asarray(values if values.ndim == 2 else values[:, -1])[0]
         fastest = self._speed * handle.velocity_limit[0]
         mode = handle.command_mode
@@ -198,17 +199,17 @@ class Mirror:
         return Command(mode, last)
 
     def hold(self, state: State) -> Command:
-        """Return the command to stay: the present positions, or no velocity, or no effort."""
+        """Return a command that stops the robot: current positions, or zero velocities or efforts."""
         mode = self.env.robot.command_mode
         still = state.positions if mode is CommandMode.POSITION else np.zeros_like(state.positions)
         return Command(mode, still.copy())
 
     def is_success(self) -> bool:
-        """Whether the task is done by now."""
+        """Whether the task is currently successful."""
         return bool(self.env.task.is_success()[0])
 
     def close(self) -> None:
-        """Release the simulation; twice is harmless."""
+        """Release the simulation. Calling it again has no effect."""
         self.env.close()
 
     def _follow(self, state: State) -> None:

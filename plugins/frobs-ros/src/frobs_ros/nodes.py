@@ -1,4 +1,4 @@
-"""Nodes that a ROS master knows, and which of them are ours."""
+"""Nodes that are registered with a ROS master, and which of them this process started."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CALLER = "/frobs"
 
 
 class _Timed(xmlrpc.client.Transport):
-    """Gives up on a node that hangs."""
+    """Limits the time to wait for a node that hangs."""
 
     def make_connection(self, host: Any) -> Any:
         """Return a connection with a time limit."""
@@ -34,7 +34,7 @@ def names() -> set[str]:
 
 
 def pid_of(name: str) -> int | None:
-    """Return a node's process; None where the node does not answer."""
+    """Return the process ID of a node; None if the node does not answer."""
     try:
         code, _, pid = _node(name).getPid(_CALLER)
     except (OSError, xmlrpc.client.Error, RosError):
@@ -43,12 +43,12 @@ def pid_of(name: str) -> int | None:
 
 
 def of(pids: set[int], among: set[str]) -> set[str]:
-    """Return the nodes that run in some processes."""
+    """Return the nodes that run in the given processes."""
     return {name for name in among if pid_of(name) in pids}
 
 
 def ours() -> set[str]:
-    """Return the nodes that run in processes of ours; this process's own node is none of them.
+    """Return the nodes in processes that this process started, without its own node.
 
     Raises:
         MasterError: No master answers.
@@ -58,18 +58,16 @@ def ours() -> set[str]:
 
 
 def shut_down(name: str) -> None:
-    """Tell a node to end.
+    """Request a node to end.
 
     Raises:
-        MasterError: No master answers, or it knows no such node.
+        MasterError: No master answers, or the node is not registered.
         RosError: The node does not answer.
     """
     try:
         _node(name).shutdown(_CALLER, "ended by ros_kill_node")
     except (OSError, xmlrpc.client.Error) as error:
-        raise RosError(
-            f"the node {name} does not answer: {error}; 'rosnode cleanup' forgets nodes that are dead."
-        ) from error
+        raise RosError(f"the node {name} does not answer: {error}; 'rosnode cleanup' removes dead nodes.") from error
 
 
 def _node(name: str) -> Any:
@@ -79,5 +77,5 @@ def _node(name: str) -> Any:
         uri = connect().lookupNode(name)
     except rosgraph.MasterError as error:
         known = ", ".join(sorted(names())) or "none"
-        raise MasterError(master_uri(), f"there is no node '{name}'; there are: {known}") from error
+        raise MasterError(master_uri(), f"there is no node '{name}'; the nodes are: {known}") from error
     return xmlrpc.client.ServerProxy(uri, transport=_Timed())

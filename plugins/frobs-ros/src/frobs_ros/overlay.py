@@ -1,8 +1,8 @@
-"""Folders of links to Python modules of ROS, without anything else of the system's.
+"""Folders with links to ROS's Python modules, without other modules of the system.
 
-Debian keeps ROS's modules in one folder with its own NumPy, PyYAML and many others. That folder on ``sys.path`` would mix
-them with those of a virtual environment, so an overlay links to ROS's modules alone. It leaves out every module that the
-environment already has, and can therefore stand anywhere on the path.
+Debian keeps ROS's modules in one folder with its own NumPy, PyYAML and many others. Adding that folder to ``sys.path``
+would mix them with those of a virtual environment, so an overlay contains only links to ROS's modules. It excludes
+every module that the environment already has, so its position on the path does not matter.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ IMPORTED = frozenset(
 
 
 def make_overlay(links: Mapping[str, Path]) -> Path:
-    """Return a folder with these links; the same links always give the same folder, which is made atomically.
+    """Return a folder with these links. The same links always give the same folder, which is created atomically.
 
     Args:
-        links: File name in the folder, then what it links to.
+        links: Target of each link, by file name in the folder.
 
     Raises:
         RosNotFoundError: The cache folder cannot be written.
@@ -60,18 +60,18 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
             made.rename(folder)
         except OSError:
             shutil.rmtree(made)
-            if not folder.is_dir():  # another process was not faster: the cache is broken
+            if not folder.is_dir():  # no other process created it: the cache cannot be used
                 raise
     except OSError as error:
         raise RosNotFoundError(
             f"links to its modules cannot be made in {folder.parent}: {error.strerror}; set XDG_CACHE_HOME to a folder "
-            "that can be written"
+            "that you can write to"
         ) from error
     return folder
 
 
 def delete_unused(folder: Path) -> None:
-    """Note that a folder of the cache is used now, and delete those beside it that were not used for 60 days."""
+    """Mark a folder of the cache as used, and delete its neighbors that were not used for 60 days."""
     with contextlib.suppress(OSError):
         os.utime(folder)
         for other in folder.parent.iterdir():
@@ -80,10 +80,10 @@ def delete_unused(folder: Path) -> None:
 
 
 def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
-    """Return links to all modules of ROS that the environment does not have, and to those that they import.
+    """Return links to all ROS modules that the environment does not have, and to the modules that they import.
 
     Args:
-        folders: Where they are; the first folder that has a module counts.
+        folders: Folders to search; the first one with a module is used.
     """
     found: dict[str, Path] = {}
     for folder in reversed(dict.fromkeys(filter(Path.is_dir, folders))):
@@ -98,7 +98,7 @@ def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
 
 def links_to_messages() -> dict[str, Path]:
     """Return links to FRobs's own message packages that the environment does not have; generating them needs genpy."""
-    from frobs_ros.messages import message_folder  # which imports frobs_ros.environment, and that this module
+    from frobs_ros.messages import message_folder  # a late import, because of a cycle
 
     folders = [path.parent for path in message_folder().glob("*/__init__.py")]
     return {folder.name: folder for folder in folders if not environment_has(folder.name)}
@@ -108,11 +108,13 @@ def environment_has(name: str) -> bool:
     """Return whether this Python imports a top-level module without any overlay."""
     path = [entry for entry in sys.path if entry and not Path(entry).is_relative_to(cache_folder("ros"))]
     spec = PathFinder.find_spec(name, path)
-    return spec is not None and spec.origin is not None  # a namespace package has none: any folder of that name is one
+    return (
+        spec is not None and spec.origin is not None
+    )  # a namespace package has no origin: any folder of that name is one
 
 
 def _modules_of_ros(folder: Path) -> Iterator[str]:
-    """Yield ROS's modules in a folder; a package of messages is known by its subpackages ``msg`` and ``srv``."""
+    """Yield ROS's modules in a folder; message packages are recognized by their subpackages ``msg`` and ``srv``."""
     for name in os.listdir(folder):
         if name in LIBRARIES or any((folder / name / kind / "__init__.py").is_file() for kind in ("msg", "srv")):
             yield name

@@ -1,4 +1,4 @@
-"""ROS packages by name: where ``rospack find`` finds them, without rospack."""
+"""Finds ROS packages by name like ``rospack find``, without rospack."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from frobs_ros.errors import PackageNotFoundError
 def find_package(name: str) -> Path:
     """Return the folder of a ROS package.
 
-    Looked for in the folders of ``ROS_PACKAGE_PATH`` and all below them, in the ``share`` folders of
-    ``CMAKE_PREFIX_PATH``, and in that of ROS itself.
+    It searches the folders of ``ROS_PACKAGE_PATH`` and all folders below them, the ``share`` folders of
+    ``CMAKE_PREFIX_PATH``, and the ``share`` folder of ROS itself.
 
     Raises:
-        PackageNotFoundError: There is none; the nearest name is suggested.
+        PackageNotFoundError: The package does not exist; the nearest name is suggested.
     """
     seen: dict[str, Path] = {}
     sources = path_folders("ROS_PACKAGE_PATH")
@@ -39,7 +39,7 @@ def find_file(package: str, folder: str, file: str) -> Path:
     """Return a file of a ROS package.
 
     Raises:
-        PackageNotFoundError: There is no such package, or no such file in it.
+        PackageNotFoundError: The package or the file in it does not exist.
     """
     path = find_package(package) / folder.strip("/") / file.lstrip("/")
     if path.is_file():
@@ -49,10 +49,10 @@ def find_file(package: str, folder: str, file: str) -> Path:
 
 
 def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
-    """Return a file of a ROS package: in its folder ``folder``, by its path in the package, or anywhere below.
+    """Return a file of a ROS package: in its folder ``folder``, by its path in the package, or anywhere below it.
 
     Raises:
-        PackageNotFoundError: There is no such package or file; suggests files with the suffix.
+        PackageNotFoundError: The package or file does not exist; suggests files with the suffix.
     """
     root = find_package(package)
     for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
@@ -63,7 +63,7 @@ def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
 
 
 class RosPackages(Packages):
-    """Packages that a model file refers to: those of ROS first, then what stands around the file."""
+    """Packages that a model file refers to: those of ROS first, then those in folders around the file."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(None, file)
@@ -72,7 +72,7 @@ class RosPackages(Packages):
         """Return the folder of a package.
 
         Raises:
-            ModelFileError: It is nowhere.
+            ModelFileError: The package is not found.
         """
         try:
             return find_package(name)

@@ -1,4 +1,4 @@
-"""ROS's parameter server, for those who do not import ROS: FRobs_RL's algorithm classes read their YAML through it."""
+"""ROS's parameter server without importing ROS: FRobs_RL's algorithm classes read their YAML through it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _TIMEOUT = 1.0
 
 
 def parameter_server() -> Any:
-    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, where a master answers, or None.
+    """Return ``rospy``, with ``set_param``, ``has_param`` and ``get_param``, if a master answers, else None.
 
-    Where nothing listens at the master's address, nothing of ROS is imported.
+    If nothing listens at the master's address, no part of ROS is imported.
     """
     address = urlparse(master_uri())
     try:

@@ -1,4 +1,4 @@
-"""The loop that lets a policy act on a robot: at its rate, and never on old measurements."""
+"""The loop that runs a policy on a robot, at its control rate, and never with outdated measurements."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ if TYPE_CHECKING:
     from frobs_ros.ros_robot import RosRobot
 
 _POLL = 0.001
-"""[s] between two looks at the clock: the robot's may be a simulation's, and stand still."""
+"""[s] between two reads of the clock, which can be that of a simulation and stand still."""
 
 
 class RobotSilentError(FrobsError):
-    """A robot does not say, or says no more, what it measures.
+    """A robot does not publish its measurements, or no longer does.
 
     Args:
-        missing: What is not measured.
-        seconds: How long it has been waited for.
+        missing: Name of the missing measurement.
+        seconds: Time without it.
     """
 
     def __init__(self, missing: str, seconds: float) -> None:
         self.missing, self.seconds = missing, seconds
         super().__init__(
-            f"no {missing} for {seconds:.2g} s; the robot was told to stay. See that it runs and publishes them, or allow "
-            "more time with --timeout."
+            f"no {missing} for {seconds:.2g} s; the robot was commanded to hold its position. Check that it runs and "
+            "publishes them, or allow more time with --timeout."
         )
 
 
 @dataclass
 class Report:
-    """What a policy did.
+    """Statistics of a policy's run.
 
     Attributes:
-        late: Steps that came later than half a control step after their time.
-        restarts: New goals, and times that the clock went back.
+        late: Steps that were more than half a control step late.
+        restarts: Number of new goals, and of times that the clock went back.
     """
 
     steps: int = 0
@@ -60,19 +60,19 @@ def act(
     seconds: float | None = None,
     on_step: Callable[[Report], None] | None = None,
 ) -> Report:
-    """Let a policy act on a robot until the robot is over, the time is up, or Ctrl-C; then tell the robot to stay.
+    """Run a policy on a robot until the node ends, the time is over, or Ctrl-C; then hold the robot's position.
 
     Args:
-        robot: That measures and obeys.
-        mirror: Of the policy's bundle.
-        policy: It.
-        goal: (3,) [m] of the task; a robot on wheels uses x and y. None: the task draws one, until the robot hears of another.
-        timeout: For how long the robot may be silent [s].
-        seconds: By the robot's clock; None: for ever.
-        on_step: Called behind each step.
+        robot: The robot.
+        mirror: Mirror of the policy's bundle.
+        policy: The policy.
+        goal: (3,) [m] goal of the task; a wheeled robot uses x and y. None: drawn by the task until a goal is received.
+        timeout: Maximum time without measurements [s].
+        seconds: Duration by the robot's clock; None: unlimited.
+        on_step: Function that is called after each step.
 
     Raises:
-        RobotSilentError: The robot is silent for too long.
+        RobotSilentError: The robot sends no measurements for too long.
     """
     period = mirror.env.control_timestep
     state = _first(robot, timeout)
@@ -90,7 +90,7 @@ def act(
             now = robot.now()
             state = robot.state() or state
             new = robot.new_goal()
-            if new is not None or now < last:  # a clock goes back where a simulation is reset
+            if new is not None or now < last:  # the clock goes back when a simulation is reset
                 goal = goal if new is None else new
                 begin(goal)
                 report.restarts += 1
@@ -104,7 +104,7 @@ def act(
             report.late += now - due > 0.5 * period
             robot.send(mirror.act(policy.act(mirror.observe(state))), period)
             report.steps += 1
-            due = max(due + period, now)  # what was missed is not made up for
+            due = max(due + period, now)  # missed steps are not made up for
             if on_step is not None:
                 on_step(report)
         report.is_success = mirror.is_success()

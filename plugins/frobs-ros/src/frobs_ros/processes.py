@@ -1,7 +1,7 @@
-"""Processes that we start, owned by handle: nothing is ever ended by name, and nothing is left over.
+"""Processes that this process starts and owns by handle: none is ended by name, and none is left over.
 
-Each runs below a guard (:mod:`frobs_ros.guard`), which ends it and all that came of it when it is told to, and when
-this process is gone: at exit, after an exception, Ctrl-C or ``kill -9``.
+Each runs below a guard (:mod:`frobs_ros.guard`), which ends it and all its child processes on request, and when this
+process ends: at exit, after an exception, Ctrl-C or ``kill -9``.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _collecting: ContextVar[list[Process] | None] = ContextVar("collecting", default
 
 
 class Process:
-    """A process that we started, with all that it starts.
+    """A process that this process started, with all its child processes.
 
     Args:
-        kind: What it is for: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
-        log: The file that it writes to; None: it writes where we write.
-        grace: What it has to end after SIGINT, and again after SIGTERM [s].
-        owner: The process that may end it; a fork of it may not.
+        kind: Purpose: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
+        log: File with its output; None: its output goes to the output of this process.
+        grace: Time that it gets after SIGINT, and again after SIGTERM [s].
+        owner: ID of the process that may end it; forks of that process may not.
     """
 
     def __init__(self, kind: str, name: str, popen: subprocess.Popen[bytes], log: Path | None, grace: float) -> None:
@@ -56,31 +56,31 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Of the guard, above all processes that came of the command."""
+        """Process ID of the guard, the parent of all processes of the command."""
         return self._popen.pid
 
     @property
     def is_running(self) -> bool:
-        """Whether the command, or anything that came of it, runs."""
+        """Whether the command or any of its child processes runs."""
         return self.returncode is None
 
     @property
     def returncode(self) -> int | None:
-        """What the command exited with; None while it runs."""
+        """Exit code of the command; None while it runs."""
         code = self._popen.poll()
         if code is not None:
             self._let_go()
         return code
 
     def pids(self) -> set[int]:
-        """Return the processes that came of the command."""
+        """Return the IDs of the command's processes."""
         return set(descendants(self.pid)) if self.is_running else set()
 
     def stop(self) -> bool:
-        """End it: SIGINT, then SIGTERM, then SIGKILL; twice is harmless.
+        """End it with SIGINT, then SIGTERM, then SIGKILL. Calling it again has no effect.
 
         Returns:
-            Whether nothing of it runs any more.
+            Whether all its processes have ended.
         """
         if os.getpid() != self.owner:
             return False
@@ -92,21 +92,21 @@ class Process:
         return not self.is_running
 
     def _let_go(self) -> None:
-        """Close our end of the guard's pipe, which tells it to end everything."""
+        """Close this end of the guard's pipe, which makes the guard end everything."""
         if self._popen.stdin is not None:
             with contextlib.suppress(OSError):
                 self._popen.stdin.close()
 
     def report_end(self) -> None:
-        """Wait until it has ended, and log the last that it wrote if it failed by itself."""
+        """Wait until it has ended, and log its last output if it failed by itself."""
         code = self._popen.wait()
         if self._stopped or not (code or self.in_window):
             return
         said = "its window was closed" if self.in_window else f"exit code {code}"  # xterm hides the code
-        LOG.error("%s ended by itself: %s. It wrote last:\n%s", self.name, said, self.output() or "(nothing)")
+        LOG.error("%s ended by itself: %s. Last output:\n%s", self.name, said, self.output() or "(nothing)")
 
     def output(self) -> str:
-        """Return the last that it wrote, as far as we keep it."""
+        """Return its last output, as far as it is kept."""
         if self.log is None:
             return ""
         with contextlib.suppress(OSError):
@@ -114,15 +114,15 @@ class Process:
         return ""
 
     def wait_until(self, ready: Callable[[], bool], timeout: float) -> None:
-        """Wait until something holds.
+        """Wait until a condition holds.
 
         Raises:
-            ProcessError: The process ended, or time is up; the process is ended then.
+            ProcessError: The process ended or the time is over; then the process is ended.
         """
         until = time.monotonic() + timeout
         while not ready():
             if not self.is_running:
-                raise ProcessError(self.name, f"it ended at once, with exit code {self.returncode}", self.output())
+                raise ProcessError(self.name, f"it ended immediately with exit code {self.returncode}", self.output())
             if time.monotonic() > until:
                 self.stop()
                 raise ProcessError(self.name, f"it was not ready after {timeout:g} s and was ended", self.output())
@@ -153,17 +153,19 @@ def start(
     """Start a command that this process owns.
 
     Args:
-        kind: What it is for; see :class:`Process`.
+        kind: Purpose; see :class:`Process`.
         command: The program and its arguments.
-        name: For messages, and the title of the window.
-        terminal: Whether to run it in an xterm. Without an xterm or a display it writes to a file, which is logged.
-        output: Where it writes: ``"screen"``, where we write; ``"log"``, a file; None, nowhere. A window shows it.
-        environment: Its environment variables; those for programs of ROS where nothing is given.
-        respawn: Whether to start it again when it ends by itself.
-        grace: What it has to end after SIGINT, and again after SIGTERM [s].
+        name: Name for messages, and title of the window.
+        terminal: Whether to run it in an xterm. Without an xterm or a display its output goes to a file, whose path is
+            logged.
+        output: Destination of its output: ``"screen"``, the output of this process; ``"log"``, a file; None, discarded.
+            A window shows it.
+        environment: Environment variables; None: those for programs of ROS.
+        respawn: Whether to restart it when it ends by itself.
+        grace: Time that it gets after SIGINT, and again after SIGTERM [s].
 
     Raises:
-        ProcessError: There is no such program.
+        ProcessError: The program is not installed.
     """
     variables = dict(environment) if environment is not None else child_variables()
     words = [str(word) for word in command]
@@ -209,18 +211,18 @@ def start(
 
 
 def _window(name: str, log: Path, variables: Mapping[str, str]) -> list[str]:
-    """Return the words that put a command into a window; none where there can be no window."""
+    """Return the command prefix that opens a window; empty if that is not possible."""
     missing = "xterm is not installed" if shutil.which("xterm", path=variables.get("PATH")) is None else ""
     if not variables.get("DISPLAY"):
         missing = "there is no display"
     if missing:
-        LOG.warning("%s runs without a window of its own: %s", name, missing)
+        LOG.warning("%s runs without a separate window: %s", name, missing)
         return []
     return ["xterm", "-T", name, "-l", "-lf", str(log), "-e"]
 
 
 def log_folder() -> Path:
-    """Return the folder for what our processes write: of this process, made when it is first asked for."""
+    """Return the folder for the output of processes of this process, created on first use."""
     global _folder
     if _folder is None or not _folder.is_dir():
         base = os.environ.get("ROS_LOG_DIR")
@@ -234,7 +236,7 @@ _folder: Path | None = None
 
 
 def owned(kinds: Iterable[str] = ()) -> list[Process]:
-    """Return our processes that run, of some kinds or of all, oldest first."""
+    """Return running processes that this process owns, of some kinds or of all, oldest first."""
     wanted = set(kinds)
     with _lock:
         found = list(_owned.values())
@@ -245,18 +247,18 @@ def owned(kinds: Iterable[str] = ()) -> list[Process]:
 
 
 def stop(processes: Iterable[Process]) -> bool:
-    """End processes, the newest first.
+    """End processes, newest first.
 
     Returns:
-        Whether none of them runs any more.
+        Whether all of them have ended.
     """
-    ended = [process.stop() for process in reversed(list(processes))]  # all of them, also after one that would not
+    ended = [process.stop() for process in reversed(list(processes))]  # all of them, even if one does not end
     return all(ended)
 
 
 @contextlib.contextmanager
 def collected() -> Iterator[list[Process]]:
-    """Collect the processes that are started inside; an error ends them."""
+    """Collect the processes that are started in this context; an error ends them."""
     found: list[Process] = []
     token = _collecting.set(found)
     try:

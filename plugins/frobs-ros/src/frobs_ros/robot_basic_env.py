@@ -1,6 +1,6 @@
-"""FRobs_RL's ``RobotBasicEnv``: a robot in Gazebo, or behind its names, as a Gymnasium environment.
+"""FRobs_RL's ``RobotBasicEnv``: a robot in Gazebo or the bridge, as a Gymnasium environment.
 
-It stands beside the five kinds, for those who port. Six hooks are the user's to write.
+It is separate from FRobs's five component kinds, and meant for porting. Subclasses implement six hooks.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from frobs_ros.ros_spawn import spawn_model_in_gazebo
 
 
 def _whole(init: Callable[..., None]) -> Callable[..., None]:
-    """Let the outermost constructor of an environment fail as a whole: an error ends all that it has started."""
+    """Make the outermost constructor of an environment atomic: an error ends all processes that it has started."""
 
     @functools.wraps(init)
     def construct(self: RobotBasicEnv, *args: Any, **kwargs: Any) -> None:
@@ -45,57 +45,58 @@ def _whole(init: Callable[..., None]) -> Callable[..., None]:
 
 
 class RobotBasicEnv(gym.Env[Any, Any]):
-    """The base of environments whose robot lives in a ROS graph.
+    """Base class of environments whose robot is in a ROS graph.
 
-    The constructor launches the simulation, sets its speed and time step, spawns the robot and resets its controllers,
-    in this order and as far as its arguments ask for it. What it starts, :meth:`close` ends, and nothing else; an error
-    ends it at once. Spaces are the subclass's to set. If a model cannot be spawned, or a node, launch file or controller
-    cannot be started, while the constructor of a subclass runs, the constructor fails with the reason.
+    Depending on its arguments, the constructor launches the simulation, sets its speed and time step, spawns the robot
+    and resets its controllers, in this order. :meth:`close` ends only the processes that it has started; an error ends
+    them at once. Subclasses set the spaces. If a model cannot be spawned, or a node, launch file or controller cannot
+    be started, while the constructor of a subclass runs, the constructor raises the reason.
 
-    A step of mode 1 lets the time run while :meth:`_send_action` does what it does, so its simulated duration is that
-    of the call, times the real-time factor; one of mode 2 is ``num_gazebo_steps`` physics steps, always.
+    A step in mode 1 unpauses the simulation while :meth:`_send_action` runs, so its simulated duration is that of the
+    call times the real-time factor. A step in mode 2 always lasts ``num_gazebo_steps`` physics steps.
 
     Args:
         launch_gazebo: Whether to launch the simulation; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
-        gazebo_init_paused: Whether it begins with the time standing still.
-        gazebo_use_gui: Whether it has a window.
-        gazebo_recording: Whether it records its state.
-        gazebo_freq: Of /clock [Hz].
+        gazebo_init_paused: Whether the simulation starts paused.
+        gazebo_use_gui: Whether the simulation has a window.
+        gazebo_recording: Whether the simulation records its state.
+        gazebo_freq: Rate of the topic /clock [Hz].
         world_path: A world file.
-        world_pkg: A ROS package with a world file; used where no path is given.
+        world_pkg: A ROS package with a world file; used if no path is given.
         world_filename: The world file in the package.
-        gazebo_max_freq: Real-time factor that the simulation may run at: 1 is real time, 10 ten times as fast.
-        gazebo_timestep: Of the physics [s].
+        gazebo_max_freq: Maximum real-time factor: 1 is real time, 10 ten times as fast.
+        gazebo_timestep: Physics time step [s].
         spawn_robot: Whether to spawn the robot; see :func:`frobs_ros.ros_spawn.spawn_model_in_gazebo`.
-        model_name_in_gazebo: Its name in the simulation.
-        namespace: Of its topics and services.
-        pkg_name: The ROS package that holds its files.
-        urdf_file: Its URDF or xacro.
-        urdf_folder: The folder of it in the package.
-        controller_file: YAML file of its controllers in the package's folder ``config``.
-        controller_list: Its controllers.
-        urdf_xacro_args: Arguments of the xacro: ``["effort:=true"]``.
-        rob_state_publisher_max_freq: Highest rate of the state publisher [Hz].
+        model_name_in_gazebo: Name of the robot in the simulation.
+        namespace: Namespace of the robot's topics and services.
+        pkg_name: ROS package with the robot's files.
+        urdf_file: URDF or xacro file of the robot.
+        urdf_folder: Folder of that file in the package.
+        controller_file: YAML file of the controllers in the package's folder ``config``.
+        controller_list: Names of the controllers.
+        urdf_xacro_args: Arguments of the xacro file: ``["effort:=true"]``.
+        rob_state_publisher_max_freq: Maximum rate of the state publisher [Hz].
         rob_st_term: Whether to run the state publisher in an xterm.
-        model_pos_x: [m]
-        model_pos_y: [m]
-        model_pos_z: [m]
-        model_ori_x: Of a quaternion of length 1; four zeros, the default, are no rotation.
-        model_ori_y: Of the quaternion.
-        model_ori_z: Of the quaternion.
-        model_ori_w: Scalar of the quaternion.
-        reset_controllers: Whether each reset stops the controllers and starts them again.
-        reset_mode: 1 puts models back, 2 the clock as well.
-        step_mode: 1 lets the time run during an action, 2 advances by physics steps.
-        num_gazebo_steps: Physics steps of a step of mode 2.
+        model_pos_x: Initial position along x [m].
+        model_pos_y: Initial position along y [m].
+        model_pos_z: Initial position along z [m].
+        model_ori_x: x of the initial orientation, a unit quaternion; four zeros, the default, mean no rotation.
+        model_ori_y: y of the quaternion.
+        model_ori_z: z of the quaternion.
+        model_ori_w: w, the scalar part of the quaternion.
+        reset_controllers: Whether each reset stops and restarts the controllers.
+        reset_mode: 1 resets models, 2 also the clock.
+        step_mode: 1 unpauses the simulation during an action, 2 advances by physics steps.
+        num_gazebo_steps: Number of physics steps per step in mode 2.
 
     Attributes:
-        info: What ``step`` and ``reset`` return as their last value; hooks write into it: ``is_success``.
-        reset_options: What ``reset`` was given as ``options``.
+        info: Last return value of ``step`` and ``reset``; hooks write into it: ``is_success``.
+        reset_options: The ``options`` of the last ``reset``.
 
     Raises:
-        ConfigurationError: An argument is none, or two contradict each other, or the backend cannot do it.
-        RosError: Something did not start or refused; the message says what.
+        ConfigurationError: An argument is invalid, arguments contradict each other, or the backend does not support
+            one.
+        RosError: Something did not start or rejected a request; the message contains details.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
@@ -119,7 +120,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         self._closed = False
         self._processes: list[processes.Process] = []
         if "launch_Gazebo" in refused and not (settings.launch_gazebo or processes.owned(["gazebo"])):
-            raise refused.pop("launch_Gazebo")  # the script went on without the world that it asked for
+            raise refused.pop("launch_Gazebo")  # the script continued without the requested world
         self._start()
 
     def _start(self) -> None:
@@ -137,14 +138,14 @@ class RobotBasicEnv(gym.Env[Any, Any]):
                 self._reset_controllers()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Send an action; observe, then reward, then see whether the episode is done.
+        """Send an action, then get the observation, the reward and the end of the episode.
 
         Returns:
             Observation, reward, terminated, False, info.
 
         Raises:
             ResetNeededError: The environment is closed.
-            RosError: The simulation, or the ROS master, is gone.
+            RosError: The simulation or the ROS master has ended.
             KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
         """
         self._require_open("step")
@@ -168,8 +169,8 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         """Begin an episode.
 
         Args:
-            seed: Of ``np_random``, which hooks draw from; None: it goes on.
-            options: Kept in ``reset_options`` for the hooks.
+            seed: Seed of ``np_random``, which hooks draw from; None: it is not reseeded.
+            options: Stored in ``reset_options`` for the hooks.
 
         Returns:
             Observation and info.
@@ -177,7 +178,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         Raises:
             ResetNeededError: The environment is closed.
             MasterError: No ROS master answers.
-            RosError: The simulation is gone.
+            RosError: The simulation has ended.
             KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
         """
         self._require_open("reset")
@@ -191,7 +192,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             return self._get_observation(), self.info
 
     def _reset_gazebo(self) -> None:
-        """Put the simulation back, and prepare the episode while its time runs; it stands still afterwards."""
+        """Reset the simulation, prepare the episode while it runs, and pause it."""
         or_raise(world.gazebo_pause_physics)()
         reset = world.gazebo_reset_world if self._settings.reset_mode == 1 else world.gazebo_reset_sim
         or_raise(reset)()
@@ -202,13 +203,15 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             self._set_episode_init_params()
 
     def close(self) -> None:
-        """End what this environment has started, and nothing else; twice is harmless."""
+        """End only the processes that this environment has started. Calling it again has no effect."""
         if getattr(self, "_closed", True):
             return
         self._closed = True
         self._open.discard(self)
         others = len(self._open)
-        ours = [p for p in self._processes if not (others and p.kind == "master")]  # one master may serve several
+        ours = [
+            p for p in self._processes if not (others and p.kind == "master")
+        ]  # several environments may share a master
         if not processes.stop(ours):
             LOG.warning(
                 "not all processes of the environment could be ended: %s", [p.name for p in ours if p.is_running]
@@ -220,35 +223,42 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
     def _require_open(self, what: str) -> None:
         if self._closed:
-            raise ResetNeededError(f"{what} was called on an environment that is closed; make a new one.")
+            raise ResetNeededError(f"{what} was called on a closed environment; create a new one.")
 
     def _send_action(self, action: Any) -> None:
-        """Send an action to the robot; yours to write."""
-        raise NotImplementedError(f"{type(self).__name__} does not say how an action is sent: write _send_action")
+        """Send an action to the robot; implemented by subclasses."""
+        raise NotImplementedError(f"{type(self).__name__} must implement _send_action, which sends an action")
 
     def _get_observation(self) -> Any:
-        """Return an observation of the observation space; yours to write."""
-        raise NotImplementedError(f"{type(self).__name__} does not say what is observed: write _get_observation")
+        """Return an observation of the observation space; implemented by subclasses."""
+        raise NotImplementedError(
+            f"{type(self).__name__} must implement _get_observation, which returns the observation"
+        )
 
     def _get_reward(self) -> float:
-        """Return the reward of the step; yours to write."""
-        raise NotImplementedError(f"{type(self).__name__} does not say what is rewarded: write _get_reward")
+        """Return the reward of the step; implemented by subclasses."""
+        raise NotImplementedError(f"{type(self).__name__} must implement _get_reward, which returns the reward")
 
     def _check_if_done(self) -> bool:
-        """Return whether the episode has ended; ``self.info["is_success"] = 1.0`` says by success. Yours to write."""
-        raise NotImplementedError(f"{type(self).__name__} does not say when it is done: write _check_if_done")
+        """Return whether the episode has ended; implemented by subclasses.
+
+        On success, set ``self.info["is_success"] = 1.0``.
+        """
+        raise NotImplementedError(
+            f"{type(self).__name__} must implement _check_if_done, which returns whether the episode has ended"
+        )
 
     def _check_subs_and_pubs_connection(self) -> bool:
-        """Wait until topics and services are there; yours to write where something is to be waited for."""
+        """Wait until topics and services exist; implemented by subclasses."""
         raise NotImplementedError(
-            f"{type(self).__name__} does not say what it waits for: write _check_subs_and_pubs_connection, and return "
-            "True where there is nothing"
+            f"{type(self).__name__} must implement _check_subs_and_pubs_connection, which waits for topics and "
+            "services; return True if it needs none"
         )
 
     def _set_episode_init_params(self) -> None:
-        """Prepare an episode: the robot's pose, obstacles, a goal; yours to write, drawing from ``np_random``."""
+        """Prepare an episode, drawing poses and goals from ``np_random``; implemented by subclasses."""
         raise NotImplementedError(
-            f"{type(self).__name__} does not say how an episode begins: write _set_episode_init_params"
+            f"{type(self).__name__} must implement _set_episode_init_params, which prepares an episode"
         )
 
 
@@ -257,7 +267,7 @@ RobotBasicEnv.__init__.__signature__ = inspect.signature(RobotSettings.__init__)
 
 @contextlib.contextmanager
 def _unpaused() -> Iterator[None]:
-    """Let the simulated time run inside."""
+    """Unpause the simulation inside this context."""
     or_raise(world.gazebo_unpause_physics)()
     try:
         yield
@@ -266,7 +276,7 @@ def _unpaused() -> Iterator[None]:
 
 
 def _ensure_node() -> None:
-    """Make this process a node where its script has not."""
+    """Initialize a node in this process, unless the script has done so."""
     import rospy
 
     if not rospy.core.is_initialized():

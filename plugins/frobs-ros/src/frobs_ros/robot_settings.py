@@ -1,4 +1,4 @@
-"""The arguments of RobotBasicEnv: checked, and handed on to what they are for."""
+"""The arguments of RobotBasicEnv: validated, and passed on to the functions that use them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LAUNCH: Mapping[str, str] = {
     "world_pkg": "custom_world_pkg",
     "world_filename": "custom_world_name",
 }
-"""Argument of RobotBasicEnv, then of launch_Gazebo."""
+"""Arguments of RobotBasicEnv, with their names in launch_Gazebo."""
 
 ROBOT: Mapping[str, str] = {
     "pkg_name": "pkg_name",
@@ -34,12 +34,12 @@ ROBOT: Mapping[str, str] = {
     "model_name_in_gazebo": "gazebo_name",
     **{f"model_{name}": name for name in ("pos_x", "pos_y", "pos_z", "ori_w", "ori_x", "ori_y", "ori_z")},
 }
-"""Argument of RobotBasicEnv, then of spawn_model_in_gazebo."""
+"""Arguments of RobotBasicEnv, with their names in spawn_model_in_gazebo."""
 
 
 @dataclass(frozen=True)
 class RobotSettings:
-    """The arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, which explains them."""
+    """The arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, which describes them."""
 
     launch_gazebo: bool = False
     gazebo_init_paused: bool = True
@@ -75,18 +75,18 @@ class RobotSettings:
     num_gazebo_steps: int = 1
 
     def check(self) -> None:
-        """Refuse what cannot be meant, before anything is started.
+        """Validate the arguments before anything is started.
 
         Raises:
-            ConfigurationError: Says which argument, and what it can be.
+            ConfigurationError: An argument is invalid; the message names it and its valid values.
         """
         for name in ("reset_mode", "step_mode"):
             if getattr(self, name) not in (1, 2):
                 raise ParameterValueError(name, getattr(self, name), "1 or 2")
         if int(self.num_gazebo_steps) != self.num_gazebo_steps or self.num_gazebo_steps < 1:
-            raise ParameterValueError("num_gazebo_steps", self.num_gazebo_steps, "a whole number of at least 1")
+            raise ParameterValueError("num_gazebo_steps", self.num_gazebo_steps, "an integer of at least 1")
         if self.step_mode == 1 and self.num_gazebo_steps != 1:
-            LOG.warning("num_gazebo_steps=%d is not used: step_mode 1 goes by the clock", self.num_gazebo_steps)
+            LOG.warning("num_gazebo_steps=%d is ignored: step_mode 1 uses the clock", self.num_gazebo_steps)
         for name in ("gazebo_max_freq", "gazebo_timestep"):
             value = getattr(self, name)
             if value is not None and not (value > 0 or (value == 0 and name == "gazebo_max_freq")):
@@ -100,7 +100,7 @@ class RobotSettings:
         self._say_what_is_not_used()
 
     def _say_what_is_not_used(self) -> None:
-        """Log arguments of a launch or of a robot that this environment does not make itself."""
+        """Log arguments for a launch or a robot that this environment does not create."""
         launch = ("gazebo_recording", "world_path", "world_pkg", "world_filename")
         robot = ("pkg_name", "urdf_file", "controller_file", "urdf_xacro_args", "rob_state_publisher_max_freq")
         for switch, names in (("launch_gazebo", launch), ("spawn_robot", robot)):
@@ -121,5 +121,5 @@ class RobotSettings:
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Return the names of the arguments, in their order."""
+        """Return the names of the arguments, in order."""
         return tuple(field.name for field in fields(cls))

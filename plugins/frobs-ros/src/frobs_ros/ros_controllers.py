@@ -1,6 +1,6 @@
 """FRobs_RL's ``ros_controllers``: load, start, stop, reset and unload the controllers of a robot.
 
-Each function answers with True or False, and the log says why it is False.
+Each function returns True or False, and the log contains the reason for False.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STRICTNESS = {1: "best effort", 2: "strict"}
 
 @answers(False, vital=True)
 def load_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Load a controller; one that is loaded already stays."""
+    """Load a controller, unless it is loaded already."""
     use_ros()
     from controller_manager_msgs.srv import LoadController
 
@@ -34,7 +34,7 @@ def load_controller_srv(controller_name: str, ns: str | None = None, max_retries
 
     if _try(is_loaded, max_retries):
         return True
-    raise ServiceError(service, f"it refuses '{controller_name}': {_why_not_loaded(controller_name, ns)}")
+    raise ServiceError(service, f"it rejects '{controller_name}': {_why_not_loaded(controller_name, ns)}")
 
 
 @answers(None)
@@ -46,7 +46,7 @@ def load_controller_list_srv(controller_list: Sequence[str], ns: str | None = No
 
 @answers(False)
 def unload_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Unload a controller, which must not run."""
+    """Unload a controller that does not run."""
     use_ros()
     from controller_manager_msgs.srv import UnloadController
 
@@ -55,12 +55,12 @@ def unload_controller_srv(controller_name: str, ns: str | None = None, max_retri
         return True
     state = _states(ns).get(controller_name)
     reason = "no such controller is loaded" if state is None else f"it is {state}; stop it first"
-    raise ServiceError(service, f"it refuses '{controller_name}': {reason}. {_loaded(ns)}")
+    raise ServiceError(service, f"it rejects '{controller_name}': {reason}. {_loaded(ns)}")
 
 
 @answers(None)
 def unload_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
-    """Unload controllers, which must not run."""
+    """Unload controllers that do not run."""
     for controller in controller_list:
         unload_controller_srv(controller, ns, max_retries)
 
@@ -75,7 +75,7 @@ def switch_controllers_srv(
     timeout: float = 3.0,
     max_retries: int = 5,
 ) -> bool:
-    """Start controllers and stop others, in one step of the controller manager."""
+    """Start controllers and stop others, in one call of the controller manager."""
     use_ros()
     from controller_manager_msgs.srv import SwitchController
 
@@ -93,7 +93,7 @@ def switch_controllers_srv(
         "timeout": timeout,
     }
     done = _try(lambda: call(service, SwitchController, tries=max_retries, **fields).ok, max_retries)
-    # With best effort the controller manager says yes to names that it does not know.
+    # With best effort the controller manager accepts names that it does not know.
     states = _states(ns)
     idle = [name for name in start if states.get(name) != "running"]
     busy = [name for name in stop if states.get(name) == "running" and name not in start]
@@ -101,7 +101,7 @@ def switch_controllers_srv(
         return True
     wrong = [f"'{name}' is {states.get(name, 'not loaded')} and should run" for name in idle]
     wrong += [f"'{name}' still runs" for name in busy]
-    raise ServiceError(service, f"{', '.join(wrong) or 'it refuses, and does not say why'}. {_loaded(ns)}")
+    raise ServiceError(service, f"{', '.join(wrong) or 'it rejects the request without a reason'}. {_loaded(ns)}")
 
 
 @answers(False, vital=True)
@@ -112,7 +112,7 @@ def start_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Start controllers that are loaded."""
+    """Start loaded controllers."""
     return or_raise(switch_controllers_srv)(start_controllers, [], ns, strictness, start_asap, timeout)
 
 
@@ -173,7 +173,7 @@ def kill_controllers_srv(
 
 
 def _try(ask: Callable[[], bool], tries: int) -> bool:
-    """Ask until the answer is yes."""
+    """Repeat the request until it succeeds."""
     for attempt in range(max(tries, 1)):
         if attempt:
             time.sleep(_PAUSE)
@@ -183,7 +183,7 @@ def _try(ask: Callable[[], bool], tries: int) -> bool:
 
 
 def _states(ns: str | None) -> dict[str, str]:
-    """Return the state of each controller that is loaded."""
+    """Return the state of each loaded controller."""
     from controller_manager_msgs.srv import ListControllers
 
     listed = call(join(ns, "controller_manager", "list_controllers"), ListControllers)
@@ -192,7 +192,7 @@ def _states(ns: str | None) -> dict[str, str]:
 
 def _loaded(ns: str | None) -> str:
     states = _states(ns)
-    return f"Loaded are: {', '.join(f'{name} ({state})' for name, state in states.items()) or 'none'}."
+    return f"Loaded controllers: {', '.join(f'{name} ({state})' for name, state in states.items()) or 'none'}."
 
 
 def _why_not_loaded(controller: str, ns: str | None) -> str:
@@ -207,5 +207,5 @@ def _why_not_loaded(controller: str, ns: str | None) -> str:
     kind = master.getParam(parameter)
     types = call(join(ns, "controller_manager", "list_controller_types"), ListControllerTypes).types
     if kind not in types:
-        return f"there is no controller type '{kind}'; there are {', '.join(sorted(types))}"
-    return "the controller manager's log says why"
+        return f"there is no controller type '{kind}'; available types: {', '.join(sorted(types))}"
+    return "see the log of the controller manager"

@@ -1,6 +1,6 @@
-"""FRobs_RL's ``ros_gazebo``: launch Gazebo, or the bridge in its place, and speak with it.
+"""FRobs_RL's ``ros_gazebo``: launch Gazebo or the bridge, and use its services.
 
-Each function answers as FRobs_RL's does, and the log says why an answer is False.
+Each function returns the same values as in FRobs_RL, and the log contains the reason if it returns False.
 """
 
 from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo

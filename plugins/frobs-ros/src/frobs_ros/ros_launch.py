@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_launch``: launch files, in processes that are ours."""
+"""FRobs_RL's ``ros_launch``: launch files, in processes that this process owns."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from frobs_ros.log import LOG, answers
 from frobs_ros.packages import find_anywhere
 
 START_TIMEOUT = 30.0
-"""[s] for the first node of a launch file."""
-_GRACE = 20.0  # roslaunch gives each node 15 s
+"""[s] to wait for the first node of a launch file."""
+_GRACE = 20.0  # roslaunch allows each node 15 s
 
 
 @answers(False, vital=True)
@@ -35,17 +35,17 @@ def ros_launch_from_path(
 
 @answers(False)
 def ros_kill_launch_process() -> bool:
-    """End the launch files that this process runs, with all their nodes; those of others go on."""
+    """End the launch files that this process runs, with all their nodes; others are not affected."""
     return processes.stop(processes.owned(["launch"]))
 
 
 def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
-    """Run a launch file; returns when its first node is there.
+    """Run a launch file; return when its first node is registered.
 
-    A ROS master is started where none answers.
+    A ROS master is started if none answers.
 
     Raises:
-        ConfigurationError: There is no such file, or an argument is not of the form ``name:=value``.
+        ConfigurationError: The file does not exist, or an argument is not of the form ``name:=value``.
         ProcessError: roslaunch failed.
     """
     if not file.is_file():
@@ -65,7 +65,7 @@ def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
         if found and nodes.of(process.pids(), found):
             return True
         if time.monotonic() > until:
-            LOG.warning("%s runs, but no node of it has come up in %g s", file, START_TIMEOUT)
+            LOG.warning("%s runs, but none of its nodes started within %g s", file, START_TIMEOUT)
             return True
         time.sleep(0.05)
     if process.returncode:

@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_node``: nodes and the master, in processes that are ours; only ours are ended."""
+"""FRobs_RL's ``ros_node``: nodes and the master. Only processes that this process started are ended."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_ros.overlay import links_to_messages, make_overlay
 from frobs_ros.packages import find_package
 
 START_TIMEOUT = 15.0
-"""[s] for a node to be known to the master."""
+"""[s] until a node must be registered with the master."""
 OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
 
@@ -36,14 +36,14 @@ def ros_node_from_pkg(
     """Run a node of a ROS package.
 
     Args:
-        pkg_name: The package.
-        node_name: The node's program in it.
-        launch_master: Whether to start a ROS master where none answers.
-        launch_master_term: Whether to run that one in an xterm.
+        pkg_name: Name of the package.
+        node_name: Name of the node's program in the package.
+        launch_master: Whether to start a ROS master if none answers.
+        launch_master_term: Whether to run that master in an xterm.
         launch_new_term: Whether to run the node in an xterm.
-        name: The node's name in the graph; its own where nothing is given.
-        ns: Its namespace.
-        output: Where it writes: ``"log"``, a file; ``"screen"``, where we write; None, nowhere.
+        name: Name of the node in the graph; default: the node's own name.
+        ns: Namespace of the node.
+        output: Destination of its output: ``"log"``, a file; ``"screen"``, the output of this process; None, discarded.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'log', 'screen' or None")
@@ -57,10 +57,10 @@ def ros_node_from_pkg(
 
 @answers(False)
 def ros_kill_node(node_name: str) -> bool:
-    """End a node by name, whoever started it.
+    """End a node by name, regardless of who started it.
 
     Args:
-        node_name: Its name in the graph.
+        node_name: Name of the node in the graph.
     """
     name = join(node_name)
     silence: RosError | None = None
@@ -71,13 +71,13 @@ def ros_kill_node(node_name: str) -> bool:
     except RosError as error:  # it may have ended before it answered
         silence = error
     if not processes.wait_for(lambda: name not in nodes.names(), START_TIMEOUT if silence is None else _SILENCE):
-        raise silence or RosError(f"the node {name} was told to end, and has not in {START_TIMEOUT:g} s.")
+        raise silence or RosError(f"the node {name} did not end within {START_TIMEOUT:g} s of the request.")
     return True
 
 
 @answers(False)
 def ros_kill_all_nodes() -> bool:
-    """End the nodes that run in processes of ours; this process's own node and those of others go on."""
+    """End the nodes in processes that this process started, but neither its own node nor any others."""
     found = nodes.ours() if master.is_online() else set()
     for name in found:
         try:
@@ -86,31 +86,31 @@ def ros_kill_all_nodes() -> bool:
             LOG.debug("%s", error)
     ended = processes.stop(processes.owned(["node", "state publisher"]))
     if not processes.wait_for(lambda: not master.is_online() or not nodes.ours() & found, START_TIMEOUT):
-        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & found))} were told to end, and have not.")
+        raise RosError(f"the nodes {', '.join(sorted(nodes.ours() & found))} did not end on request.")
     return ended
 
 
 @answers(False)
 def ros_kill_master() -> bool:
-    """End the ROS master if this process started it; otherwise it keeps running and the answer is False."""
+    """End the ROS master if this process started it; otherwise return False."""
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
-        raise MasterError(master.master_uri(), "it was not started by this process, and goes on")
+        raise MasterError(master.master_uri(), "this process did not start it, so it is not ended")
     return ended
 
 
 @answers(False)
 def ros_kill_all_processes() -> bool:
-    """End all that this process has started: nodes, launch files, Gazebo, the master; nothing of others."""
+    """End all processes that this process has started: nodes, launch files, Gazebo, the master; no others."""
     return processes.stop(processes.owned())
 
 
 def find_node(package: str, node: str) -> Path:
-    """Return the program of a node, where ``rosrun PACKAGE NODE`` finds it.
+    """Return the program of a node, as ``rosrun PACKAGE NODE`` finds it.
 
     Raises:
-        PackageNotFoundError: There is no such package, or no such program in it; names what there is.
+        PackageNotFoundError: The package or the program does not exist; lists alternatives.
     """
     folder = find_package(package)
     prefixes = [Path(prefix) for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if prefix]
@@ -129,10 +129,10 @@ def find_node(package: str, node: str) -> Path:
 
 
 def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | None]:
-    """Return the words and the environment that run a node; None: the environment of ROS's programs.
+    """Return the command and the environment that run a node; None: the environment of ROS's programs.
 
     A Python node of a package runs with this Python, which has the modules that the package imports. ROS's own nodes
-    run with the system's.
+    run with the system's Python.
     """
     with program.open("rb") as file:
         first = file.readline(200)
@@ -156,27 +156,27 @@ def start_node(
     remaps: tuple[str, ...] = (),
     environment: Mapping[str, str] | None = None,
 ) -> processes.Process:
-    """Start a node; returns when the master knows it.
+    """Start a node; return when it is registered with the master.
 
     Args:
-        kind: Of the process.
-        command: The node's program; where something else runs it, that comes first.
-        name: In the graph; its own where nothing is given.
-        ns: Its namespace.
+        kind: Kind of the process.
+        command: Program of the node, preceded by its interpreter if necessary.
+        name: Name in the graph; default: the node's own name.
+        ns: Namespace of the node.
         terminal: Whether to run it in an xterm.
-        output: Where it writes.
-        remaps: Further arguments: ``"_rate:=30"``, ``"a:=b"``.
+        output: Destination of its output.
+        remaps: Additional arguments: ``"_rate:=30"``, ``"a:=b"``.
         environment: Its environment variables; None: those of ROS's programs.
 
     Raises:
         MasterError: No master answers.
-        ProcessError: It ended at once, or the master does not get to know it.
+        ProcessError: It ended immediately, or did not register with the master in time.
     """
     before = nodes.names()
     words = [*command, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
     title = join(ns, name or Path(command[-1]).name)
     process = processes.start(kind, words, name=title, terminal=terminal, output=output, environment=environment)
-    replaces = {join(ns, name)} & before if name else set()  # a node of one name takes the other's place
+    replaces = {join(ns, name)} & before if name else set()  # a node replaces another one of the same name
 
     def is_known() -> bool:
         found = (nodes.names() - before) | replaces

@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_params``: YAML files to the parameter server."""
+"""FRobs_RL's ``ros_params``: load YAML files into the parameter server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_ros.packages import find_file
 
 @answers(False)
 def ros_load_yaml_from_pkg(pkg_name: str, file_name: str, ns: str = "/") -> bool:
-    """Load a YAML file of a ROS package's folder ``config`` into parameters."""
+    """Load a YAML file from the folder ``config`` of a ROS package into parameters."""
     return _load(find_file(pkg_name, "config", file_name), ns)
 
 
@@ -25,10 +25,10 @@ def ros_load_yaml_from_path(file_path: str, ns: str = "/") -> bool:
 
 
 def _load(path: Path, ns: str) -> bool:
-    """Load a file as ``rosparam load`` does: angles may be ``deg(90)``, parameters beside those given stay."""
+    """Load a file as ``rosparam load`` does: angles may be ``deg(90)``, and other parameters are kept."""
     for parameters, namespace in _read(path, ns):
         if not isinstance(parameters, dict):
-            raise ConfigFileError(path, None, "it holds no mapping of parameters.")
+            raise ConfigFileError(path, None, "it must contain a mapping of parameters.")
         master = connect()
         for name, value in _leaves(parameters):
             master.setParam(join(namespace, name), value)
@@ -39,7 +39,7 @@ def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
     import yaml
 
     if not path.is_file():
-        raise ConfigFileError(path, None, "no such file.")
+        raise ConfigFileError(path, None, "the file does not exist.")
     connect()
     import rosparam
 
@@ -48,7 +48,7 @@ def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = mark.line + 1 if mark else None
-        raise ConfigFileError(path, line, f"it is no YAML: {getattr(error, 'problem', error)}") from error
+        raise ConfigFileError(path, line, f"it is not valid YAML: {getattr(error, 'problem', error)}") from error
     except (rosparam.RosParamException, UnicodeDecodeError) as error:
         raise ConfigFileError(path, None, str(error)) from error
     if not loaded:
@@ -57,7 +57,7 @@ def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
 
 
 def _leaves(parameters: dict[Any, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """Return each value that is no mapping, with the name below which it stands."""
+    """Return each value that is not a mapping, with its full name."""
     found: list[tuple[str, Any]] = []
     for key, value in parameters.items():
         name = f"{prefix}{key}"

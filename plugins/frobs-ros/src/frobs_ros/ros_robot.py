@@ -1,4 +1,4 @@
-"""A robot behind ROS topics: what it measures, and where commands go."""
+"""A robot behind ROS topics: subscribes to its measurements and publishes commands."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _MODES = {"position": CommandMode.POSITION, "velocity": CommandMode.VELOCITY, "e
 
 @dataclass(frozen=True)
 class Topics:
-    """Where a robot measures; relative names are in its namespace.
+    """Topics of a robot; relative names are in its namespace.
 
     Attributes:
-        joint_states: sensor_msgs/JointState, of one publisher or several.
-        odom: nav_msgs/Odometry of a base that moves.
+        joint_states: sensor_msgs/JointState, from one or several publishers.
+        odom: nav_msgs/Odometry of a moving base.
         scan: sensor_msgs/LaserScan of the lidar.
-        goal: geometry_msgs/Point in the world [m]: another goal.
-        cmd_vel: geometry_msgs/Twist, where a wheeled robot has no controller by name.
+        goal: geometry_msgs/Point in the world [m]: a new goal.
+        cmd_vel: geometry_msgs/Twist, for a wheeled robot without a named controller.
     """
 
     joint_states: str = "joint_states"
@@ -45,18 +45,18 @@ class Topics:
 
 
 class RosRobot:
-    """A robot that measures and obeys, behind ROS topics. The process must be a ROS node already.
+    """A robot that is measured and commanded over ROS topics. The process must already be a ROS node.
 
     Args:
-        controller: Its controller that gets the commands; None: a wheeled robot's ``cmd_vel``.
+        controller: Controller that receives the commands; None: the ``cmd_vel`` topic of a wheeled robot.
 
     Attributes:
-        odom_frame: Frame of the odometry that was measured last.
+        odom_frame: Frame of the last measured odometry.
 
     Raises:
-        ConfigurationError: The controller is unknown, does not run, or takes other commands than the policy gives; or there
-            are several lidars.
-        RosError: No master answers, or the controller manager breaks off.
+        ConfigurationError: The controller is unknown, does not run, or does not accept the policy's commands; or the
+            policy uses several lidars.
+        RosError: No master answers, or the call of the controller manager fails.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class RosRobot:
         topics = topics or Topics()
         if len(mirror.lidars) > 1:
             raise ConfigurationError(
-                f"the policy sees with several lidars: {', '.join(mirror.lidars)}; one can be given."
+                f"the policy uses several lidars: {', '.join(mirror.lidars)}; only one is supported."
             )
         self._lock = threading.Lock()
         self._began = time.monotonic()
@@ -96,7 +96,7 @@ class RosRobot:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
 
     def _open(self, controller: str | None, topics: Topics) -> tuple[Any, Any]:
-        """Return a publisher, and what makes its message of a command."""
+        """Return a publisher, and a function that converts a command into its message."""
         import rospy
         from geometry_msgs.msg import Twist
         from std_msgs.msg import Float64MultiArray
@@ -113,7 +113,7 @@ class RosRobot:
         given = rospy.get_param(self._name(f"{controller}/type"), None)
         if given is None:
             raise ControllerError(
-                controller, f"is not loaded in {self._namespace or '/'}; there are: {self._controllers()}"
+                controller, f"is not loaded in {self._namespace or '/'}; loaded controllers: {self._controllers()}"
             )
         self._check_running(controller)
         if "DiffDrive" in given and drive is not None:
@@ -121,12 +121,13 @@ class RosRobot:
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
             raise ControllerError(
-                controller, f"is a {given}, and the policy commands {mode.value}s; load one that accepts them."
+                controller, f"is a {given}, but the policy commands {mode.value}s; load one that accepts them."
             )
         self._order = list(rospy.get_param(self._name(f"{controller}/joints"), list(self._mirror.joint_names)))
         if sorted(self._order) != sorted(self._mirror.joint_names):
             raise ControllerError(
-                controller, f"moves {', '.join(self._order)}, and the policy {', '.join(self._mirror.joint_names)}."
+                controller,
+                f"moves {', '.join(self._order)}, but the policy moves {', '.join(self._mirror.joint_names)}.",
             )
         topic = self._name(f"{controller}/command")
         if "JointTrajectory" in given:
@@ -134,11 +135,12 @@ class RosRobot:
         if "JointGroup" in given:
             return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
         raise ControllerError(
-            controller, f"is a {given}, which accepts one joint; load a JointTrajectoryController or a JointGroup… one."
+            controller,
+            f"is a {given}, which moves a single joint; load a JointTrajectoryController or a JointGroup… one.",
         )
 
     def _check_running(self, controller: str) -> None:
-        """Refuse a controller that would let all commands go by; where nobody manages controllers, trust."""
+        """Raise an error if the controller does not run; without a controller manager, assume that it runs."""
         from controller_manager_msgs.srv import ListControllers
 
         service = self._name("controller_manager/list_controllers")
@@ -149,14 +151,14 @@ class RosRobot:
             running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
             raise ControllerError(
                 controller,
-                f"is {states.get(controller, 'not loaded')}; running are: {running or '(none)'}. "
+                f"is {states.get(controller, 'not loaded')}; running controllers: {running or '(none)'}. "
                 "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller.",
             )
 
     def _controllers(self) -> str:
         import rosgraph
 
-        try:  # of the master itself: rospy answers with what it has happened to ask for before
+        try:  # asks the master itself: rospy answers from its cache
             found = connect().getParam(self._namespace or "/")
         except rosgraph.MasterError:
             found = {}
@@ -179,7 +181,7 @@ class RosRobot:
         moving = np.array([[twist.linear.x, twist.linear.y, twist.linear.z]])
         turning = np.array([[twist.angular.x, twist.angular.y, twist.angular.z]])
         pos = np.array([pose.position.x, pose.position.y, pose.position.z])
-        with self._lock:  # a twist is told in the base's own frame
+        with self._lock:  # a twist is given in the frame of the base
             self.odom_frame = message.header.frame_id
             self._base = pos, quat, quat_rotate(quat[None], moving)[0], quat_rotate(quat[None], turning)[0]
             self._heard["odometry"] = time.monotonic()
@@ -194,13 +196,13 @@ class RosRobot:
             self._goal = np.array([message.x, message.y, message.z])
 
     def now(self) -> float:
-        """Return ROS's time [s]; it may stand still, and go back."""
+        """Return ROS's time [s], which may stop and go back."""
         import rospy
 
         return float(rospy.get_time())
 
     def state(self) -> State | None:
-        """Return what was measured last; None: not all of it yet."""
+        """Return the last measured state; None until everything has been measured."""
         with self._lock:
             if -math.inf in self._heard.values():
                 return None
@@ -210,19 +212,19 @@ class RosRobot:
         return State(both[:, 0], both[:, 1], base, scans)
 
     def silent(self) -> tuple[str, float]:
-        """Return what has been measured least recently, or never, and for how long [s] it has not been."""
+        """Return the measurement that is missing for the longest time, and its age [s]."""
         with self._lock:
             what = min(self._heard, key=self._heard.__getitem__)
             return what, time.monotonic() - max(self._heard[what], self._began)
 
     def new_goal(self) -> Floats | None:
-        """Return a goal (3,) [m] that has come since the last call."""
+        """Return a goal (3,) [m] that was received since the last call, or None."""
         with self._lock:
             goal, self._goal = self._goal, None
         return goal
 
     def send(self, command: Command, seconds: float) -> None:
-        """Publish a command; a trajectory is to be done in ``seconds``."""
+        """Publish a command; a trajectory gets ``seconds`` to complete."""
         self._publisher.publish(self._message(command, seconds))
 
     def is_over(self) -> bool:

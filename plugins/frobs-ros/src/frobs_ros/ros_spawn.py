@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_spawn``: a robot with all that belongs to it."""
+"""FRobs_RL's ``ros_spawn``: spawn a robot with its description, publishers and controllers."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _DESCRIPTION = "robot_description"
 def init_robot_state_pub(
     namespace: str = "/", max_pub_freq: float | None = None, launch_new_term: bool = False
 ) -> bool:
-    """Start a robot_state_publisher, which says on tf where a robot's links are.
+    """Start a robot_state_publisher, which publishes the poses of a robot's links on tf.
 
-    The parameter ``<namespace>/robot_description`` must be there. The node is :mod:`frobs_ros.state_publisher`, which does
-    what ROS's own does.
+    The parameter ``<namespace>/robot_description`` must exist. The node is :mod:`frobs_ros.state_publisher`, which
+    behaves like ROS's own.
     """
     description = join(namespace, _DESCRIPTION)
     if not connect().hasParam(description):
@@ -62,7 +62,7 @@ def spawn_model_in_gazebo(
     ori_y: float = 0.0,
     ori_z: float = 0.0,
 ) -> bool:
-    """Spawn a robot: description, state publisher, model, parameters of its controllers, controllers."""
+    """Spawn a robot: description, state publisher, model, controller parameters and controllers."""
     quat = orientation(ori_x, ori_y, ori_z, ori_w)
     or_raise(urdf_load_from_pkg)(pkg_name, model_urdf_file, _DESCRIPTION, model_urdf_folder, ns, args_xacro)
     or_raise(init_robot_state_pub)(ns, max_pub_freq, rob_st_term)

@@ -1,7 +1,7 @@
-"""FRobs_RL's ``ros_urdf``: robot descriptions from files to texts, and to the parameter server.
+"""FRobs_RL's ``ros_urdf``: load robot descriptions from files as texts or into the parameter server.
 
-Files are expanded by xacro, whatever their suffix; packages of FRobs_RL load SDF with these functions, too. Nothing of
-ROS is needed to parse one.
+Files are expanded by xacro regardless of their suffix; packages of FRobs_RL also load SDF with these functions. Parsing
+a file requires no part of ROS.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def urdf_load_from_pkg(
     ns: str | None = None,
     args_xacro: Sequence[str] | None = None,
 ) -> bool:
-    """Load a URDF or xacro of a ROS package into a parameter."""
+    """Load a URDF or xacro file of a ROS package into a parameter."""
     return _load(parse_model(find_file(pkg_name, folder, model_name), args_xacro), param_name, ns)
 
 
@@ -34,7 +34,7 @@ def urdf_load_from_pkg(
 def urdf_load_from_path(
     model_path: str, param_name: str, ns: str | None = None, args_xacro: Sequence[str] | None = None
 ) -> bool:
-    """Load a URDF or xacro into a parameter."""
+    """Load a URDF or xacro file into a parameter."""
     return _load(parse_model(Path(model_path), args_xacro), param_name, ns)
 
 
@@ -42,20 +42,20 @@ def urdf_load_from_path(
 def urdf_parse_from_pkg(
     pkg_name: str, model_name: str, folder: str = "/urdf", args_xacro: Sequence[str] | None = None
 ) -> str | None:
-    """Return the URDF that a file of a ROS package holds or expands to.
+    """Return the URDF from a URDF or xacro file of a ROS package.
 
     Returns:
-        The URDF; None where there is no such package or file, or it is broken.
+        The URDF; None if the package or file does not exist or is invalid.
     """
     return parse_model(find_file(pkg_name, folder, model_name), args_xacro)
 
 
 @answers(None)
 def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = None) -> str | None:
-    """Return the URDF that a file holds or expands to.
+    """Return the URDF from a URDF or xacro file.
 
     Returns:
-        The URDF; None where there is no such file, or it is broken.
+        The URDF; None if the file does not exist or is invalid.
     """
     return parse_model(Path(model_path), args_xacro)
 
@@ -65,11 +65,11 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
     Raises:
         ConfigurationError: An argument is not of the form ``name:=value``.
-        ModelFileError: The file is missing or broken.
+        ModelFileError: The file is missing or invalid.
     """
     file = path.expanduser().absolute()
     if not file.is_file():
-        raise ModelFileError(file, "no such file.")
+        raise ModelFileError(file, "the file does not exist.")
     text = expand_xacro(file, xacro_arguments(arguments), RosPackages(file))
     parse_xml(text.encode(), file)
     return text
@@ -79,10 +79,10 @@ def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
     """Return xacro arguments by name.
 
     Raises:
-        ConfigurationError: One is not of that form.
+        ConfigurationError: An argument is not of the form ``name:=value``.
     """
     if isinstance(arguments, str):
-        raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value', not one text")
+        raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value', not a string")
     found = {}
     for argument in arguments or ():
         name, assigned, value = str(argument).partition(":=")

@@ -1,4 +1,4 @@
-"""Laser scans as the rays of a lidar."""
+"""Conversion of laser scans to the rays of a lidar."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from frobs_core.interfaces import Lidar
 
 
 def rays_of(scan: Any, lidar: Lidar) -> Floats:
-    """Return what a scan says along the rays of a lidar: of each the nearest beam.
+    """Return the ranges of a scan along the rays of a lidar; each ray uses the nearest beam.
 
     Returns:
         (rays,) [m]
 
     Raises:
-        ConfigurationError: The scan looks elsewhere than a ray.
+        ConfigurationError: The scan does not cover a ray.
     """
     ranges = np.asarray(scan.ranges, np.float64)
     wanted = np.arctan2(lidar.directions[:, 1], lidar.directions[:, 0])
     step = scan.angle_increment
     if not len(ranges) or step == 0.0:
-        raise ConfigurationError("the scan has no beams, or no angle between them.")
+        raise ConfigurationError("the scan has no beams, or the angle between them is 0.")
     beams = scan.angle_min + step * np.arange(len(ranges))
     off = np.abs((beams[None] - wanted[:, None] + math.pi) % (2.0 * math.pi) - math.pi)
     nearest = off.argmin(axis=1)
     missed = off[np.arange(len(wanted)), nearest] > 0.51 * abs(step)
     if missed.any():
         raise ConfigurationError(
-            f"the scan has no beam at {np.degrees(wanted[missed.argmax()]):.0f}°, where the policy's lidar has a ray; it "
-            f"goes from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
+            f"the scan has no beam at {np.degrees(wanted[missed.argmax()]):.0f}°, where the policy's lidar has a ray; "
+            f"its beams range from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
         )
     read: Floats = ranges[nearest]
     return read

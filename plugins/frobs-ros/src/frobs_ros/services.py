@@ -1,4 +1,4 @@
-"""Calls of services: over connections that stay open where they may, and with a reason for each failure."""
+"""Service calls, with persistent connections where possible, and a reason for each failure."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from frobs_ros.master import master_uri
 
 _PAUSE = 0.05
 LASTING = "/gazebo/"
-"""Services of the simulation itself, which last as long as it does: connections to them stay open.
+"""Prefix of the simulation's own services, whose connections stay open because they exist as long as it does.
 
-Others, of a robot's controller manager, go with the robot, and rospy leaves their connections open: a call would reach
-one that is withdrawn.
+Other services, such as those of a robot's controller manager, are removed with the robot. rospy does not close their
+connections, so a call could reach a removed service.
 """
 _open = threading.local()
-"""A connection for each service and thread: one cannot be shared between threads."""
+"""A connection per service and thread: threads cannot share one."""
 
 
 def patience() -> float:
-    """Return how long a service that is not there yet is waited for [s]: ``FROBS_ROS_TIMEOUT``, or 10."""
+    """Return the time to wait for a service that does not exist yet [s]: ``FROBS_ROS_TIMEOUT``, or 10."""
     return float(os.environ.get("FROBS_ROS_TIMEOUT") or 10.0)
 
 
 def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> Any:
-    """Call a service and return its answer.
+    """Call a service and return its response.
 
     Args:
-        name: The service's full name.
-        service: Its class.
-        *args: The request's fields in their order.
-        tries: How often to try.
-        **fields: The request's fields by name.
+        name: Full name of the service.
+        service: Class of the service.
+        *args: Fields of the request, in order.
+        tries: Number of attempts.
+        **fields: Fields of the request by name.
 
     Raises:
         MasterError: No master answers.
-        ServiceError: The service is not there, or broke off.
+        ServiceError: The service does not exist, or the call failed.
     """
     use_ros()
     import rospy
 
     wait_for(name)
-    attempts = max(tries, 1) + (name in _connections())  # one that stood open may lead to a server that is gone
+    attempts = max(tries, 1) + (name in _connections())  # an open connection may lead to a server that has ended
     for attempt in range(attempts):
         if attempt:
             time.sleep(_PAUSE)
@@ -54,33 +54,33 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
             return _connection(name, service)(*args, **fields)
         except (rospy.ServiceException, rospy.exceptions.TransportException, OSError) as error:
             _forget(name)
-            failure = ServiceError(name, f"it broke off: {error}")
+            failure = ServiceError(name, f"the call failed: {error}")
         except rospy.ROSException as error:
-            raise ServiceError(name, f"the request does not fit: {error}") from error
-    is_offered(name)  # that the master is gone says more
+            raise ServiceError(name, f"the request is invalid: {error}") from error
+    is_offered(name)  # a missing master is the better explanation
     raise failure
 
 
 def wait_for(name: str, timeout: float | None = None) -> None:
-    """Wait until a service is offered, for ``timeout`` [s] or :func:`patience`.
+    """Wait until a service exists, for ``timeout`` [s] or :func:`patience`.
 
     Raises:
         MasterError: No master answers.
-        ServiceError: Nobody offers it in time.
+        ServiceError: The service does not exist in time.
     """
     if name in _connections():
         return
     if not processes.wait_for(lambda: is_offered(name), patience() if timeout is None else timeout):
-        raise ServiceError(name, f"nobody offers it; is Gazebo, or the bridge, running with {master_uri()}?")
+        raise ServiceError(name, f"it is not available; is Gazebo or the bridge running with {master_uri()}?")
 
 
 def is_open(name: str) -> bool:
-    """Return whether a connection to a service stands open."""
+    """Return whether a connection to a service is open."""
     return name in _connections()
 
 
 def is_offered(name: str) -> bool:
-    """Return whether somebody offers a service.
+    """Return whether a service exists.
 
     Raises:
         MasterError: No master answers.
@@ -97,7 +97,7 @@ def is_offered(name: str) -> bool:
 
 
 def _connections() -> dict[str, Any]:
-    uri = (master_uri(), os.getpid())  # a fork must not speak through its parent's connections
+    uri = (master_uri(), os.getpid())  # a forked process must not use its parent's connections
     if getattr(_open, "uri", None) != uri:
         _open.uri, _open.connections = uri, {}
     found: dict[str, Any] = _open.connections

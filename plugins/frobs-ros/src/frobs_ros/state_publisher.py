@@ -1,8 +1,9 @@
-"""Where a robot's links are, on tf: what ROS's robot_state_publisher 1.15 does, in a node that listens where rospy does.
+"""Poses of a robot's links on tf, like ROS's robot_state_publisher 1.15, but listening only where rospy does.
 
-ROS's own is written in C++, and roscpp listens on every interface, whatever ROS_IP and ROS_HOSTNAME say.
-``python -m frobs_ros.state_publisher`` takes its place: the parameters ``robot_description``, ``tf_prefix``,
-``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, the topics ``joint_states``, ``/tf``, ``/tf_static``.
+ROS's publisher is written in C++, and roscpp listens on every interface, regardless of ROS_IP and ROS_HOSTNAME.
+``python -m frobs_ros.state_publisher`` replaces it: the parameters ``robot_description``, ``tf_prefix``,
+``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, the topics ``joint_states``, ``/tf``,
+``/tf_static``.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ from frobs_ros.master import master_uri, require
 from frobs_ros.names import join
 
 NAME = "robot_state_publisher"
-"""The node's, where it is given no other."""
+"""Default name of the node."""
 DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
-"""[Hz] at most, where nobody says."""
+"""Default maximum rate [Hz]."""
 
-_AHEAD = 0.5  # [s] that fixed joints on /tf are valid beyond now, as they come again and again
-_QUEUE = 100  # messages, as tf2's broadcasters have it
+_AHEAD = 0.5  # [s] for which fixed joints on /tf are valid beyond now, as they are repeated
+_QUEUE = 100  # messages, as in tf2's broadcasters
 
 
 def read_joints(text: str, source: str) -> tuple[Joint, ...]:
-    """Read the joints of a URDF; shapes, masses and limits are not looked at.
+    """Read the joints of a URDF; shapes, masses and limits are ignored.
 
     Raises:
-        ModelFileError: It is no URDF, or its joints make no tree.
+        ModelFileError: The text is not a URDF, or its joints do not form a tree.
     """
     root = parse_xml(text, Path(source))
     if root.tag != "robot":
-        root.refuse("a robot's description is a URDF, whose first element is <robot>.")
+        root.refuse("a robot description must be a URDF with <robot> as its first element.")
     links, elements = check_unique(root.children("link")), check_unique(root.children("joint"))
     joints = [read_joint(element, links, elements) for element in elements.values()]
     check_tree(links, joints, elements, root)
@@ -50,7 +51,7 @@ def read_joints(text: str, source: str) -> tuple[Joint, ...]:
 
 
 class Frames:
-    """The frames that joints move: each joint's child in its parent, at a position."""
+    """The frames that joints move: the pose of each joint's child in its parent, at a position."""
 
     def __init__(self, joints: Iterable[Joint]) -> None:
         self.joints = tuple(joints)
@@ -62,10 +63,10 @@ class Frames:
         self._ways = quat_rotate(self._quat, self._axes) * (1.0 - self._turns)[:, None]  # (k, 3), in the parent's frame
 
     def positions(self, told: Mapping[str, float]) -> Floats:
-        """Return the joints' positions (k,) [rad or m]; not a number for those of which nothing is told.
+        """Return the joints' positions (k,) [rad or m]; NaN for joints without a known position.
 
         Args:
-            told: By joint. One that mimics another follows it, unless it is told of itself.
+            told: Known positions by joint. A joint that mimics another follows it, unless its own position is known.
         """
         found = np.full(len(self.joints), np.nan)
         for i, joint in enumerate(self.joints):
@@ -86,9 +87,9 @@ class Frames:
 
 
 def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
-    """Return the frames of the joints that move, and of the fixed ones.
+    """Return the frames of the moving joints, and of the fixed ones.
 
-    As in ROS's own publisher, planar joints count as fixed, and floating ones are left out.
+    As in ROS's publisher, planar joints count as fixed, and floating ones are ignored.
     """
     joints = tuple(joints)
     return (
@@ -98,10 +99,10 @@ def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
 
 
 class Pace:
-    """When a message of joint states is due: no sooner than some time after the last of its joints.
+    """Decides when a message of joint states is due: not before a minimum time after the last one with its joints.
 
     Args:
-        frequency: Highest rate [Hz].
+        frequency: Maximum rate [Hz].
     """
 
     def __init__(self, frequency: float, always: bool = False) -> None:
@@ -110,14 +111,14 @@ class Pace:
         self._last: dict[str, int] = {}
 
     def is_due(self, names: Collection[str], stamp: int) -> bool:
-        """Return whether a message with a stamp [ns] is to be published, and take it as published then.
+        """Return whether a message with a stamp [ns] is due, and if so record it as published.
 
-        Stamps that go back, after a reset of the simulation, begin anew.
+        If stamps go back, after a reset of the simulation, the record is cleared.
         """
         last = [self._last[name] for name in names if name in self._last]
         due = (
             self._always
-            or len(last) < len(names)  # one that is new
+            or len(last) < len(names)  # a joint is new
             or stamp >= min(last, default=stamp) + self._interval
             or stamp < max(last, default=stamp)
         )
@@ -127,7 +128,7 @@ class Pace:
 
 
 def prefixed(prefix: str, frame: str) -> str:
-    """Return a frame's name on tf: below the prefix, unless it begins with a slash."""
+    """Return a frame's name on tf: with the prefix, unless it begins with a slash."""
     if frame.startswith("/"):
         return frame[1:]
     prefix = prefix.removeprefix("/")
@@ -135,13 +136,13 @@ def prefixed(prefix: str, frame: str) -> str:
 
 
 class StatePublisher:
-    """Publishes what it hears of joints; the process must be a ROS node.
+    """Publishes the frames for received joint states; the process must be a ROS node.
 
     Args:
-        frequency: Highest rate [Hz].
-        static: Whether fixed joints are told once, on ``/tf_static``; else again and again on ``/tf``.
-        always: Whether every message counts, whenever it is from.
-        prefix: Of the frames' names.
+        frequency: Maximum rate [Hz].
+        static: Whether fixed joints are published once, on ``/tf_static``; else repeatedly on ``/tf``.
+        always: Whether every message is used, regardless of its stamp.
+        prefix: Prefix of the frame names.
 
     Raises:
         ConfigurationError: The rate is not above 0.
@@ -166,7 +167,7 @@ class StatePublisher:
         self._moving, self._fixed = split(joints)
         self._pace, self._prefix = Pace(frequency, always), prefix
         self._names = {joint.name for joint in joints}
-        self._lock = threading.Lock()  # each that publishes joint states is heard in a thread of its own
+        self._lock = threading.Lock()  # rospy handles each publisher of joint states in a separate thread
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=_QUEUE, tcp_nodelay=True)
         if static:
             self._static = rospy.Publisher("/tf_static", TFMessage, queue_size=_QUEUE, latch=True)
@@ -180,16 +181,16 @@ class StatePublisher:
 
         if len(message.name) != len(message.position):
             lengths = f"{len(message.name)} names and {len(message.position)} positions"
-            rospy.logwarn_throttle(300.0, f"passed over a message of joint_states with {lengths}")
+            rospy.logwarn_throttle(300.0, f"ignored a joint_states message with {lengths}")
             return
         stamp = message.header.stamp
         with self._lock:
             if not self._pace.is_due(message.name, stamp.to_nsec()):
                 return
             strange = set(message.name) - self._names
-            self._names |= strange  # says so once
+            self._names |= strange  # logged once
         if strange:
-            rospy.logwarn("joint_states tells of joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
+            rospy.logwarn("joint_states contains joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
         positions = self._moving.positions(dict(zip(message.name, message.position, strict=True)))
         if np.isfinite(positions).any():
             self._tf.publish(to_message(self._moving, positions, stamp, self._prefix))
@@ -225,11 +226,11 @@ def to_message(frames: Frames, positions: Floats, stamp: Any, prefix: str = "") 
 
 
 def read_description() -> tuple[Joint, ...]:
-    """Return the joints of the robot that the nearest parameter ``robot_description`` describes.
+    """Return the joints of the robot in the nearest parameter ``robot_description``.
 
     Raises:
-        MasterError: No master answers, or there is no such parameter.
-        ModelFileError: It holds no robot.
+        MasterError: No master answers, or the parameter does not exist.
+        ModelFileError: The parameter is not a robot description.
     """
     import rosgraph
     import rospy
@@ -246,13 +247,13 @@ def read_description() -> tuple[Joint, ...]:
 
 
 def main() -> None:
-    """Be the node until it is shut down; exits the process with what is wrong where it cannot be."""
+    """Run the node until it is shut down; exit the process with an error message if it cannot run."""
     use_ros()
     import rospy
 
     try:
         require()
-        joints = read_description()  # before there is a node, which would take the name of one that runs
+        joints = read_description()  # before creating the node, which would replace a running one of the same name
         rospy.init_node(NAME)
         StatePublisher(
             joints,

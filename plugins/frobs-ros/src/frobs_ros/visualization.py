@@ -1,4 +1,4 @@
-"""Shows in RViz what a policy does: the path of the robot, and what its task marks, such as the goal."""
+"""Shows in RViz the path of the robot, and the task's markers, such as the goal."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ _LENGTH = 1000  # poses of a path; serializing them takes about 5 ms of a contro
 
 
 class Visualization:
-    """Publishes the path and the markers of a policy while somebody subscribes. The process must be a ROS node already.
+    """Publishes the path and the markers of a policy if there are subscribers. The process must already be a ROS node.
 
-    The path (``nav_msgs/Path``) is that of a moving base, or of the tool of an arm whose base is fixed. It begins with the
-    episode. The markers (``visualization_msgs/MarkerArray``) are those of the task; each marker's namespace is its name.
-    Both are in the frame of the odometry if the base moves, and else in the frame of the robot's root link.
+    The path (``nav_msgs/Path``) is that of a moving base, or of the tool of a fixed arm. It begins with the episode.
+    The markers (``visualization_msgs/MarkerArray``) are those of the task; each marker's namespace is its name. Both
+    are in the frame of the odometry if the base moves, and else in the frame of the robot's root link.
 
     Args:
-        robot: The robot that the policy acts on.
-        mirror: The environment that follows it.
+        robot: The robot.
+        mirror: The environment that follows the robot.
         namespace: Namespace of the topics.
     """
 
@@ -54,7 +54,7 @@ class Visualization:
         self._restarts = 0
 
     def update(self, report: Report) -> None:
-        """Add the robot's measured pose to its path, and publish what is due.
+        """Append the robot's measured pose to its path, and publish messages that are due.
 
         Args:
             report: Report of the policy after its step; a new path begins when its number of restarts changes.
@@ -88,7 +88,7 @@ class Visualization:
 
 
 class _Frame:
-    """The frame of a robot's messages, and where the mirror's world is in it."""
+    """The frame of a robot's messages, and the pose of the mirror's world in it."""
 
     def __init__(self, robot: RosRobot, mirror: Mirror) -> None:
         if mirror.moves:
@@ -101,7 +101,7 @@ class _Frame:
             self._pos, self._quat = pos[0], quat_conjugate(quat[0])
 
     def header(self) -> Any:
-        """Return a ``std_msgs/Header`` of now."""
+        """Return a ``std_msgs/Header`` for the current time."""
         import rospy
         from std_msgs.msg import Header
 

@@ -1,4 +1,4 @@
-"""``frobs doctor ros``: is ROS here, and what is missing?"""
+"""``frobs doctor ros``: check the installation of ROS."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def ros(json: Json = False) -> None:
         print_line()
         for line in report.advice:
             console().print(Text(line), soft_wrap=True)
-        verdict = "ROS can be used" if report.usable else "ROS cannot be used here"
+        verdict = "ROS can be used" if report.usable else "ROS cannot be used"
         console().print(Text(verdict, style="bold green" if report.usable else "bold red"), soft_wrap=True)
     if not report.usable:
         raise typer.Exit(1)

@@ -1,4 +1,4 @@
-"""``frobs ros run``: let a trained policy act on a robot behind ROS."""
+"""``frobs ros run``: run a trained policy on a robot behind ROS."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def run(
                 on_step=Visualization(live, mirror, namespace).update,
             )
         finally:
-            rospy.signal_shutdown("the policy has ended")
+            rospy.signal_shutdown("the policy ended")
     if json:
         print_json({**vars(report), "latency": str(policy.latency)})
     else:

@@ -1,4 +1,4 @@
-"""``frobs ros serve``: any FRobs simulation as Gazebo."""
+"""``frobs ros serve``: run a FRobs simulation with Gazebo's interface."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def serve(
 
 
 def main() -> None:
-    """Run it alone, as ``python -m frobs_ros.bridge``, and exit the process."""
+    """Run the command alone, as ``python -m frobs_ros.bridge``, and exit the process."""
     from frobs_cli.group import FrobsGroup
 
     app = typer.Typer(cls=FrobsGroup, pretty_exceptions_enable=False)

@@ -1,1 +1,1 @@
-"""What :mod:`frobs_ros.ros_gazebo` offers, by subject: launching, physics, the world's time, models."""
+"""The functions of :mod:`frobs_ros.ros_gazebo` by subject: launching, physics, time, models."""

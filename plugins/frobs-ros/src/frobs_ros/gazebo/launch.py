@@ -12,7 +12,7 @@ from frobs_ros.packages import find_anywhere
 from frobs_ros.services import is_offered
 
 LAUNCH_TIMEOUT = 120.0
-"""[s] for the simulation to answer."""
+"""[s] to wait for the simulation to answer."""
 _GRACE = 10.0
 _LAST, _FIRST = "/gazebo/get_world_properties", "/gazebo/pause_physics"
 OUTPUTS = ("screen", "log")
@@ -36,30 +36,30 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     gui_required: bool = False,
     launch_new_term: bool = True,
 ) -> bool:
-    """Launch Gazebo, or the bridge in its place, and wait until it answers.
+    """Launch Gazebo or the bridge, and wait until it answers.
 
-    ``FROBS_ROS_BACKEND`` says which: ``gazebo``, ``bridge:mujoco``, ``bridge:pybullet``, ``bridge:gazebo``; without it,
-    Gazebo where gazebo_ros is installed, else the bridge over MuJoCo. A ROS master is started where none answers.
+    ``FROBS_ROS_BACKEND`` selects it: ``gazebo``, ``bridge:mujoco``, ``bridge:pybullet``, ``bridge:gazebo``; by default,
+    Gazebo if gazebo_ros is installed, else the bridge with MuJoCo. A ROS master is started if none answers.
 
     Args:
-        paused: Whether to begin with the time standing still.
-        use_sim_time: Whether nodes go by the simulation's clock.
-        gui: Whether to open its window.
-        recording: Whether to record its state.
-        debug: Whether to run it so that crashes can be understood.
+        paused: Whether to start paused.
+        use_sim_time: Whether nodes use the simulation's clock.
+        gui: Whether to open a window.
+        recording: Whether to record the simulation's state.
+        debug: Whether to run it with diagnostics for crashes.
         verbose: Whether to log more.
-        output: Where it writes: ``"screen"``, where we write; ``"log"``, a file.
+        output: Destination of its output: ``"screen"``, the output of this process; ``"log"``, a file.
         custom_world_path: A world file.
-        custom_world_pkg: A ROS package with a world file; used where no path is given.
-        custom_world_name: The world file in the package, in its folder ``worlds`` or anywhere below.
-        respawn_gazebo: Whether to start it again when it ends.
-        pub_clock_frequency: Of /clock [Hz].
-        server_required: Whether all of the launch ends with the server.
-        gui_required: Whether all of the launch ends with the window.
+        custom_world_pkg: A ROS package with a world file; used if no path is given.
+        custom_world_name: World file in the package's folder ``worlds`` or anywhere below the package.
+        respawn_gazebo: Whether to restart it when it ends.
+        pub_clock_frequency: Rate of the topic /clock [Hz].
+        server_required: Whether the whole launch ends with the server.
+        gui_required: Whether the whole launch ends with the window.
         launch_new_term: Whether to run it in an xterm.
 
     Returns:
-        Whether it answers.
+        Whether the simulation answers.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'screen' or 'log'")
@@ -81,7 +81,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     words, variables = backends.command(launch, backend)
     master.ensure()
     if is_offered(_FIRST):
-        raise ProcessError("Gazebo", f"a simulation runs already at {master.master_uri()}; close it first")
+        raise ProcessError("Gazebo", f"a simulation is already running at {master.master_uri()}; close it first")
     master.connect().setParam("/use_sim_time", use_sim_time)
     process = processes.start(
         "gazebo",
@@ -99,10 +99,10 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
-    """End the simulation that this process launched; those of others go on."""
+    """End the simulation that this process launched, but no others."""
     found = processes.owned(["gazebo"])
     if not found:
-        raise ProcessError("Gazebo", "this process runs none")
+        raise ProcessError("Gazebo", "this process has not launched a simulation")
     return processes.stop(found)
 
 
@@ -110,8 +110,8 @@ def find_world(path: str | None, package: str | None, name: str | None) -> Path 
     """Return a world file, or None for the empty world.
 
     Raises:
-        ConfigurationError: There is no such file, or one of package and name is missing.
-        PackageNotFoundError: There is no such package, or no such file in it.
+        ConfigurationError: The file does not exist, or one of package and name is missing.
+        PackageNotFoundError: The package or the file in it does not exist.
     """
     if path:
         file = Path(path).expanduser().absolute()
@@ -121,5 +121,5 @@ def find_world(path: str | None, package: str | None, name: str | None) -> Path 
     if not package and not name:
         return None
     if not package or not name:
-        raise MissingSettingError("a world of a package", "the name of the package and of the world file")
+        raise MissingSettingError("a world of a package", "the names of both the package and the world file")
     return find_anywhere(package, "worlds", name, ".world")

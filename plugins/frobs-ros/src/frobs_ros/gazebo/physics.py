@@ -1,6 +1,6 @@
-"""Update rate, time step, gravity and the engine's settings.
+"""Update rate, time step, gravity and the settings of the physics engine.
 
-Gazebo has one service that reads all of them and one that writes all of them, so a change of one is both.
+Gazebo has one service that reads all of them and one that writes all of them, so each change uses both.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ ODE = {
     "erp": 0.2,
     "max_contacts": 20,
 }
-"""What :func:`gazebo_set_default_properties` sets, beside a time step [s], gravity [m/s²] and real time."""
+"""Settings of :func:`gazebo_set_default_properties`, besides a time step [s], gravity [m/s²] and real time."""
 
 
 @answers(False)
 def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
-    """Set how fast the simulation may run.
+    """Set the maximum speed of the simulation.
 
     Args:
-        max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is as fast as it can.
+        max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is unlimited.
     """
     factor = _number("max_update_rate", max_update_rate, 0.0)
     now = _get()
@@ -46,17 +46,17 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_max_update_rate() -> float:
-    """Return how fast the simulation may run, as a real-time factor; NaN where no simulation answers."""
+    """Return the maximum speed of the simulation as a real-time factor; NaN if no simulation answers."""
     now = _get()
     return float(now.max_update_rate * now.time_step)
 
 
 @answers(False)
 def gazebo_set_time_step(new_time_step: float) -> bool:
-    """Set the physics time step; the real-time factor stays as it is.
+    """Set the physics time step, without changing the real-time factor.
 
     Args:
-        new_time_step: [s]
+        new_time_step: Time step [s].
     """
     step = _number("new_time_step", new_time_step, 0.0, above=True)
     now = _get()
@@ -65,7 +65,7 @@ def gazebo_set_time_step(new_time_step: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_time_step() -> float:
-    """Return the physics time step [s]; NaN where no simulation answers."""
+    """Return the physics time step [s]; NaN if no simulation answers."""
     return float(_get().time_step)
 
 
@@ -74,16 +74,16 @@ def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
     """Set gravity.
 
     Args:
-        x: [m/s²]
-        y: [m/s²]
-        z: [m/s²], −9.81 on Earth.
+        x: Gravity along x [m/s²].
+        y: Gravity along y [m/s²].
+        z: Gravity along z [m/s²], −9.81 on Earth.
     """
     return _set(_get(), gravity=_vector(x, y, z))
 
 
 @answers(None)
 def gazebo_get_gravity() -> Any:
-    """Return gravity [m/s²] as a ``geometry_msgs/Vector3``; None where no simulation answers."""
+    """Return gravity [m/s²] as a ``geometry_msgs/Vector3``; None if no simulation answers."""
     return _get().gravity
 
 
@@ -100,22 +100,22 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
     erp: float,
     max_contacts: int,
 ) -> bool:
-    """Set the engine ODE.
+    """Set the parameters of the physics engine ODE.
 
     Args:
-        auto_disable_bodies: Whether bodies at rest are left out of the computation.
-        sor_pgs_precon_iters: Iterations before the contact solver's own.
-        sor_pgs_iters: Iterations of the contact solver.
-        sor_pgs_w: Its relaxation.
-        sor_pgs_rms_error_tol: At which it stops early; 0 for never.
+        auto_disable_bodies: Whether bodies at rest are excluded from the computation.
+        sor_pgs_precon_iters: Number of preconditioning iterations of the contact solver.
+        sor_pgs_iters: Number of iterations of the contact solver.
+        sor_pgs_w: Relaxation parameter of the contact solver.
+        sor_pgs_rms_error_tol: Error at which the solver stops early; 0 for never.
         contact_surface_layer: Depth to which bodies may sink into each other [m].
-        contact_max_correcting_vel: Of bodies that are pushed apart [m/s].
+        contact_max_correcting_vel: Maximum velocity that separates penetrating bodies [m/s].
         cfm: Constraint force mixing.
         erp: Error reduction per step, 0 to 1.
-        max_contacts: Between two bodies.
+        max_contacts: Maximum number of contacts between two bodies.
 
     Returns:
-        Whether it is set.
+        Whether the parameters were set.
     """
     given = dict(locals())
     for name, value in given.items():
@@ -125,7 +125,7 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
 
 @answers(None)
 def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
-    """Return the engine's settings as a ``gazebo_msgs/ODEPhysics``; None where no simulation answers."""
+    """Return the engine's settings as a ``gazebo_msgs/ODEPhysics``; None if no simulation answers."""
     return _get().ode_config
 
 
@@ -146,7 +146,7 @@ def _get() -> Any:
 
 
 def _set(now: Any, **changes: Any) -> bool:
-    """Set what is given, and the rest to what it is now; ``ode`` is a mapping."""
+    """Set the given values, and the others to their current values; ``ode`` is a mapping."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import SetPhysicsProperties
 

@@ -1,4 +1,4 @@
-"""Poses as ROS says them: position, and a quaternion whose scalar is last."""
+"""Poses in ROS's format: a position, and a quaternion whose scalar is last."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _TOLERANCE = 1e-3
 def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
     """Return a unit quaternion, scalar last.
 
-    Four zeros, which FRobs_RL has as a default and Gazebo reads as no rotation, are the identity.
+    Four zeros, FRobs_RL's default, which Gazebo reads as no rotation, give the identity.
 
     Raises:
-        ConfigurationError: It is no rotation: its length is not 1.
+        ConfigurationError: The length of the quaternion is not 1.
     """
     parts = (float(x), float(y), float(z), float(w))
     if not any(parts):
@@ -25,7 +25,7 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
     if not math.isfinite(length) or abs(length - 1.0) > _TOLERANCE:
         raise ConfigurationError(
             f"the orientation (x, y, z, w) = {parts} has length {length:.4g}; a rotation has length 1. "
-            "(0, 0, 0, 1) is the one that turns nothing."
+            "(0, 0, 0, 1) means no rotation."
         )
     return tuple(part / length for part in parts)  # type: ignore[return-value]
 
@@ -34,7 +34,7 @@ def position(x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return a position [m].
 
     Raises:
-        ConfigurationError: It is not finite.
+        ConfigurationError: The position is not finite.
     """
     if not all(map(math.isfinite, (x, y, z))):
         raise ConfigurationError(f"the position ({x}, {y}, {z}) is not finite.")
@@ -42,10 +42,10 @@ def position(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 
 def pose_message(pos: tuple[float, float, float], quat_xyzw: tuple[float, float, float, float]) -> Any:
-    """Return a ``geometry_msgs/Pose`` of a position [m] and an orientation, scalar last, after checking both.
+    """Validate a position [m] and an orientation, scalar last, and return them as a ``geometry_msgs/Pose``.
 
     Raises:
-        ConfigurationError: One of them is none.
+        ConfigurationError: One of them is invalid.
     """
     from geometry_msgs.msg import Point, Pose, Quaternion
 

@@ -1,6 +1,6 @@
 """Spawn models from URDF and SDF: from a file, a file of a package, a text, or a parameter.
 
-Each function returns whether the model is there and what the simulation says; a False is logged with its reason.
+Each function returns whether the model was spawned and the simulation's message; failures are logged with their reason.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _spawn(
     """Call a spawn service.
 
     Raises:
-        ServiceError: It refuses.
+        ServiceError: The simulation rejects the model.
     """
     use_ros()
     from gazebo_msgs.srv import SpawnModel
@@ -52,11 +52,11 @@ def _spawn(
 
 
 _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
-"""The parameters that all of FRobs_RL's spawn functions share."""
+"""The common parameters of FRobs_RL's spawn functions."""
 
 
 def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
-    """Turn a function that returns a model's text into one that spawns it, and that also takes the place."""
+    """Turn a function that returns a model's text into one that spawns it and takes the parameters of its pose."""
 
     def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
         source = inspect.signature(read)
@@ -94,7 +94,7 @@ def gazebo_spawn_urdf_string(model_string: str) -> str:
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_param(param_name: str) -> str:
-    """Spawn a model from a URDF on the parameter server."""
+    """Spawn a model from a URDF parameter on the parameter server."""
     return _parameter(param_name)
 
 
@@ -118,15 +118,15 @@ def gazebo_spawn_sdf_string(model_string: str) -> str:
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_param(param_name: str) -> str:
-    """Spawn a model from an SDF on the parameter server."""
+    """Spawn a model from an SDF parameter on the parameter server."""
     return _parameter(param_name)
 
 
 class RefusedError(ServiceError):
-    """The simulation's own words, which the caller gets as they are."""
+    """The simulation's own message, which the caller gets unchanged."""
 
     def __str__(self) -> str:
-        """Return what the simulation says."""
+        """Return the simulation's message."""
         return self.reason
 
 

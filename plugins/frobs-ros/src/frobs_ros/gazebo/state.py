@@ -1,4 +1,4 @@
-"""Where models are."""
+"""Poses and velocities of models."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _GET, _SET = "/gazebo/get_model_state", "/gazebo/set_model_state"
 
 @answers((None, None, None, False))
 def gazebo_get_model_state(model_name: str, relative_entity_name: str = "world") -> tuple[Any, Any, Any, bool]:
-    """Return where a model is and how it moves.
+    """Return the pose and the velocity of a model.
 
     Returns:
-        Header, pose, twist, and True; three times None and False where there is no such model.
+        Header, pose, twist, and True; if the model does not exist, three times None and False.
     """
     use_ros()
     from gazebo_msgs.srv import GetModelState
@@ -49,7 +49,7 @@ def gazebo_set_model_state(
     ang_vel_z: float = 0.0,
     sleep_time: float = 0.05,
 ) -> bool:
-    """Put a model somewhere, with a velocity."""
+    """Set the pose and the velocity of a model."""
     use_ros()
     from gazebo_msgs.msg import ModelState
     from gazebo_msgs.srv import SetModelState

@@ -1,4 +1,4 @@
-"""The world's time: reset, pause, single steps; and models that go."""
+"""The simulation's time: reset, pause and single steps; and deletion of models."""
 
 from __future__ import annotations
 
@@ -20,39 +20,40 @@ _POLL = 0.0005
 
 @answers(False)
 def gazebo_reset_sim(retries: int = 5) -> bool:
-    """Put all models back to where they were, and the clock to 0."""
+    """Reset all models to their initial poses, and the clock to 0."""
     return _plain("reset_simulation", retries)
 
 
 @answers(False)
 def gazebo_reset_world(retries: int = 5) -> bool:
-    """Put all models back to where they were; the clock goes on."""
+    """Reset all models to their initial poses; the clock is not reset."""
     return _plain("reset_world", retries)
 
 
 @answers(False)
 def gazebo_pause_physics(retries: int = 5) -> bool:
-    """Stop the simulated time."""
+    """Pause the simulated time."""
     return _plain("pause_physics", retries)
 
 
 @answers(False)
 def gazebo_unpause_physics(retries: int = 5) -> bool:
-    """Let the simulated time run."""
+    """Unpause the simulated time."""
     return _plain("unpause_physics", retries)
 
 
 @answers(False)
 def gazebo_step_physics(steps: int = 1) -> bool:
-    """Advance a paused simulation by some steps, and wait until it has.
+    """Advance a paused simulation by some physics steps, and wait for completion.
 
-    The bridge has a service for it. Gazebo has a command, ``gz world -m``, which does not wait: the clock is watched.
+    The bridge has a service for it. Gazebo only has a command that does not wait, ``gz world -m``, so the clock is
+    monitored.
 
     Args:
-        steps: Physics steps.
+        steps: Number of physics steps.
     """
     if isinstance(steps, bool) or int(steps) != steps or steps < 1:
-        raise ParameterValueError("steps", steps, "a whole number of at least 1")
+        raise ParameterValueError("steps", steps, "an integer of at least 1")
     if is_stepper_offered():
         from frobs_msgs.srv import StepWorld
 
@@ -76,7 +77,7 @@ def gazebo_delete_model(model_name: str) -> bool:
 
 
 def is_stepper_offered() -> bool:
-    """Return whether the simulation steps by a service of ours, which answers when it has."""
+    """Return whether the simulation has the bridge's service for steps, which responds on completion."""
     from frobs_ros.services import is_open
 
     return is_open(_STEP) or is_offered(_STEP)

@@ -70,7 +70,7 @@ def _messages(definitions: Path) -> Iterator[tuple[str, str]]:
 
 
 def _messages_of_action(name: str, text: str) -> Iterator[tuple[str, str]]:
-    """Yield what actionlib's generator makes of an action: the suffix and the definition of each message."""
+    """Yield the messages that actionlib's generator creates for an action: the suffix and the definition of each."""
     definitions = re.split(r"^---.*\n", text + "\n", flags=re.MULTILINE)
     parts = dict(zip(("Goal", "Result", "Feedback"), definitions, strict=True))
     yield "Action", "\n" + "".join(f"{name}Action{part} action_{part.lower()}\n" for part in parts)

@@ -1,10 +1,10 @@
-"""Configurations of RViz for robots that FRobs serves or moves."""
+"""RViz configurations for robots that FRobs simulates or controls."""
 
 from importlib.resources import files
 from pathlib import Path
 
 ARM = Path(str(files("frobs_ros") / "rviz" / "arm.rviz"))
-"""Robot model, path of the tool and markers, seen from the frame ``base_link``."""
+"""Robot model, path of the tool and markers, in the frame ``base_link``."""
 
 MOBILE = ARM.with_name("mobile.rviz")
-"""Robot model, laser scan, path of the base and markers, seen from the frame ``odom``."""
+"""Robot model, laser scan, path of the base and markers, in the frame ``odom``."""

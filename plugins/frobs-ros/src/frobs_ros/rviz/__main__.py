@@ -1,4 +1,4 @@
-"""Prints where a configuration of RViz is: ``rviz -d "$(python -m frobs_ros.rviz arm)"``."""
+"""Print the path of an RViz configuration: ``rviz -d "$(python -m frobs_ros.rviz arm)"``."""
 
 import argparse
 

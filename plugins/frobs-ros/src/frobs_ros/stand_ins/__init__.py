@@ -1,4 +1,4 @@
-"""ROS packages that take the place of missing ones: launch files and programs with the names and arguments of the originals.
+"""ROS packages that replace missing ones: launch files and programs with the names and arguments of the originals.
 
 ``frobs legacy run`` adds their folder to the end of ``ROS_PACKAGE_PATH`` if the originals are not installed. Their programs
 run with the Python that the variable ``FROBS_PYTHON`` names.
@@ -20,7 +20,7 @@ PACKAGES = ("controller_manager", "gazebo_ros", "xacro")
 
 
 def has_original(package: str) -> bool:
-    """Return whether ROS has a package itself, not just the stand-in."""
+    """Return whether ROS itself has a package, not only the stand-in."""
     try:
         return not find_package(package).is_relative_to(STAND_INS)
     except PackageNotFoundError:

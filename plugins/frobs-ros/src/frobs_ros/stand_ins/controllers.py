@@ -91,7 +91,7 @@ def _spawn(namespace: str, options: Any, *, start: bool) -> None:
 
 
 def _names(given: str, namespace: str) -> list[str]:
-    """Return a controller's name, or those that a YAML file defines, whose parameters are set."""
+    """Return the name of a controller, or those that a YAML file defines, whose parameters are set."""
     path = Path(given)
     if path.suffix not in (".yaml", ".yml"):
         return [given]

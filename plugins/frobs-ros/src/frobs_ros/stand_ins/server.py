@@ -1,4 +1,4 @@
-"""The program that the stand-in of ``gazebo_ros`` starts in place of Gazebo's server: the bridge."""
+"""The program that the stand-in of ``gazebo_ros`` starts instead of Gazebo's server: the bridge."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _EMPTY = ("", "empty.world", "worlds/empty.world")
 
 
 def main() -> None:
-    """Become the bridge, or exit with status 1 after an error."""
+    """Run the bridge in this process, or exit with status 1 after an error."""
     try:
         launch, backend = read(arguments())
         words, variables = backends.command(launch, backend)
@@ -27,10 +27,10 @@ def main() -> None:
 
 
 def read(given: list[str]) -> tuple[backends.Launch, str]:
-    """Return what the arguments of the launch file say, and the backend.
+    """Return the parsed arguments of the launch file, and the backend.
 
     Raises:
-        ConfigurationError: The bridge cannot do something that is asked.
+        ConfigurationError: The bridge does not support a requested option.
         MissingFileError: The world file does not exist.
     """
     options = _parse(given)
