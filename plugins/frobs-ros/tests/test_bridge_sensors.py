@@ -127,7 +127,7 @@ def assert_rate(messages: list[Any], rate: float) -> None:
 
 
 def assert_named_once(log: str, sensor: str) -> None:
-    assert log.count(f"the sensor '{sensor}' publishes nothing, because the simulator does not offer cameras") == 1
+    assert log.count(f"the sensor '{sensor}' publishes nothing, because the simulator does not support cameras") == 1
 
 
 @pytest.mark.ros_feature("images of cameras on the bridge over Gazebo 11", works=False)

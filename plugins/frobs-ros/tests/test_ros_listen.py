@@ -116,7 +116,7 @@ def serve(machines: tuple[Machine, Machine], tmp_path: Path) -> Callable[..., st
         bridge = server.start(*command, ROS_IP="", ROS_HOSTNAME="")
         assert bridge.stdout is not None
         for line in bridge.stdout:
-            if "offers the services of Gazebo" in line:
+            if "provides the services of Gazebo" in line:
                 break
         assert bridge.poll() is None
         return client.run(sys.executable, "-c", ASK)

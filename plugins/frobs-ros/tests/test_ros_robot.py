@@ -58,7 +58,7 @@ def test_a_controller_that_runs_is_taken(arm: None, reach: Mirror) -> None:
 
 
 def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: Mirror) -> None:
-    with pytest.raises(ConfigurationError, match=r"controller 'leg' is not loaded in /; there are: arm_controller, "):
+    with pytest.raises(ConfigurationError, match=r"controller 'leg' is not loaded in /; loaded controllers: arm_controller, "):
         RosRobot(reach, controller="leg")
     with pytest.raises(
         ConfigurationError, match=r"'joint_group_position_controller' is .*; running controllers: arm_controller, "
@@ -82,7 +82,7 @@ def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mir
     with pytest.raises(ConfigurationError, match=r"'drive' is not loaded; running controllers: \(none\)"):
         RosRobot(maze, MANAGED, "drive")
     assert call(f"{MANAGED}/controller_manager/load_controller", LoadController, "drive").ok
-    with pytest.raises(ConfigurationError, match="'drive' is initialized; running are"):
+    with pytest.raises(ConfigurationError, match="'drive' is initialized; running controllers"):
         RosRobot(maze, MANAGED, "drive")
     switched = call(f"{MANAGED}/controller_manager/switch_controller", SwitchController, ["drive"], [], 2, False, 3.0)
     assert switched.ok

@@ -1,1 +1,1 @@
-"""Any FRobs simulation as Gazebo: the services and topics of gazebo_ros and of its controller managers."""
+"""Runs any FRobs simulation with the services and topics of gazebo_ros and its controller managers."""

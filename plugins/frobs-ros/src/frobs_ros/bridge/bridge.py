@@ -1,4 +1,4 @@
-"""The bridge: a world, the thread that owns it, and what happens in it at its own times."""
+"""The bridge: a world, the thread that owns it, and the schedule of its components."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from frobs_ros.bridge.world import NANO, World
 
 _Result = TypeVar("_Result")
 LOG = logging.getLogger("frobs.bridge")
-_LONGEST = 0.02  # [s] of simulated time between two looks at what waits
+_LONGEST = 0.02  # [s] of simulated time between two checks for requests
 
 
 class Bridge:
-    """A world that is kept going, and everything that belongs to its models.
+    """A running world, with all components of its models.
 
     Args:
-        furnish: Makes the components of a model that was just added: its plugins and controllers.
+        furnish: Function that creates the components of a new model: its plugins and controllers.
 
     Attributes:
-        world: To be touched in the loop's thread alone: through :meth:`call`.
-        ode: Numbers of ODE's solver (gazebo_msgs/ODEPhysics). No simulator of FRobs is ODE: they are only stored.
+        world: Only the loop's thread may use it: through :meth:`call`.
+        ode: Parameters of ODE's solver (gazebo_msgs/ODEPhysics), which are only stored, because no simulator of FRobs
+            uses ODE.
     """
 
     def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
@@ -38,28 +39,28 @@ class Bridge:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per second; 0: as fast as it goes."""
+        """Simulated seconds per second; 0: unlimited."""
         return max(0.0, self.max_update_rate) * self.world.timestep
 
     @property
     def time(self) -> float:
-        """[s] simulated."""
+        """Simulated time [s]."""
         return self.world.time_ns / NANO
 
     def call(self, function: Callable[[], _Result]) -> _Result:
-        """Let the loop's thread run something, and return its result."""
+        """Run a function in the loop's thread, and return its result."""
         return self.loop.call(function)
 
     def join(self, component: Component) -> None:
-        """Add a component that belongs to no model."""
+        """Add a component that does not belong to a model."""
         self._general.append(component)
 
     def add(self, model: Model) -> None:
-        """Put a model into the world, with its plugins; in the loop's thread.
+        """Add a model to the world, with its plugins; in the loop's thread.
 
         Raises:
-            ConfigurationError: There is a model of that name.
-            ModelFileError: The simulator refuses it.
+            ConfigurationError: A model with that name exists.
+            ModelFileError: The simulator rejects the model.
         """
         self.world.add(model)
         try:
@@ -73,10 +74,10 @@ class Bridge:
         self._components[name] += components
 
     def remove(self, name: str) -> None:
-        """Take a model out of the world, with its plugins; in the loop's thread.
+        """Remove a model from the world, with its plugins; in the loop's thread.
 
         Raises:
-            UnknownNameError: There is none of that name.
+            UnknownNameError: There is no model with that name.
         """
         self.world.model(name)
         for component in self._components.pop(name, []):
@@ -84,7 +85,7 @@ class Bridge:
         self.world.remove(name)
 
     def step(self, steps: int) -> None:
-        """Advance by a number of physics steps, whatever is due in between; in the loop's thread.
+        """Advance by a number of physics steps, and publish in between; in the loop's thread.
 
         Raises:
             SimulationError: The engine failed.
@@ -95,17 +96,17 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Go on, at least one step and about ``most`` [s] at most; the loop calls it."""
+        """Advance by at least one step and about ``most`` [s] at most; called by the loop."""
         self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
 
     def set_paused(self, paused: bool) -> None:
-        """Stop the time or let it run; in the loop's thread."""
+        """Pause or unpause the time; in the loop's thread."""
         self.loop.set_paused(paused)
         if paused:
             self.tell()
 
     def reset(self, *, time: bool) -> None:
-        """Put everything back; in the loop's thread."""
+        """Reset the world; in the loop's thread."""
         self.world.reset(time=time)
         for component in self._all():
             component.reset(self.world)
@@ -113,17 +114,17 @@ class Bridge:
         self.tell()
 
     def tell(self) -> None:
-        """Publish the time, so that clients have it although it stands still."""
+        """Publish the time, so that clients have it although it is paused."""
         for component in self._general:
             component.publish(self.world)
 
     def fail(self, error: Exception) -> None:
-        """Take note that a step failed; the loop has paused."""
+        """Log that a step failed; the loop is paused."""
         LOG.error("the simulation is paused: a step failed: %s", error, exc_info=error)
 
     def close(self) -> None:
-        """End the loop and leave the ROS graph; twice is harmless."""
-        self.loop.close(self.world.close)  # OpenGL contexts belong to the thread that draws
+        """End the loop and leave the ROS graph. Calling it again has no effect."""
+        self.loop.close(self.world.close)  # OpenGL contexts belong to the thread that renders
         for component in self._all():
             component.close()
         self._components.clear()
@@ -134,7 +135,7 @@ class Bridge:
         return [*self._general, *(component for components in self._components.values() for component in components)]
 
     def _go(self, most: int) -> None:
-        """Step until something is due, and at most so far; then publish what is."""
+        """Step until a component is due, at most ``most`` steps; then publish what is due."""
         world, components = self.world, self._all()
         due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)

@@ -8,7 +8,7 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Component:
-    """A component of the simulation: a publisher, or what drives a robot. A subclass overrides what it needs.
+    """A component of the simulation: a publisher or a drive. Subclasses override the methods that they need.
 
     Only the loop's thread calls it.
 
@@ -23,12 +23,12 @@ class Component:
         self._topics: list[Any] = []
 
     def own(self, topic: Any) -> Any:
-        """Return a publisher or subscriber, which :meth:`close` unregisters."""
+        """Register a publisher or subscriber, which :meth:`close` unregisters, and return it."""
         self._topics.append(topic)
         return topic
 
     def next_stamp(self, world: World) -> Any:
-        """Return a stamp for now as a ``rospy.Time``: never the same twice until :meth:`reset`."""
+        """Return a stamp for the current time as a ``rospy.Time``, unique until :meth:`reset`."""
         self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
         return stamp(self._last_stamp_ns)
 
@@ -37,7 +37,7 @@ class Component:
         self._period_ns = None
 
     def before(self, world: World, steps: int) -> None:
-        """Set what the drives follow in the next physics steps."""
+        """Set the drives' targets for the next physics steps."""
 
     def most_steps(self, world: World) -> int | None:
         """Return how many steps it can look ahead; None: any number."""
@@ -48,9 +48,9 @@ class Component:
         return None if self._period_ns is None else self._next_ns
 
     def publish(self, world: World) -> None:
-        """Tell what is due, and set when it is due again."""
+        """Publish if due, and set the next time."""
         if self._period_ns is not None:
-            # On a grid, so that rates which are no multiple of each other meet where they can.
+            # On a grid, so that rates which are not multiples of each other coincide if possible.
             self._next_ns = (world.time_ns // self._period_ns + 1) * self._period_ns
         self.tell(world)
 
@@ -58,10 +58,10 @@ class Component:
         """Publish."""
 
     def after(self, world: World) -> None:
-        """See what the steps have brought."""
+        """Read the state after the steps."""
 
     def reset(self, world: World) -> None:
-        """Begin anew: models are back, and the time may be."""
+        """Reset the component, because models, and possibly the time, were reset."""
         self._next_ns = world.time_ns
         self._last_stamp_ns = -1
 

@@ -1,4 +1,4 @@
-"""What the joints of one robot follow: a target for each joint, whichever controller set it."""
+"""Targets of a robot's joints, independent of the controller that sets them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _POSITION, _VELOCITY, _EFFORT = CommandMode.POSITION, CommandMode.VELOCITY, Comm
 
 
 class Drive:
-    """Targets of a robot's joints, each in a command mode of its own, and efforts on top of them.
+    """Targets of a robot's joints, each in its own command mode, plus additional efforts.
 
-    A robot of FRobs has one command mode for all joints. Where they differ, all are commanded positions: those of a
-    joint that follows a velocity run ahead at it, those of one that follows an effort are where the drive law gives just
-    that effort, which holds for one physics step.
+    A robot of FRobs has one command mode for all joints. If their modes differ, all are commanded by position: the
+    position of a joint that follows a velocity advances with it, and that of a joint that follows an effort makes the
+    drive law output exactly that effort for one physics step.
 
     Attributes:
         targets: (dof,) [rad or m, rad/s or m/s, N·m or N], each in its joint's mode.
-        efforts: (dof,) [N·m or N] that are added, whatever the mode.
+        efforts: (dof,) [N·m or N] additional efforts in any mode.
     """
 
     def __init__(self, modes: Sequence[CommandMode]) -> None:
@@ -38,32 +38,32 @@ class Drive:
         return _EFFORT in self.modes and len(set(self.modes)) > 1
 
     def set_mode(self, joint: int, mode: CommandMode, robot: RobotHandle) -> None:
-        """Let a joint follow something else, and hold: its present position, no velocity or no effort."""
+        """Change the mode of a joint, and hold it: its current position, zero velocity or zero effort."""
         self.modes[joint] = mode
         self._running[joint] = robot.joint_positions[0, joint]
         self.targets[joint] = self._running[joint] if mode is _POSITION else 0.0
 
     def hold(self, robot: RobotHandle) -> None:
-        """Forget all targets, and hold."""
+        """Clear all targets, and hold."""
         for joint, mode in enumerate(self.modes):
             self.set_mode(joint, mode, robot)
         self.efforts[:] = 0.0
         self._ahead = None
 
     def look_ahead(self, joints: np.ndarray[Any, Any], rows: Floats) -> None:
-        """Take targets of some joints for each physics step of the next :meth:`command`, (n, k); the last stays."""
+        """Set targets (n, k) of some joints for each physics step of the next :meth:`command`; the last is kept."""
         if self._ahead is None:
             self._ahead = np.repeat(self.targets[None], len(rows), axis=0)
         self._ahead[:, joints] = rows
         self.targets[joints] = rows[-1]
 
     def command(self, robot: RobotHandle, steps: int, timestep: float) -> None:
-        """Tell the robot what to follow in the next physics steps.
+        """Send the robot its commands for the next physics steps.
 
         Args:
-            robot: Its handle.
-            steps: Of the next ``step`` of the simulation.
-            timestep: [s] of each.
+            robot: Handle of the robot.
+            steps: Number of physics steps of the next ``step`` of the simulation.
+            timestep: Duration of each [s].
         """
         rows, self._ahead = self._ahead, None
         kinds = set(self.modes)
@@ -85,7 +85,7 @@ class Drive:
         for joint, mode in enumerate(self.modes):
             if mode is _VELOCITY:
                 run = self._running[joint] + values[:, joint] * ahead
-                # A joint that is held up is not to jump when it is let go.
+                # A joint that is held up must not jump when it is released.
                 values[:, joint] = np.clip(run, positions[joint] - 0.5, positions[joint] + 0.5)
                 self._running[joint] = values[-1, joint]
             elif mode is _EFFORT:
@@ -95,7 +95,7 @@ class Drive:
 
     @staticmethod
     def _per_unit(robot: RobotHandle, mode: CommandMode) -> Floats:
-        """Return what one unit of a command is worth, (dof,) [N·m or N]."""
+        """Return the effort per unit of a command, (dof,) [N·m or N]."""
         stiffness, damping = robot.drive_gains()
         if mode is _EFFORT:
             return np.ones(robot.dof)

@@ -1,4 +1,4 @@
-"""What a model's file asks of Gazebo beside bodies and joints: plugins and sensors."""
+"""The plugins and sensors in a model's file."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from frobs_ros.errors import GazeboElementError
 LIDARS = ("ray", "gpu_ray")
 """Types of ``<sensor>`` elements that are lidars."""
 CAMERAS = ("camera", "depth")
-"""Types of ``<sensor>`` elements that hold a ``<camera>``."""
+"""Types of ``<sensor>`` elements that contain a ``<camera>``."""
 SENSORS = (*LIDARS, *CAMERAS, "imu", "contact")
-"""Types of ``<sensor>`` elements that are read."""
+"""Types of ``<sensor>`` elements that are supported."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +38,17 @@ class SensorElement:
 
     @property
     def is_camera(self) -> bool:
-        """Whether it holds a ``<camera>``."""
+        """Whether it contains a ``<camera>``."""
         return self.kind in CAMERAS
 
     @property
     def has_plugin(self) -> bool:
-        """Whether a plugin of its own reads it; what no plugin reads is not simulated."""
+        """Whether it has a plugin; sensors without a plugin are not simulated."""
         return self.element.find("plugin") is not None
 
     @property
     def rate(self) -> float:
-        """Samples per second [Hz]; 0 if the file names none."""
+        """Samples per second [Hz]; 0 if not given."""
         return self.number("update_rate", 0.0)
 
     @property
@@ -77,7 +77,7 @@ class SensorElement:
         """Return the numbers at a path below the element; zeros if there are none.
 
         Raises:
-            ConfigurationError: They are not ``count`` numbers.
+            ConfigurationError: The text is not ``count`` numbers.
         """
         return _numbers(self.text(path), count, f"the sensor '{self.name}'", path)
 
@@ -88,12 +88,12 @@ class SensorElement:
 
 @dataclass(frozen=True)
 class Plugin:
-    """A plugin that a file asks for.
+    """A plugin in a file.
 
     Attributes:
-        file: Its library, without ``lib`` and ``.so``.
-        parameters: What stands in it, by tag.
-        link: The link whose ``<gazebo>`` element it stands in, or that its sensor is on; may be empty.
+        file: Name of its library, without ``lib`` and ``.so``.
+        parameters: Its parameters, by tag.
+        link: The link of its ``<gazebo>`` element or of its sensor; may be empty.
         sensor: The sensor that it belongs to; None: it belongs to the model.
     """
 
@@ -104,14 +104,14 @@ class Plugin:
     sensor: SensorElement | None = None
 
     def text(self, *tags: str, default: str = "") -> str:
-        """Return the first of several parameters that is there."""
+        """Return the first existing one of several parameters."""
         return next((self.parameters[tag] for tag in tags if self.parameters.get(tag)), default)
 
     def number(self, *tags: str, default: float) -> float:
-        """Return the first of several parameters that is there, as a number.
+        """Return the first existing one of several parameters, as a number.
 
         Raises:
-            ConfigurationError: It is none.
+            ConfigurationError: The parameter is not a number.
         """
         return _number(self.text(*tags), default, f"the plugin '{self.name}'", tags[0])
 
@@ -119,7 +119,7 @@ class Plugin:
         """Return a parameter as numbers; zeros if it is not given.
 
         Raises:
-            ConfigurationError: They are not ``count`` numbers.
+            ConfigurationError: The parameter is not ``count`` numbers.
         """
         return _numbers(self.text(tag), count, f"the plugin '{self.name}'", tag)
 
@@ -130,7 +130,7 @@ class Plugin:
 
 
 def read_plugins(elements: Iterable[Element]) -> Iterator[Plugin]:
-    """Yield the plugins of ``<gazebo>`` elements, those of their sensors among them."""
+    """Yield the plugins of ``<gazebo>`` elements, including those of their sensors."""
     for element in elements:
         link = element.get("reference", "")
         yield from (_plugin(plugin, link) for plugin in element.findall("plugin"))
@@ -150,7 +150,7 @@ def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
     """Return the planar lidars of ``<gazebo>`` elements, by name.
 
     Raises:
-        ConfigurationError: A lidar has impossible numbers, or is rotated in its link.
+        ConfigurationError: A lidar has invalid parameters, or is rotated in its link.
     """
     return {sensor.name: _lidar(sensor) for sensor in read_sensors(elements) if sensor.kind in LIDARS}
 
@@ -171,7 +171,7 @@ def _numbers(text: str, count: int, element: str, name: str) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise GazeboElementError(element, f"{name} is '{text}'; write {count} finite numbers.")
+        raise GazeboElementError(element, f"{name} is '{text}'; it must be {count} finite numbers.")
     return numbers
 
 
@@ -185,7 +185,8 @@ def _lidar(sensor: SensorElement) -> Lidar:
     across = "ray/scan/horizontal"
     if any(sensor.numbers("pose", 6)[3:]):
         raise sensor.error(
-            f"its pose is '{sensor.element.findtext('pose')}'; rotated lidars are not supported: give it a link of its own."
+            f"its pose is '{sensor.element.findtext('pose')}'; rotated lidars are not supported; attach it to a "
+            "separate link."
         )
     x, y, z = sensor.numbers("pose", 6)[:3]
     return Lidar(

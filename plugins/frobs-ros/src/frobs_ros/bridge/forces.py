@@ -1,4 +1,4 @@
-"""What pushes bodies and joints for a while."""
+"""Temporary forces on bodies and joints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointEffort:
-    """An effort on a joint.
+    """An effort on a joint for some time.
 
     Attributes:
         effort: [N·m or N]
@@ -30,7 +30,7 @@ class JointEffort:
 
 @dataclass(frozen=True)
 class BodyWrench:
-    """A force and a torque on a link, about its centre of mass, in the world.
+    """A force and a torque on a link, about its center of mass, in the world.
 
     Attributes:
         force: (3,) [N]
@@ -48,38 +48,38 @@ class BodyWrench:
 
 
 class Forces:
-    """All that pushes, now or later."""
+    """All current and future forces."""
 
     def __init__(self) -> None:
         self._all: list[JointEffort | BodyWrench] = []
 
     def add(self, force: JointEffort | BodyWrench) -> None:
-        """Let something push."""
+        """Add a force."""
         self._all.append(force)
 
     def clear(self) -> None:
-        """Let nothing push."""
+        """Remove all forces."""
         self._all.clear()
 
     def clear_link(self, model: str, link: str) -> None:
-        """Let nothing push a link."""
+        """Remove the forces on a link."""
         self._all = [f for f in self._all if not (isinstance(f, BodyWrench) and (f.model, f.link) == (model, link))]
 
     def clear_joint(self, model: str, joint: str) -> None:
-        """Let nothing push a joint."""
+        """Remove the efforts on a joint."""
         self._all = [f for f in self._all if not (isinstance(f, JointEffort) and (f.model, f.joint) == (model, joint))]
 
     def drop_model(self, model: str) -> None:
-        """Forget what pushes a model that is gone."""
+        """Remove the forces on a deleted model."""
         self._all = [force for force in self._all if force.model != model]
 
     def next_change_ns(self, now_ns: int) -> int | None:
-        """Return when something begins or ends to push [ns], or None."""
+        """Return the time at which the next force begins or ends [ns], or None."""
         times = [t for f in self._all for t in (f.start_ns, f.end_ns) if t is not None and t > now_ns]
         return min(times, default=None)
 
     def apply(self, world: World) -> None:
-        """Push in the next step, and forget what has pushed long enough; the caller stops where something begins or ends."""
+        """Apply the forces in the next step, and remove those that have ended; the caller stops at each change."""
         self._all = [f for f in self._all if f.end_ns is None or f.end_ns > world.time_ns]
         for model in world.robots():
             model.drive.efforts[:] = 0.0

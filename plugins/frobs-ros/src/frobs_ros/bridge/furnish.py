@@ -1,4 +1,4 @@
-"""What a model brings with it: its controller manager, and the plugins that its file asks for."""
+"""Creates the components of a model: its controller manager, and the plugins in its file."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
-    """Make the parts of a model that has just come; in the loop's thread.
+    """Create the components of a new model, in the loop's thread.
 
     Raises:
-        ConfigurationError: A plugin has impossible parameters.
-        UnknownNameError: A plugin names a joint or a link that there is not.
+        ConfigurationError: A plugin has invalid parameters.
+        UnknownNameError: A plugin refers to an unknown joint or link.
     """
     components: list[Component] = []
     try:
@@ -38,14 +38,14 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
             make = PLUGINS.get(plugin.file)
             if make is None:
                 LOG.warning(
-                    "model '%s': the plugin '%s' (lib%s.so) is none that the bridge knows; it is left out",
+                    "model '%s': ignored the plugin '%s' (lib%s.so), which the bridge does not support",
                     model.name,
                     plugin.name,
                     plugin.file,
                 )
             elif (need := _NEEDS.get(plugin.file)) and not bridge.world.can(need):
                 LOG.warning(
-                    "model '%s': the sensor '%s' publishes nothing, because the simulator does not offer %s",
+                    "model '%s': the sensor '%s' publishes nothing, because the simulator does not support %s",
                     model.name,
                     plugin.sensor.name if plugin.sensor else plugin.name,
                     need,
@@ -60,7 +60,7 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
 
 
 def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
-    """Make a controller manager for a model, and offer its services; ``space`` is empty or begins with a slash."""
+    """Create a controller manager for a model, and register its services; ``space`` is empty or begins with a slash."""
     import rospy
 
     manager = ControllerManager(bridge, model, space, lambda name: rospy.get_param(name, None))
@@ -119,7 +119,7 @@ PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
     "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
 }
-"""What makes a part from a plugin's library: the bridge, the model, the plugin and the namespace of its topics."""
+"""Functions that create a component from the bridge, the model, the plugin and the namespace of its topics."""
 
 _NEEDS = {
     "gazebo_ros_laser": "rays",
@@ -129,10 +129,10 @@ _NEEDS = {
     "gazebo_ros_openni_kinect": "cameras",
     "gazebo_ros_bumper": "contacts",
 }
-"""Ability that a simulator needs for a plugin's sensor."""
+"""Capability that a plugin's sensor requires."""
 
 _ON_STATIC_MODELS = {name for name, need in _NEEDS.items() if need != "rays"} | {
     "gazebo_ros_imu",
     "gazebo_ros_imu_sensor",
 }
-"""Plugins that also work on models that do not move."""
+"""Plugins that also support static models."""

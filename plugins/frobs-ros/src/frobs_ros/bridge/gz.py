@@ -1,8 +1,8 @@
-"""The command ``gz``: what FRobs_RL and its like call of it, acted upon by the bridge, and answered when it is done.
+"""The command ``gz``: the calls that FRobs_RL and similar packages use, executed by the bridge before they return.
 
-``gz world -m N`` makes N physics steps, ``-s`` one, ``-p 1|0`` pauses or goes on, ``-r`` resets time and models, ``-o``
-models alone. Where no bridge answers, the next ``gz`` on the path is run in its place, which is Gazebo's own. It speaks
-to the bridge without rospy, which alone would take longer to start than all the rest.
+``gz world -m N`` makes N physics steps, ``-s`` one, ``-p 1|0`` pauses or unpauses, ``-r`` resets time and models,
+``-o`` only models. If no bridge answers, the next ``gz`` on the path, which is Gazebo's own, is run instead. It calls
+the bridge without rospy, whose import would take most of the time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _CALLER = "/gz"
 
 
 class GzError(Exception):
-    """The bridge cannot be asked, or says no."""
+    """The bridge does not answer, or rejects a call."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,16 +61,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(given: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog="gz", description="What clients call of Gazebo's gz, done by the FRobs bridge."
-    )
+    parser = argparse.ArgumentParser(prog="gz", description="Commands of Gazebo's gz, executed by the FRobs bridge.")
     world = parser.add_subparsers(dest="command", required=True).add_parser("world", help="the time, and all models")
-    world.add_argument("-w", "--world-name", help="passed over: there is one world")
-    world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: stop the time; 0: let it run")
+    world.add_argument("-w", "--world-name", help="ignored: there is only one world")
+    world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: pause; 0: unpause")
     world.add_argument("-s", "--step", action="store_true", help="make one physics step")
-    world.add_argument("-m", "--multi-step", type=_steps, metavar="N", help="make N physics steps, and wait for them")
-    world.add_argument("-r", "--reset-all", action="store_true", help="put everything back, and the time to 0")
-    world.add_argument("-o", "--reset-models", action="store_true", help="put everything back")
+    world.add_argument(
+        "-m", "--multi-step", type=_steps, metavar="N", help="make N physics steps, and wait for completion"
+    )
+    world.add_argument("-r", "--reset-all", action="store_true", help="reset all models, and the time to 0")
+    world.add_argument("-o", "--reset-models", action="store_true", help="reset all models")
     return parser.parse_args(given)
 
 
@@ -94,11 +94,11 @@ def _find(service: str) -> tuple[str, int] | None:
 
 
 def _call(service: str, checksum: str, request: bytes) -> bytes:
-    """Call a service of the bridge and return its answer, serialised.
+    """Call a service of the bridge, and return its serialized response.
 
     Raises:
-        GzError: It is not there, or refuses.
-        OSError: The connection broke.
+        GzError: The service does not exist, or rejects the call.
+        OSError: The connection failed.
     """
     address = _find(service)
     if address is None:
@@ -108,7 +108,7 @@ def _call(service: str, checksum: str, request: bytes) -> bytes:
     with socket.create_connection(address, timeout=10.0) as connection:
         connection.sendall(struct.pack("<I", len(header)) + header)
         _receive(connection)
-        connection.settimeout(None)  # a million steps take their time
+        connection.settimeout(None)  # a million steps take time
         connection.sendall(struct.pack("<I", len(request)) + request)
         good = _exactly(connection, 1) == b"\x01"
         answer = _receive(connection)

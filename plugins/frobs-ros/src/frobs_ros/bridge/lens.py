@@ -1,4 +1,4 @@
-"""Cameras that a model's file declares: their optics, and where they look."""
+"""Cameras in a model's file: their optics and poses."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _MOST_PIXELS = 8192  # in each direction
 
 @dataclass(frozen=True)
 class Lens:
-    """What a ``<camera>`` element says about its images.
+    """The image parameters of a ``<camera>`` element.
 
     Attributes:
         width: [pixels]
         height: [pixels]
         fov_x: Horizontal field of view [rad].
-        far: Distance along the view beyond which nothing is seen [m].
+        far: Distance along the view beyond which nothing is visible [m].
         encoding: Encoding of sensor_msgs/Image.
         noise: Mean and standard deviation of the noise of each channel, as fractions of white.
     """
@@ -71,33 +71,35 @@ def read_lens(sensor: SensorElement) -> Lens:
     fov = sensor.number("camera/horizontal_fov", 1.047)
     width, height = (sensor.number(f"camera/image/{name}", usual) for name, usual in _SIZE.items())
     if not 0.0 < fov < math.pi:
-        raise sensor.error(f"its <horizontal_fov> is {fov:g} rad; write one in (0, pi).")
+        raise sensor.error(f"its <horizontal_fov> is {fov:g} rad; it must be in (0, pi).")
     if not (1.0 <= width <= _MOST_PIXELS and 1.0 <= height <= _MOST_PIXELS):
-        raise sensor.error(f"its image has {width:g} x {height:g} pixels; write 1 to {_MOST_PIXELS} in each direction.")
+        raise sensor.error(
+            f"its image has {width:g} x {height:g} pixels; each dimension must be from 1 to {_MOST_PIXELS}."
+        )
     for name in ("k1", "k2", "k3", "p1", "p2"):
         if sensor.number(f"camera/distortion/{name}", 0.0):
-            raise sensor.error(f"its lens distorts (<{name}>); only images without distortion are drawn: set it to 0.")
+            raise sensor.error(f"its lens distorts (<{name}>); distortion is not supported; set it to 0.")
     given = sensor.text("camera/image/format", "R8G8B8")
     if given not in ENCODINGS:
         raise sensor.error(f"the image format {given} is not supported; choose one of {', '.join(ENCODINGS)}.")
     noise = sensor.number("camera/noise/mean", 0.0), sensor.number("camera/noise/stddev", 0.0)
     if not noise[1] >= 0.0:
-        raise sensor.error(f"its noise has the standard deviation {noise[1]:g}; write one that is at least 0.")
+        raise sensor.error(f"its noise has the standard deviation {noise[1]:g}; it must be at least 0.")
     return Lens(round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
 
 
 def camera_name(model: Model, sensor: SensorElement) -> str:
-    """Return what the simulation calls the camera of a sensor."""
+    """Return the name of a sensor's camera in the simulation."""
     return f"{model.key}/{sensor.link}/{sensor.name}"
 
 
 def make_camera(model: Model, sensor: SensorElement) -> Camera:
-    """Return the camera of a sensor: it looks along the x axis of its pose, and z points up in the image.
+    """Return the camera of a sensor, which looks along the x axis of its pose, with z up in the image.
 
-    The camera of a model that moves is fixed to its link. That of a static model stands in the world.
+    The camera of a moving model is fixed to its link, that of a static model to the world.
 
     Raises:
-        ConfigurationError: The element has impossible numbers.
+        ConfigurationError: The element has invalid parameters.
     """
     if model.is_static:
         frame, place = None, sensor.place.after(model.link_place(sensor.link))

@@ -1,4 +1,4 @@
-"""The thread that owns the simulation: everybody else hands it what is to be done, and waits."""
+"""The thread that owns the simulation: all other threads submit functions to it, and wait."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from frobs_ros.bridge.bridge import Bridge
 
 _Result = TypeVar("_Result")
-_MOST_LAG = 0.1  # [s] that a simulation which is too slow is behind before it stops trying to catch up
+_MOST_LAG = 0.1  # [s] maximum lag of a slow simulation before it stops trying to catch up
 
 
 class Loop:
-    """Runs what is handed to it, and between that the simulation, unless it is paused."""
+    """Runs submitted functions, and the simulation in between unless it is paused."""
 
     def __init__(self, work: Bridge, paused: bool) -> None:
         self._work, self._paused = work, paused
@@ -30,25 +30,25 @@ class Loop:
         self._thread = threading.Thread(target=self._run, name="simulation", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start the thread."""
         self._thread.start()
 
     @property
     def paused(self) -> bool:
-        """Whether time stands still."""
+        """Whether the time is paused."""
         return self._paused
 
     def set_paused(self, paused: bool) -> None:
-        """Stop the time or let it run; in the loop's own thread."""
+        """Pause or unpause the time, in the loop's own thread."""
         self._paused = paused
         self.keep_pace()
 
     def keep_pace(self) -> None:
-        """Measure the pace from now on: the speed or the time was changed."""
+        """Measure the pace from now on, because the speed or the time was changed."""
         self._began = time.monotonic(), self._work.time
 
     def call(self, function: Callable[[], _Result]) -> _Result:
-        """Let the loop's thread run something, and return its result; what it raises is raised here.
+        """Run a function in the loop's thread, and return its result; its exceptions are raised here.
 
         Raises:
             SimulationError: The loop has ended.
@@ -61,10 +61,11 @@ class Loop:
         return done.result()
 
     def close(self, last: Callable[[], None] = lambda: None) -> None:
-        """End; who still waits is told. Twice is harmless.
+        """End the loop; waiting callers get an error. Calling it again has no effect.
 
         Args:
-            last: Function that the loop's thread calls at the end, to release what belongs to a thread. It is not called
+            last: Function that the loop's thread calls at the end, to release resources of that thread. It is not
+                called if the loop never ran.
                 if the loop never ran.
         """
         done: Future[None] = Future()
@@ -93,7 +94,7 @@ class Loop:
             self._do(*item)
 
     def _patience(self) -> float | None:
-        """Return how long nothing but requests is due [s]; None: for ever."""
+        """Return how long to wait for requests [s]; None: without limit."""
         if self._paused:
             return None
         speed = self._work.speed
@@ -112,7 +113,7 @@ class Loop:
             self.keep_pace()
         try:
             self._work.advance(max(0.0, lag) * speed if speed > 0.0 else 1.0)
-        except Exception as error:  # whatever an engine or a controller raises: the services must go on
+        except Exception as error:  # any error of an engine or a controller: the services must continue
             self._paused = True
             self._work.fail(error)
 

@@ -1,4 +1,4 @@
-"""One model of the world: a robot, or something that stands."""
+"""One model of the world: a robot, or a static model."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """What a model is, before it stands somewhere.
+    """A parsed model file, without a place in the world.
 
     Attributes:
-        placement: Of what moves; None: it is static.
-        pose: The file's own ``<pose>``, which is relative to the pose that a spawn asks for.
-        bodies: Of what is static, by name; their poses are told in the model's frame.
-        links: Names of the links of what is static, with their poses in the model's frame.
-        offsets: Where a link is told to be, in the robot's own link of that name: an SDF's link frame is not at its joint.
-        modes: What each joint follows while no controller runs.
-        elements: The ``<gazebo>`` elements of a URDF, or the plugins and sensors of an SDF.
-        has_transmissions: Whether the file says by what its joints are driven.
+        placement: Placement of a model that moves; None: it is static.
+        pose: The ``<pose>`` of the file, relative to the requested spawn pose.
+        bodies: Bodies of a static model by name, with poses in the model's frame.
+        links: Names of the links of a static model, with their poses in the model's frame.
+        offsets: Published pose of a link relative to the robot's link of that name: an SDF link frame is not at its
+            joint.
+        modes: Command mode of each joint while no controller runs.
+        elements: ``<gazebo>`` elements of a URDF, or plugins and sensors of an SDF.
+        has_transmissions: Whether the file contains transmissions of the joints.
     """
 
     placement: Placement | None = None
@@ -42,23 +43,23 @@ class Description:
 
 
 def with_gains(robot: Robot, model: RobotModel) -> Robot:
-    """Return a robot whose drive gains are told: they are found once, and not in each simulation that it is part of."""
+    """Return a robot with fixed drive gains, so that they are not computed again in each simulation."""
     if robot.gains is not None:
         return robot
     return replace(robot, gains=default_gains(model, home_positions(model, robot.home)))
 
 
 class Model:
-    """A model that stands in the world.
+    """A model in the world.
 
     Args:
         name: Unique in the world.
-        namespace: Of its plugins, without slashes at the ends.
+        namespace: Namespace of its plugins, without leading and trailing slashes.
 
     Attributes:
-        key: What the simulation calls it.
-        sensors: The ``<sensor>`` elements of its file.
-        robot: Its handle; None: it is static, or the world has not been built with it yet.
+        key: Name in the simulation.
+        sensors: ``<sensor>`` elements of its file.
+        robot: Handle of the robot; None: it is static, or the world has not been built with it yet.
     """
 
     def __init__(self, name: str, namespace: str, description: Description, place: Place) -> None:
@@ -74,17 +75,17 @@ class Model:
 
     @property
     def is_static(self) -> bool:
-        """Whether it moves only where it is put."""
+        """Whether the model is static."""
         return self.description.placement is None
 
     @property
     def has_camera(self) -> bool:
-        """Whether it carries cameras that publish."""
+        """Whether the model has cameras that publish."""
         return any(sensor.is_camera and sensor.has_plugin for sensor in self.sensors)
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Names of its links, the first of which its pose is told of."""
+        """Names of its links; the pose of the first one is the model's pose."""
         placement = self.description.placement
         if placement is None:
             return tuple(self.description.links)
@@ -93,7 +94,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Names of the shapes that it collides with."""
+        """Names of its collision shapes."""
         placement = self.description.placement
         if placement is None:
             return tuple(name for name, body in self.description.bodies.items() if body.collides)
@@ -104,39 +105,39 @@ class Model:
 
     @property
     def all_joints(self) -> tuple[str, ...]:
-        """Names of its joints, also of those that do not move."""
+        """Names of its joints, including fixed ones."""
         placement = self.description.placement
         return () if placement is None else tuple(joint.name for joint in placement.model.joints)
 
     def placement(self) -> Placement:
-        """Return it as a simulation takes it, at its spawn pose."""
+        """Return its placement for a simulation, at its spawn pose."""
         found = self.description.placement
         assert found is not None
         return replace(found, pose=self.spawned.to_pose())
 
     def static_bodies(self) -> dict[str, Body]:
-        """Return what is static of it, where it stands now, by names that are unique in the world."""
+        """Return its static bodies at their current poses, by names that are unique in the world."""
         return {
             f"{self.key}/{name}": replace(body, pose=place_of(body.pose).after(self._standing).to_pose())
             for name, body in self.description.bodies.items()
         }
 
     def place(self) -> Place:
-        """Return where it is."""
+        """Return its pose."""
         if self.robot is None:
             return self._standing
         pos, quat = self.robot.base_pose
         return Place(pos[0].copy(), quat[0].copy())
 
     def motion(self) -> Motion:
-        """Return how it moves, in the world."""
+        """Return its velocity in the world."""
         if self.robot is None or self.robot.robot.base == "fixed":
             return REST
         linear, angular = self.robot.base_twist
         return Motion(linear[0].copy(), angular[0].copy())
 
     def link_place(self, link: str) -> Place:
-        """Return where a link of it is."""
+        """Return the pose of one of its links."""
         if self.robot is None:
             return place_of(self.description.links[link]).after(self._standing)
         pos, quat = self.robot.frame_pose(link)
@@ -145,7 +146,7 @@ class Model:
         return place if offset is None else place_of(offset).after(place)
 
     def link_motion(self, link: str) -> Motion:
-        """Return how a link of it moves, in the world."""
+        """Return the velocity of one of its links in the world."""
         if self.robot is None:
             return REST
         linear, angular = self.robot.frame_velocity(link)
@@ -158,7 +159,7 @@ class Model:
         return Motion(found.linear + np.cross(found.angular, arm), found.angular)
 
     def put(self, place: Place, motion: Motion) -> None:
-        """Put it somewhere at once; the caller writes what is static of it."""
+        """Teleport it; the caller updates its static bodies."""
         self._standing = place
         if self.robot is None:
             return
@@ -173,7 +174,7 @@ class Model:
         return self.place(), self.motion(), robot.joint_positions[0].copy(), robot.joint_velocities[0].copy()
 
     def write_state(self, place: Place, motion: Motion, positions: Floats, velocities: Floats) -> None:
-        """Return to a state of :meth:`state`."""
+        """Restore a state of :meth:`state`."""
         assert self.robot is not None
         self.put(place, motion)
         self.robot.write_joint_state(positions[None], velocities[None])

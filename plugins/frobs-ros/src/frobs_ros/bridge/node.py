@@ -1,4 +1,4 @@
-"""The ROS node: a bridge behind the names of Gazebo, from its options to its end."""
+"""The ROS node of the bridge, from its options to its end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """The options of ``frobs ros serve``, whose help describes them."""
+    """Options of ``frobs ros serve``, whose help describes them."""
 
     simulator: str = "mujoco"
     robot: str | None = None
@@ -40,11 +40,11 @@ class Options:
 
 
 def serve(options: Options) -> None:
-    """Offer a simulation as Gazebo until the node is shut down.
+    """Run a simulation with Gazebo's interface until the node is shut down.
 
     Raises:
         MasterError: No ROS master answers.
-        FrobsError: ROS, the simulator, the robot, the world or an option cannot be used.
+        FrobsError: ROS, the simulator, the robot, the world or an option is invalid or unavailable.
     """
     _bind(options.listen)
     from frobs_ros import master
@@ -78,7 +78,7 @@ def open_bridge(options: Options) -> Bridge:
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
     from frobs_ros.bridge.stand import fill, read_robot, stand_up
 
-    # Whatever can be refused is refused before there is a node: it would take the name of one that runs.
+    # All errors are raised before there is a node, which would replace a running one of the same name.
     record = plugins.get_record("simulator", options.simulator)
     assert isinstance(record, SimulatorRecord)
     check_capabilities(record.name, record.capabilities, {"the bridge": {"teleport": Level.APPROXIMATE}})
@@ -87,12 +87,12 @@ def open_bridge(options: Options) -> Bridge:
     world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
     robot = read_robot(options.robot, options.model_name, options.namespace) if options.robot else None
     _check_alone()
-    # The many threads of rospy are to take turns quickly: at the usual 5 ms every call would cost that much.
+    # The many threads of rospy must switch quickly: the default of 5 ms would delay every call.
     sys.setswitchinterval(0.0002)
-    # Before the node is one: what it stamps of its own is then in simulated time too.
+    # Set before the node exists, so that its own stamps also use simulated time.
     if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
         rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
-    # Without a value, each message that a rospy node logs asks the master for it.
+    # Without a value, rospy asks the master for it with each log message.
     if not rosgraph.Master("/gazebo").hasParam("/rosout_disable_topics_generation"):
         rosgraph.Master("/gazebo").setParam("/rosout_disable_topics_generation", False)
     rospy.init_node("gazebo")
@@ -114,17 +114,17 @@ def open_bridge(options: Options) -> Bridge:
         offer_link_services(offers)
         offer_joint_services(offers)
         offer_light_services(offers, file.lights or ["sun"])
-        offer_world_services(offers)  # last, as clients wait for one of them
+        offer_world_services(offers)  # last, because clients wait for one of them
         bridge.call(bridge.tell)
     except BaseException:
         bridge.close()
         raise
-    LOG.info("%s offers the services of Gazebo", record.name)
+    LOG.info("%s provides the services of Gazebo", record.name)
     return bridge
 
 
 def _check_alone() -> None:
-    """Refuse to take the name of a Gazebo that lives: the master would end it."""
+    """Raise an error if Gazebo or another bridge is running: the master would end it."""
     import rosgraph
 
     try:
@@ -135,14 +135,14 @@ def _check_alone() -> None:
     try:
         with socket.create_connection((address.hostname or "", address.port or 0), timeout=2.0):
             raise ConfigurationError(
-                f"a Gazebo, or another bridge, is the node /gazebo of this master already ({uri}); end it first."
+                f"Gazebo or another bridge already runs as the node /gazebo of this master ({uri}); end it first."
             )
-    except OSError:  # it has gone without a word
+    except OSError:  # it has ended without unregistering
         return
 
 
 def _log(verbose: bool) -> None:
-    """Let what the bridge has to say go to stderr."""
+    """Write the bridge's log to stderr."""
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
     LOG.addHandler(handler)
@@ -152,7 +152,7 @@ def _log(verbose: bool) -> None:
 
 
 class OnlyOnce(logging.Filter):
-    """Lets rospy say once that the master is gone: it says so for each topic and service."""
+    """Lets rospy log only once that the master is gone, instead of once per topic and service."""
 
     said = False
 
@@ -165,6 +165,6 @@ class OnlyOnce(logging.Filter):
 
 
 def _bind(listen: str | None) -> None:
-    """Say to rospy where to listen, before it is imported."""
+    """Configure the address on which rospy listens, before it is imported."""
     os.environ["ROS_IP"] = listen or "127.0.0.1"
     os.environ.pop("ROS_HOSTNAME", None)

@@ -1,4 +1,4 @@
-"""Rigid transforms as pairs of arrays, and their way into ROS messages and back."""
+"""Rigid transforms as pairs of arrays, and their conversion from and to ROS messages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 
 class Place(NamedTuple):
-    """Where something is.
+    """A pose.
 
     Attributes:
         pos: (3,) [m]
@@ -25,23 +25,23 @@ class Place(NamedTuple):
     quat_wxyz: Floats
 
     def after(self, outer: Place) -> Place:
-        """Return this place, which was told in ``outer``, in what ``outer`` is told in."""
+        """Return this pose, which is relative to ``outer``, in the frame that ``outer`` is relative to."""
         return Place(outer.pos + quat_rotate(outer.quat_wxyz, self.pos), quat_multiply(outer.quat_wxyz, self.quat_wxyz))
 
     def seen_from(self, frame: Place) -> Place:
-        """Return this place as it is told in ``frame``; both are told in the same."""
+        """Return this pose relative to ``frame``; both are in the same frame."""
         back = quat_conjugate(frame.quat_wxyz)
         return Place(quat_rotate(back, self.pos - frame.pos), quat_multiply(back, self.quat_wxyz))
 
     def to_pose(self) -> Pose:
-        """Return it as models tell it."""
+        """Return the pose in the format of models."""
         x, y, z = self.pos.tolist()
         w, i, j, k = self.quat_wxyz.tolist()
         return Pose((x, y, z), (w, i, j, k))
 
 
 class Motion(NamedTuple):
-    """How something moves.
+    """A velocity.
 
     Attributes:
         linear: (3,) [m/s]
@@ -52,7 +52,7 @@ class Motion(NamedTuple):
     angular: Floats
 
     def turned(self, quat_wxyz: Floats) -> Motion:
-        """Return it in axes that are turned by a quaternion."""
+        """Return the velocity in axes that are rotated by a quaternion."""
         return Motion(quat_rotate(quat_wxyz, self.linear), quat_rotate(quat_wxyz, self.angular))
 
 
@@ -66,7 +66,7 @@ def place_of(pose: Pose) -> Place:
 
 
 def read_pose(message: Any) -> Place:
-    """Read a geometry_msgs/Pose; a quaternion of zeros, which FRobs_RL sends by default, is no rotation.
+    """Read a geometry_msgs/Pose; a zero quaternion, FRobs_RL's default, means no rotation.
 
     Raises:
         ConfigurationError: A number is not finite.
@@ -74,13 +74,13 @@ def read_pose(message: Any) -> Place:
     p, q = message.position, message.orientation
     numbers = np.array([p.x, p.y, p.z, q.w, q.x, q.y, q.z], np.float64)
     if not np.isfinite(numbers).all():
-        raise ConfigurationError("the pose holds a number that is not finite.")
+        raise ConfigurationError("the pose contains a number that is not finite.")
     length = math.sqrt(float(np.square(numbers[3:]).sum()))
     return Place(numbers[:3], numbers[3:] / length if length > 1e-9 else WORLD.quat_wxyz)
 
 
 def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
-    """Read pose and twist of a gazebo_msgs/ModelState or LinkState, which are told in a frame; returns them in the world.
+    """Read pose and twist of a gazebo_msgs/ModelState or LinkState in a frame; return them in the world.
 
     Raises:
         ConfigurationError: A number is not finite.
@@ -91,7 +91,7 @@ def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, M
 
 
 def write_pose(place: Place, message: Any) -> Any:
-    """Write into a geometry_msgs/Pose, and return it."""
+    """Write the pose into a geometry_msgs/Pose, and return the message."""
     p, q = message.position, message.orientation
     p.x, p.y, p.z = place.pos.tolist()
     q.w, q.x, q.y, q.z = place.quat_wxyz.tolist()
@@ -106,12 +106,12 @@ def read_vector(message: Any) -> Floats:
     """
     numbers = np.array([message.x, message.y, message.z], np.float64)
     if not np.isfinite(numbers).all():
-        raise ConfigurationError("a vector holds a number that is not finite.")
+        raise ConfigurationError("a vector contains a number that is not finite.")
     return numbers
 
 
 def write_twist(motion: Motion, message: Any) -> Any:
-    """Write into a geometry_msgs/Twist, and return it."""
+    """Write the velocity into a geometry_msgs/Twist, and return the message."""
     message.linear.x, message.linear.y, message.linear.z = motion.linear.tolist()
     message.angular.x, message.angular.y, message.angular.z = motion.angular.tolist()
     return message

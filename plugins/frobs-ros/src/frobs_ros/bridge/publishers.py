@@ -1,4 +1,4 @@
-"""Topics of the world as a whole: the clock, where models and links are, and where they are to be."""
+"""Topics of the whole world: the clock, the states of models and links, and commands for their states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_ros.bridge.world import World
 
 
 class Clock(Component):
-    """``/clock``, and the clock of the bridge's own node, which would else read the topic over a socket."""
+    """``/clock``, and the clock of the bridge's own node, which would otherwise read the topic over a socket."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -44,7 +44,7 @@ class Clock(Component):
 
 
 class States(Component):
-    """``/gazebo/model_states`` and ``/gazebo/link_states``, made only where somebody listens."""
+    """``/gazebo/model_states`` and ``/gazebo/link_states``, created only for subscribers."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -77,7 +77,7 @@ class States(Component):
 
 
 class Wishes(Component):
-    """Listens to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which are the services without an answer."""
+    """Subscribes to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which work like the services."""
 
     def __init__(self, bridge: Bridge) -> None:
         import rospy

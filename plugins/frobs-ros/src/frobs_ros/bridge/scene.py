@@ -1,4 +1,4 @@
-"""The scene of a simulation: what is static, and the cameras and contacts that sensors of the models need."""
+"""The scene of a simulation: static bodies, and the cameras and contacts for the models' sensors."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from frobs_ros.bridge.model import Model
 
 @dataclass(frozen=True)
 class Touch:
-    """A pair of parts whose contact is measured.
+    """A pair of parts with a measured contact.
 
     Attributes:
-        contact: What the scene declares.
-        first: Name of the first part, as Gazebo scopes collisions: ``"model::link::collision"``.
+        contact: Contact in the scene.
+        first: Name of the first part, in Gazebo's format for collisions: ``"model::link::collision"``.
         second: Name of the second part.
     """
 
@@ -32,7 +32,7 @@ class Touch:
 
 
 Touches: TypeAlias = Mapping[tuple[str, str], Sequence[Touch]]
-"""What links with a contact sensor can touch, by the model's name and the link's."""
+"""Parts that links with a contact sensor can touch, by the names of the model and the link."""
 
 
 def make_scene(
@@ -43,19 +43,19 @@ def make_scene(
     gravity: tuple[float, float, float],
     with_cameras: bool,
 ) -> Scene:
-    """Return the scene around the models that move.
+    """Return the scene around the moving models.
 
     Args:
         models: All models.
-        touches: Pairs of parts whose contact is measured.
+        touches: Pairs of parts with a measured contact.
         floor: Whether there is a ground plane at z = 0.
         gravity: [m/s²]
-        with_cameras: Whether the simulator draws images.
+        with_cameras: Whether the simulator renders images.
 
     Raises:
-        ConfigurationError: A camera has impossible numbers.
+        ConfigurationError: A camera has invalid parameters.
     """
-    cameras = dict(Scene().cameras)  # the first of a scene is what a window shows
+    cameras = dict(Scene().cameras)  # the first camera of a scene is that of a window
     if with_cameras:
         cameras |= {
             camera_name(model, sensor): make_camera(model, sensor)
@@ -73,9 +73,9 @@ def make_scene(
 
 
 def find_touches(models: Sequence[Model], *, floor: bool) -> Touches:
-    """Return what each link with a contact sensor can touch.
+    """Return the parts that each link with a contact sensor can touch.
 
-    Each other link and each static shape is a pair of its own, so that a sensor can name what it touches.
+    Each other link and each static shape is a separate pair, so that a sensor can report the touched part.
 
     Args:
         models: All models.
@@ -103,7 +103,7 @@ def _touches(model: Model, link: str, models: Sequence[Model], floor: bool) -> I
 
 
 def _sides(model: Model, link: str) -> list[tuple[str, str]]:
-    """Return the sides of contacts that a link consists of, each with its name in Gazebo; none if it does not collide."""
+    """Return the sides of contacts for a link, each with its name in Gazebo; empty if it does not collide."""
     placement = model.description.placement
     if placement is None:
         shapes = [name for name in model.shapes if name.startswith(f"{link}/")]

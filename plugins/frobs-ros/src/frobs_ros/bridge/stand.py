@@ -1,4 +1,4 @@
-"""A robot of FRobs in the world from the beginning: its parameters, controllers and topics, as a launch file makes them."""
+"""Adds a robot of FRobs to the initial world with parameters, controllers and topics, as a launch file would."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ from frobs_ros.bridge.wheels import Base
 LOG = logging.getLogger("frobs.bridge")
 
 STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_group_position_controller"
-"""Names of the controllers that such a robot has where its file has none of its own."""
+"""Names of the controllers of such a robot, unless its file has controllers."""
 
 
 def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
     """Return an installed robot, or one of a model file, as a model at the world's origin, and its description.
 
     Raises:
-        UnknownNameError: There is no such robot.
-        ModelFileError: Its file cannot be used.
+        UnknownNameError: The robot does not exist.
+        ModelFileError: The model file is invalid.
     """
     description = RobotConfig(robot=robot).describe()
     return Model(name or description.name, namespace.strip("/"), describe_robot(description), WORLD), description
 
 
 def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
-    """Put a robot into the world, with everything that clients expect of it; before the loop runs, or in its thread.
+    """Add a robot to the world, with the interfaces that clients expect; before the loop runs, or in its thread.
 
-    The parameter ``robot_description`` holds its URDF. Where its file asks for no controller manager, it has one:
+    The parameter ``robot_description`` contains its URDF. Unless its file requests a controller manager, it gets one:
     joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
-    Its frames are on ``/tf`` and ``/tf_static``. A robot that drives on wheels listens to ``cmd_vel``
-    and publishes ``odom``; a lidar publishes ``scan``, or under its own name if there are several.
+    Its frames are on ``/tf`` and ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``; a
+    lidar publishes ``scan``, or a topic of its name if there are several.
 
     Raises:
-        FrobsError: The simulator refuses it.
+        FrobsError: The simulator rejects the robot.
     """
     import rospy
 
@@ -58,16 +58,16 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     if file.format == "urdf":
         rospy.set_param(f"{prefix}/robot_description", with_file_uris(file.xml))
     else:
-        LOG.warning("'%s' is described in MJCF, which ROS cannot read: there is no robot_description", model.name)
+        LOG.warning("'%s' has an MJCF file, which ROS cannot read, so robot_description is not set", model.name)
     bridge.add(model)
     bridge.extend(model.name, _components(bridge, model, description, prefix))
 
 
 def fill(bridge: Bridge, file: WorldFile) -> None:
-    """Put the models of a world file into the world; before the loop runs, or in its thread.
+    """Add the models of a world file to the world; before the loop runs, or in its thread.
 
     Raises:
-        FrobsError: The simulator refuses one.
+        FrobsError: The simulator rejects a model.
     """
     for name, (description, place) in file.models.items():
         bridge.add(Model(name, "", description, place))

@@ -1,4 +1,4 @@
-"""From the text of a URDF or xacro to the description of a model, read as Gazebo reads it."""
+"""Conversion of a URDF or xacro text to the description of a model, as Gazebo interprets it."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ _PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH")
 
 
 def describe_urdf(text: str) -> Description:
-    """Read a URDF, or a xacro without arguments.
+    """Parse a URDF, or a xacro without arguments.
 
-    The base is fixed where the root link is named ``world`` or the file says ``<static>``, else it is free. Links do not
-    touch those of their own robot unless the file says ``<selfCollide>``. A joint follows what its transmission says; one
-    without a transmission is free.
+    The base is fixed if the root link is named ``world`` or the file contains ``<static>``, else it is free. Links do
+    not collide with those of their own robot unless the file contains ``<selfCollide>``. The transmission of a joint
+    defines its command mode; a joint without a transmission is free.
 
     Raises:
-        ModelFileError: The text is no robot, or says something impossible.
+        ModelFileError: The text is not a valid robot.
     """
     return _describe(text, tuple(os.environ.get(name, "") for name in _PATHS))
 
 
 def describe_robot(robot: Robot) -> Description:
-    """Return what a robot of FRobs is; where its file names no transmissions, its joints hold their positions.
+    """Return the description of a FRobs robot; if its file has no transmissions, its joints hold their positions.
 
     Raises:
-        ModelFileError: Its model file cannot be used.
+        ModelFileError: The model file is invalid.
     """
     model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     elements = gazebo_elements(model)
@@ -73,7 +73,7 @@ def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
 
 
 def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
-    """Return the friction of the links for which the file says one; one whose joint is fixed counts for itself."""
+    """Return the friction of links for which the file contains one, including those with fixed joints."""
     links = {link.name for link in model.links if link.collisions}
     found = {}
     for element in elements:
@@ -83,7 +83,7 @@ def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[s
     return found
 
 
-@lru_cache(maxsize=32)  # the same robot comes and goes; what it reads on the disk is found by these paths
+@lru_cache(maxsize=32)  # the same robots are often spawned again; these paths determine the files that it reads
 def _describe(text: str, paths: tuple[str, ...]) -> Description:
     del paths
     ending = ".urdf.xacro" if "<xacro:" in text else ".urdf"
@@ -113,7 +113,7 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
 
 
 def _modes(root: Element) -> dict[str, CommandMode]:
-    """Return what each joint is driven by, of those that a transmission names."""
+    """Return the command mode of each joint with a transmission."""
     found = {}
     for transmission in root.findall("transmission"):
         for joint in transmission.findall("joint"):

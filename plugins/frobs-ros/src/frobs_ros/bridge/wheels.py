@@ -1,4 +1,4 @@
-"""Driving on two wheels: from a twist to the wheels, and from the wheels to where one is."""
+"""Differential drive: converts twists to wheel speeds, and wheel angles to odometry."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _RENEWED = 0.005  # [s] between two commands while the speed changes
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """A base that turns by the difference of its wheels.
+    """Parameters of a base with differential drive.
 
     Attributes:
-        left: Columns of the left wheels in the robot's joint arrays.
-        right: Columns of the right wheels.
-        separation: Between left and right [m].
-        radius: Of a wheel [m].
-        max_linear: [m/s]
-        max_angular: [rad/s]
-        linear_acceleration: [m/s²]
-        angular_acceleration: [rad/s²]
+        left: Indices of the left wheels in the robot's joint arrays.
+        right: Indices of the right wheels.
+        separation: Distance between left and right wheels [m].
+        radius: Radius of a wheel [m].
+        max_linear: Maximum linear speed [m/s].
+        max_angular: Maximum angular speed [rad/s].
+        linear_acceleration: Maximum linear acceleration [m/s²].
+        angular_acceleration: Maximum angular acceleration [rad/s²].
         timeout: [s] after which an old command stops the base; inf: never.
-        stiff: Whether the wheels' drives are made strong enough for the robot's mass, as Gazebo's are.
+        stiff: Whether the wheels' drives are strengthened for the robot's mass, as Gazebo's are.
     """
 
     left: tuple[int, ...]
@@ -47,11 +47,11 @@ class Base:
 
 
 class Driver:
-    """Follows the twist that was sent last, and reckons where the wheels have brought the base.
+    """Follows the last received twist, and computes the odometry of the base.
 
     Attributes:
-        place: By the wheels, from where it was started.
-        motion: By the wheels, in the base's own axes.
+        place: Pose by odometry, relative to the start.
+        motion: Velocity by odometry, in the axes of the base.
     """
 
     def __init__(self, model: Model, base: Base) -> None:
@@ -64,13 +64,13 @@ class Driver:
         self.motion = Motion(np.zeros(3), np.zeros(3))
 
     def take(self, twist: Any) -> None:
-        """Take a geometry_msgs/Twist; in rospy's thread."""
+        """Store a geometry_msgs/Twist, in rospy's thread."""
         linear, angular = float(twist.linear.x), float(twist.angular.z)
         if math.isfinite(linear) and math.isfinite(angular):
             self._new = linear, angular
 
     def start(self, world: World) -> None:
-        """Stand still, here, and call this the origin."""
+        """Stop the base, and define its current pose as the origin."""
         if self._base.stiff:
             self._stiffen(world)
         self._new, self._wanted, self._present = None, (0.0, 0.0), (0.0, 0.0)
@@ -79,7 +79,7 @@ class Driver:
         self.motion = Motion(np.zeros(3), np.zeros(3))
 
     def command(self, world: World, steps: int) -> None:
-        """Set what the wheels follow in the next physics steps."""
+        """Set the wheels' targets for the next physics steps."""
         base, now, span = self._base, world.time_ns / NANO, steps * world.timestep
         new, self._new = self._new, None
         if new is not None:
@@ -98,13 +98,13 @@ class Driver:
 
     @property
     def is_changing(self) -> bool:
-        """Whether the speed follows a limit of acceleration, so that the command is to be renewed often."""
+        """Whether an acceleration limit currently changes the speed, which requires frequent commands."""
         base = self._base
         limited = math.isfinite(base.linear_acceleration) or math.isfinite(base.angular_acceleration)
         return limited and (self._present != self._wanted or self._new is not None)
 
     def reckon(self, span: float) -> None:
-        """Go on reckoning by what the wheels have turned in ``span`` [s]."""
+        """Update the odometry with the rotation of the wheels in ``span`` [s]."""
         base, before = self._base, self._turned
         self._turned = self._angles()
         left, right = ((now - then) * base.radius for now, then in zip(self._turned, before, strict=True))
@@ -117,14 +117,14 @@ class Driver:
 
     @property
     def place(self) -> Place:
-        """Where the wheels have brought the base."""
+        """Pose of the base by odometry."""
         quat = np.array([math.cos(self._yaw / 2.0), 0.0, 0.0, math.sin(self._yaw / 2.0)])
         return Place(np.array([self._x, self._y, 0.0]), quat)
 
     def _stiffen(self, world: World) -> None:
-        """Let each wheel's drive follow a speed with the mass that it carries, at the bandwidth of all drives.
+        """Strengthen the drives of the wheels for the mass that they carry, with the bandwidth of all drives.
 
-        The gains of a drive come from what its joint carries; a wheel carries the rest of the robot, by the ground.
+        The gains of a drive depend on the mass that its joint carries; a wheel carries the rest of the robot.
         """
         placement, robot, base = self._model.description.placement, self._model.robot, self._base
         assert placement is not None
@@ -149,10 +149,10 @@ def _towards(present: float, wanted: float, most: float) -> float:
 
 
 class Driving(Component):
-    """A part that drives on two wheels: listens to twists, and publishes where they have brought the robot."""
+    """A component for a differential drive: subscribes to twists, and publishes odometry."""
 
     def listen(self, driver: Driver, command: str, odom: str, frames: tuple[str, str], tf: bool) -> None:
-        """Connect to the ROS graph; a constructor's last call."""
+        """Connect to the ROS graph; the last call of a constructor."""
         import rospy
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry
@@ -164,19 +164,19 @@ class Driving(Component):
         self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=10, tcp_nodelay=True)) if tf else None
 
     def most_steps(self, world: World) -> int | None:
-        """A few while the speed changes."""
+        """A few steps while the speed changes."""
         return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
 
     def before(self, world: World, steps: int) -> None:
-        """Set what the wheels follow."""
+        """Set the wheels' targets."""
         self._driver.command(world, steps)
 
     def where(self) -> tuple[Place, Motion]:
-        """Return the place and the motion that the odometry tells: those by the wheels."""
+        """Return the pose and the velocity for the odometry: those from the wheels."""
         return self._driver.place, self._driver.motion
 
     def tell(self, world: World) -> None:
-        """Publish where the base is."""
+        """Publish the odometry."""
         span, self._last_ns = (world.time_ns - self._last_ns) / NANO, world.time_ns
         if span <= 0.0:
             return
@@ -188,7 +188,7 @@ class Driving(Component):
 
 
 def odometry(frame: str, child: str, stamp: Any, place: Place, motion: Motion) -> tuple[Any, Any]:
-    """Return a nav_msgs/Odometry and the same place as a geometry_msgs/TransformStamped."""
+    """Return a nav_msgs/Odometry, and the same pose as a geometry_msgs/TransformStamped."""
     from geometry_msgs.msg import TransformStamped
     from nav_msgs.msg import Odometry
 

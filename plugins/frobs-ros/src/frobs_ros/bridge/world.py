@@ -1,4 +1,4 @@
-"""The world: models in one simulation, that come and go while it runs. It is touched by one thread alone."""
+"""The world: models in one simulation, added and removed while it runs. Only one thread may use it."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ NANO = 1_000_000_000
 
 
 class World:
-    """Models, what pushes them, and the time.
+    """Models, the forces on them, and the time.
 
-    A model that comes or goes, or another time step, means another simulation; what stays keeps its state.
+    Adding or removing a model, or changing the time step, creates another simulation; the remaining models keep their
+    state.
 
     Args:
-        timestep: [s] of one physics step.
+        timestep: Duration of a physics step [s].
         gravity: [m/s²]
         floor: Whether there is a ground plane at z = 0.
 
     Attributes:
-        time_ns: [ns] since the start, or since the last reset of the time.
-        steps: Physics steps that were made.
-        touches: What links with a contact sensor can touch, by the model's name and the link's.
+        time_ns: [ns] since the start or the last reset of the time.
+        steps: Number of physics steps since the start.
+        touches: Parts that links with a contact sensor can touch, by the names of the model and the link.
     """
 
     def __init__(
@@ -58,17 +59,17 @@ class World:
 
     @property
     def timestep(self) -> float:
-        """[s] of one physics step."""
+        """Duration of a physics step [s]."""
         return self._timestep
 
     @property
     def timestep_ns(self) -> int:
-        """[ns] of one physics step."""
+        """Duration of a physics step [ns]."""
         return round(self._timestep * NANO)
 
     @property
     def gravity(self) -> tuple[float, float, float]:
-        """[m/s²]."""
+        """Gravity [m/s²]."""
         return self._gravity
 
     @property
@@ -77,18 +78,18 @@ class World:
         return self._floor
 
     def robots(self) -> Iterator[Model]:
-        """Yield the models that move."""
+        """Yield the models that are not static."""
         return (model for model in self.models.values() if model.robot is not None)
 
     def add(self, model: Model) -> None:
-        """Put a model into the world; where that fails, the world is as it was.
+        """Add a model to the world; after an error, the world is unchanged.
 
         Raises:
-            ConfigurationError: There is a model of that name.
-            ModelFileError: The simulator refuses it.
+            ConfigurationError: A model with that name exists.
+            ModelFileError: The simulator rejects the model.
         """
         if model.name in self.models:
-            raise ConfigurationError(f"there is a model '{model.name}' already; choose another name.")
+            raise ConfigurationError(f"there is already a model '{model.name}'; choose another name.")
         model.key = self._free_key(model.name)
         self._build([*self.models.values(), model])
         self.models[model.name] = model
@@ -96,10 +97,10 @@ class World:
             model.drive.hold(model.robot)
 
     def remove(self, name: str) -> Model:
-        """Take a model out of the world, and return it.
+        """Remove a model from the world, and return it.
 
         Raises:
-            UnknownNameError: There is none of that name.
+            UnknownNameError: There is no model with that name.
         """
         model = self.model(name)
         self._build([other for other in self.models.values() if other is not model])
@@ -114,7 +115,7 @@ class World:
         """Return a model.
 
         Raises:
-            UnknownNameError: There is none of that name.
+            UnknownNameError: There is no model with that name.
         """
         if name not in self.models:
             raise UnknownNameError("model", name, self.models)
@@ -124,7 +125,7 @@ class World:
         """Change the physics step [s].
 
         Raises:
-            ConfigurationError: It is not positive.
+            ConfigurationError: The duration is not positive.
         """
         if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
             raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
@@ -140,27 +141,27 @@ class World:
                 self.simulation.write_parameter("gravity", "", np.array([gravity], np.float64))
 
     def write_parameter(self, name: str, target: str, values: Floats) -> None:
-        """Change a physical parameter of what is there now; it stays when other models come and go."""
+        """Change a physical parameter; it is kept when other models are added or removed."""
         assert self.simulation is not None
         self.simulation.write_parameter(name, target, values)
         self._parameters[name, target] = values
 
     def can(self, ability: str) -> bool:
-        """Return whether the simulator has an ability."""
+        """Return whether the simulator has a capability."""
         return bool(self._simulator.capabilities.get(ability))
 
     def put(self, model: Model, place: Place, motion: Motion = REST) -> None:
-        """Put a model somewhere at once."""
+        """Teleport a model."""
         was = model.place()
         model.put(place, motion)
         if model.is_static and model.has_camera and not all(map(np.array_equal, was, place)):
-            self._build(self.models.values())  # a camera that stands in the world cannot be moved
+            self._build(self.models.values())  # a static camera cannot be moved
         elif self.simulation is not None:
             for name, body in model.static_bodies().items():
                 self.simulation.bodies[name].write_pose(np.array([body.pose.pos]), np.array([body.pose.quat_wxyz]))
 
     def step(self, steps: int) -> None:
-        """Advance; controllers have told the drives what to follow.
+        """Advance by physics steps; controllers have set the targets.
 
         Raises:
             SimulationError: The engine failed.
@@ -175,11 +176,11 @@ class World:
         self.time_ns += steps * self.timestep_ns
 
     def steps_until(self, time_ns: int) -> int:
-        """Return after how many steps a time is reached; at least 1."""
+        """Return the number of steps until a time; at least 1."""
         return max(1, -(-(time_ns - self.time_ns) // self.timestep_ns))
 
     def reset(self, *, time: bool) -> None:
-        """Put every model back to where it was spawned, at rest, and forget what pushes; also the time, where told."""
+        """Reset all models to their spawn poses, at rest, and clear all forces; optionally also reset the time."""
         if self.simulation is not None:
             self.simulation.reset()
         self.forces.clear()
@@ -191,26 +192,26 @@ class World:
             self.time_ns = 0
 
     def find_link(self, name: str) -> tuple[Model, str]:
-        """Return the model and the link that a scoped name means: ``"model::link"``, or a link's name that is unique.
+        """Return the model and the link for a scoped name, ``"model::link"``, or for a unique link name.
 
         Raises:
-            UnknownNameError: There is none, or there are several.
+            UnknownNameError: No link or several links have this name.
         """
         return self._find("link", name, {model.name: model.links for model in self.models.values()})
 
     def find_joint(self, name: str) -> tuple[Model, str]:
-        """Return the model and the actuated joint that a name means, scoped or unique.
+        """Return the model and the actuated joint for a scoped or unique name.
 
         Raises:
-            UnknownNameError: There is none, or there are several.
+            UnknownNameError: No joint or several joints have this name.
         """
         return self._find("joint", name, {model.name: tuple(model.joints) for model in self.models.values()})
 
     def frame(self, name: str) -> tuple[Place, Motion]:
-        """Return where a frame is and how it moves: the world, a model or a link.
+        """Return the pose and the velocity of a frame: the world, a model or a link.
 
         Raises:
-            UnknownNameError: There is none of that name.
+            UnknownNameError: The frame does not exist.
         """
         if name in ("", "world", "map", "/map"):
             return WORLD, REST
@@ -220,7 +221,7 @@ class World:
         return model.link_place(link), model.link_motion(link)
 
     def open_viewer(self) -> None:
-        """Open a window; it opens anew when the simulation is another.
+        """Open a window; it is reopened when the simulation changes.
 
         Raises:
             RenderingUnavailableError: There is no display.
@@ -230,10 +231,10 @@ class World:
             self.simulation.open_viewer()
 
     def close(self) -> None:
-        """Release the simulation; twice is harmless."""
+        """Release the simulation. Calling it again has no effect."""
         if self.simulation is not None:
             self.simulation.close()
-            # They hold each other: left to the garbage collector, memory would fill with holes, spawn by spawn.
+            # They refer to each other: garbage collection would come late, and each spawn would fragment the memory.
             self.simulation.robots, self.simulation.bodies = {}, {}
             self.simulation = None
 
@@ -249,7 +250,7 @@ class World:
         return self.models[found[0]], inner
 
     def _free_key(self, name: str) -> str:
-        """Return what the simulation may call a model: no slash, no word that means something to it, and no other's."""
+        """Return a unique name for a model in the simulation, without slashes and reserved words."""
         taken = {model.key for model in self.models.values()} | {"world", "floor"}
         key = base = re.sub(r"\W", "_", name) or "model"
         number = 2
@@ -258,10 +259,10 @@ class World:
         return key
 
     def _build(self, models: Iterable[Model]) -> None:
-        """Make the simulation of these models; those that were there keep their state."""
+        """Create the simulation of these models; existing models keep their state."""
         models = list(models)
         moving = [model for model in models if not model.is_static]
-        # Simulators tell the first robots apart in what a lidar sees: those that have one come first.
+        # Simulators exclude only the first robots from lidar readings, so robots with a lidar come first.
         moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
         states = {model.name: model.state() for model in moving if model.robot is not None}
         new: Simulation | None = None

@@ -1,1 +1,1 @@
-"""Controllers as ros_control has them, and the manager that loads, starts and stops them."""
+"""ros_control's controllers, and the manager that loads, starts and stops them."""

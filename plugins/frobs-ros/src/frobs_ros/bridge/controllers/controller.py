@@ -1,4 +1,4 @@
-"""A controller of ros_control: it publishes states, or sets what joints follow."""
+"""The base class of ros_control controllers, which publish states or command joints."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ INTERFACES = {
 
 
 class Controller(Component):
-    """Base class. All but the constructor and what listens to topics runs in the loop's thread.
+    """Base class of controllers. Except for the constructor and topic callbacks, all methods run in the loop's thread.
 
     Args:
-        topic: Namespace of its topics: the robot's, and its own name.
-        parameters: What the parameter server holds there.
-        interface: What it claims of its joints; None: nothing.
-        rate: At which it publishes [Hz]; 0: never.
+        topic: Namespace of its topics: that of the robot, followed by the controller's name.
+        parameters: Its parameters on the parameter server.
+        interface: Claimed interface of its joints; None: nothing.
+        rate: Publishing rate [Hz]; 0: never.
 
     Attributes:
-        joints: Names of those that it commands.
-        columns: (k,) their places in the robot's joint arrays.
+        joints: Names of the joints that it commands.
+        columns: (k,) indices of these joints in the robot's joint arrays.
     """
 
     def __init__(
@@ -46,67 +46,67 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """The robot's handle, which is another after the world has changed."""
+        """Handle of the robot, which changes when the world changes."""
         assert self.model.robot is not None
         return self.model.robot
 
     def claim(self, joints: Sequence[str]) -> None:
-        """Say which joints it commands.
+        """Set the joints that it commands.
 
         Raises:
             UnknownNameError: The robot has no such joint.
-            ConfigurationError: A joint is not driven so, or there is none.
+            ConfigurationError: The list is empty, or a joint does not have the interface.
         """
         if not joints:
-            raise ControllerError(self.topic, "names no joint.")
+            raise ControllerError(self.topic, "has no joints.")
         for name in joints:
             if name not in self.model.joints:
                 raise UnknownNameError(f"actuated joint of '{self.model.name}'", name, self.model.joints)
             offered = self.model.description.modes.get(name)
             if self.model.description.has_transmissions and offered is not self.interface:
-                driven = "is driven by nothing" if offered is None else f"offers {INTERFACES[offered]} alone"
+                driven = "has no transmission" if offered is None else f"has only {INTERFACES[offered]}"
                 raise ControllerError(
                     self.topic,
-                    f"needs {INTERFACES[self.interface or CommandMode.EFFORT]} of joint "
-                    f"'{name}', which {driven}: see its <transmission>.",
+                    f"requires {INTERFACES[self.interface or CommandMode.EFFORT]} of joint "
+                    f"'{name}', which {driven}; check its <transmission>.",
                 )
         self.joints = tuple(joints)
         self.columns = np.array([self.model.joints[name] for name in joints], np.intp)
 
     def positions(self) -> Floats:
-        """(k,) of its joints [rad or m]."""
+        """Positions (k,) of its joints [rad or m]."""
         found: Floats = self.robot.joint_positions[0, self.columns]
         return found
 
     def velocities(self) -> Floats:
-        """(k,) of its joints [rad/s or m/s]."""
+        """Velocities (k,) of its joints [rad/s or m/s]."""
         found: Floats = self.robot.joint_velocities[0, self.columns]
         return found
 
     def command(self, values: Floats) -> None:
-        """Let its joints follow (k,) values in its own interface."""
+        """Command its joints to follow (k,) values in its interface."""
         self.model.drive.targets[self.columns] = values
 
     def start(self, world: World) -> None:
-        """Take over the joints, which hold until something is commanded."""
+        """Take over the joints, which hold their state until a command arrives."""
         if self.interface is not None:
             for column in self.columns.tolist():
                 self.model.drive.set_mode(column, self.interface, self.robot)
         self._next_ns = world.time_ns
 
     def stop(self, world: World) -> None:
-        """Give the joints back; they hold."""
+        """Release the joints, which hold their state."""
         if self.interface is not None:
             for column in self.columns.tolist():
                 self.model.drive.set_mode(column, self.model.drive.modes[column], self.robot)
 
     def reset(self, world: World) -> None:
-        """Begin anew: the robot is back where it was spawned."""
+        """Reset the controller, because the robot is back at its spawn pose."""
         self.start(world)
         self._last_stamp_ns = -1
 
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:
-    """Return the names that the first of several parameters holds, which may be one or a list."""
+    """Return the names in the first existing parameter of several, which may be one name or a list."""
     given: Any = next((parameters[name] for name in names if name in parameters), [])
     return [given] if isinstance(given, str) else [str(name) for name in given]

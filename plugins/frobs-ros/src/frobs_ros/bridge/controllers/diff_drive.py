@@ -1,4 +1,4 @@
-"""diff_drive_controller/DiffDriveController: drives on two wheels, and tells where they have brought the robot."""
+"""diff_drive_controller/DiffDriveController: drives two wheels, and publishes odometry."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from frobs_ros.errors import ControllerError
 
 
 class DiffDriveController(Driving, Controller):
-    """Listens to ``cmd_vel``, tells ``odom`` and the transform of it.
+    """Follows ``cmd_vel``, and publishes ``odom`` and its transform.
 
-    The wheels' separation and radius must be parameters; ros_control can also measure them in the robot's file.
+    The wheels' separation and radius are required parameters; ros_control can also measure them in the robot's file.
 
     Args:
         parameters: ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius`` and their multipliers,
@@ -32,7 +32,7 @@ class DiffDriveController(Driving, Controller):
         self.claim([*left, *right])
         for name in ("wheel_separation", "wheel_radius"):
             if not float(parameters.get(name, 0.0)) > 0.0:
-                raise ControllerError(topic, f"needs the parameter {name} [m], above 0.")
+                raise ControllerError(topic, f"requires the parameter {name} [m], above 0.")
         linear, angular = (parameters.get(a, {}).get(b, {}) for a, b in (("linear", "x"), ("angular", "z")))
         driver = Driver(
             model,

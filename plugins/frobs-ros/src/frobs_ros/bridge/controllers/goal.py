@@ -1,4 +1,4 @@
-"""A trajectory that was asked for: checked, in the controller's order of joints."""
+"""A requested trajectory: validated, in the controller's order of joints."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from frobs_ros.errors import TrajectoryError
 
 @dataclass(frozen=True)
 class Points:
-    """Way-points.
+    """Waypoints of a trajectory.
 
     Attributes:
-        start: [s] in simulated time; None: as soon as it is followed.
+        start: [s] in simulated time; None: immediately.
         times: (m,) [s] from the start, increasing, > 0; positions, velocities and accelerations are (m, k).
     """
 
@@ -30,17 +30,17 @@ class Points:
 
 
 def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: bool) -> Points:
-    """Read a trajectory_msgs/JointTrajectory.
+    """Read and validate a trajectory_msgs/JointTrajectory.
 
     Args:
-        trajectory: With at least one point.
-        joints: Of the controller, the order of what is returned.
-        held: (k,) where joints stay that it does not name [rad or m].
-        partial: Whether it may leave joints out.
+        trajectory: Message with at least one point.
+        joints: Joints of the controller, in the order of the result.
+        held: (k,) positions of joints that the message does not contain [rad or m].
+        partial: Whether the message may omit joints.
 
     Raises:
-        UnknownNameError: It names a joint that is none of the controller's.
-        ConfigurationError: It leaves a joint out, or has numbers that make no trajectory.
+        UnknownNameError: The message contains a joint that the controller does not have.
+        ConfigurationError: The message omits a joint, or contains invalid numbers.
     """
     names = list(trajectory.joint_names)
     for name in names:
@@ -62,14 +62,14 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
         if not any(rows):
             return None
         if any(len(row) != len(names) for row in rows) or not np.isfinite(rows).all():
-            raise TrajectoryError(f"the points' {field} are not one finite number for each joint.")
+            raise TrajectoryError(f"the points' {field} must be one finite number for each joint.")
         found = np.repeat(rest[None], len(rows), axis=0)
         found[:, columns] = rows
         return found
 
     positions = read("positions", held)
     if positions is None:
-        raise TrajectoryError("the points hold no positions.")
+        raise TrajectoryError("the points have no positions.")
     velocities = read("velocities", np.zeros(len(joints)))
     accelerations = None if velocities is None else read("accelerations", np.zeros(len(joints)))
     return Points(stamp or None, times, positions, velocities, accelerations)

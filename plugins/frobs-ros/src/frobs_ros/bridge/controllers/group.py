@@ -1,4 +1,4 @@
-"""Controllers that follow the last number they were sent, for one joint or for several."""
+"""Controllers that follow the last received command, for one joint or several."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class Commanded(Controller):
-    """Listens to ``command``: a Float64 for one joint, a Float64MultiArray for a group; what it is sent, joints follow.
+    """Follows the topic ``command``: a Float64 for one joint, a Float64MultiArray for a group.
 
     Args:
-        parameters: ``joint``, or of a group ``joints``.
-        interface: What it claims, and what the numbers mean.
+        parameters: ``joint``, or ``joints`` for a group.
+        interface: Claimed interface, and meaning of the numbers.
     """
 
     def __init__(
@@ -47,11 +47,11 @@ class Commanded(Controller):
         self.own(rospy.Subscriber(f"{topic}/command", kind, self._take, queue_size=1, tcp_nodelay=True))
 
     def _take(self, message: Any) -> None:
-        """Keep what was sent; in rospy's thread."""
+        """Store the received command, in rospy's thread."""
         values = np.atleast_1d(np.asarray(message.data, np.float64))
         if values.shape != (len(self.joints),) or not np.isfinite(values).all():
             LOG.error("%s/command: %s; it takes %d finite numbers", self.topic, values.tolist(), len(self.joints))
-        elif self._runs:  # what comes before it runs is nothing to follow
+        elif self._runs:  # commands before the start are ignored
             self._wanted = values
 
     def start(self, world: World) -> None:
@@ -60,12 +60,12 @@ class Commanded(Controller):
         self._wanted, self._runs = None, True
 
     def stop(self, world: World) -> None:
-        """Give the joints back."""
+        """Release the joints."""
         self._runs = False
         super().stop(world)
 
     def before(self, world: World, steps: int) -> None:
-        """Let the joints follow what was sent last."""
+        """Set the joints' targets to the last command."""
         wanted, self._wanted = self._wanted, None
         if wanted is None:
             return
@@ -76,13 +76,14 @@ class Commanded(Controller):
 
 
 class Regulated(Commanded):
-    """Follows positions or velocities by a PID law whose result is another command, computed in every physics step.
+    """Follows positions or velocities with a PID controller that runs in every physics step.
 
-    One joint has its gains in ``pid``, each of a group in ``<joint>/pid``. One joint tells how it goes on ``state``.
+    A single joint has its gains in ``pid``, each joint of a group in ``<joint>/pid``. A single joint publishes
+    ``state``.
 
     Args:
         parameters: ``joint`` or ``joints``, and gains.
-        follows: What the numbers that it is sent mean.
+        follows: Meaning of the received numbers.
     """
 
     def __init__(
@@ -111,11 +112,11 @@ class Regulated(Commanded):
         self._message = JointControllerState
 
     def most_steps(self, world: World) -> int | None:
-        """One: the law needs the state."""
+        """One step, because the controller requires the state."""
         return 1
 
     def start(self, world: World) -> None:
-        """Take over the joints, and follow where they are."""
+        """Take over the joints, with their current state as the target."""
         super().start(world)
         self._pid.reset()
         self._last_stamp_ns = -1
@@ -134,7 +135,7 @@ class Regulated(Commanded):
         self.command(self._effort)
 
     def _error(self) -> Floats:
-        """Return target minus position, the short way round where a joint turns for ever."""
+        """Return target minus position, the shorter way for continuous joints."""
         error = self._target - self.positions()
         turned: Floats = np.where(self._turns, (error + np.pi) % (2.0 * np.pi) - np.pi, error)
         return turned

@@ -1,4 +1,4 @@
-"""joint_state_controller/JointStateController: where the joints are."""
+"""joint_state_controller/JointStateController: publishes the joint states."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_ros.bridge.world import World
 class JointStateController(Controller):
     """Publishes positions, velocities and efforts on the robot's ``joint_states``, sorted by name as ros_control does.
 
-    Of a robot whose file has transmissions it tells the joints that these name, else all.
+    If the robot's file has transmissions, only their joints are published, else all joints.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any]) -> None:

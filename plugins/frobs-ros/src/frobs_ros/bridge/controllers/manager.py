@@ -24,8 +24,8 @@ class ControllerManager(Component):
     """Loads, starts, stops and lists the controllers of one robot.
 
     Args:
-        namespace: Of its topics and parameters, with a slash in front: ``"/robot"``, or empty.
-        find_parameters: Returns what the parameter server holds under a name, or None.
+        namespace: Namespace of its topics and parameters, with a leading slash: ``"/robot"``, or empty.
+        find_parameters: Function that returns the parameter-server value of a name, or None.
     """
 
     def __init__(self, bridge: Bridge, model: Model, namespace: str, find_parameters: Callable[[str], Any]) -> None:
@@ -38,7 +38,7 @@ class ControllerManager(Component):
         self._offers = Offers(bridge, f"{namespace}/controller_manager")
 
     def offer(self) -> None:
-        """Offer the manager's services."""
+        """Provide the manager's services."""
         from controller_manager_msgs import srv
 
         offer = self._offers.offer
@@ -54,15 +54,15 @@ class ControllerManager(Component):
 
     @property
     def running(self) -> list[Controller]:
-        """The controllers that run."""
+        """The running controllers."""
         return [self.controllers[name] for name, state in self._states.items() if state == "running"]
 
     def load(self, name: str) -> None:
-        """Make a controller from what the parameter server says of it.
+        """Create a controller from its parameters on the parameter server.
 
         Raises:
-            ConfigurationError: It is loaded already, has no type, or wants what there is not.
-            UnknownNameError: There is no such type, or no such joint.
+            ConfigurationError: It is loaded already, has no type, or a parameter is invalid.
+            UnknownNameError: The type or a joint does not exist.
         """
         if name in self.controllers:
             raise ControllerError(name, "is loaded already.")
@@ -72,7 +72,8 @@ class ControllerManager(Component):
         if not isinstance(parameters, Mapping) or not kind:
             raise ControllerError(
                 name,
-                f"is unknown: the parameter {topic}/type is not set. Load its YAML file into the namespace '{self._namespace or '/'}' first.",
+                f"is unknown: the parameter {topic}/type is not set. load its YAML file into the namespace "
+                f"'{self._namespace or '/'}' first.",
             )
         if kind not in TYPES:
             raise UnknownNameError("type of controller", kind, TYPES)
@@ -80,11 +81,11 @@ class ControllerManager(Component):
         self._types[name], self._states[name] = kind, "initialized"
 
     def unload(self, name: str) -> None:
-        """Forget a controller.
+        """Remove a controller.
 
         Raises:
             UnknownNameError: It is not loaded.
-            ConfigurationError: It runs.
+            ConfigurationError: It is running.
         """
         if name not in self.controllers:
             raise UnknownNameError("loaded controller", name, self.controllers)
@@ -94,16 +95,18 @@ class ControllerManager(Component):
         del self._types[name], self._states[name]
 
     def switch(self, start: list[str], stop: list[str], strict: bool) -> None:
-        """Stop some controllers and start others, all at once.
+        """Stop and start controllers in one step.
 
         Args:
-            start: Names.
-            stop: Names.
-            strict: Whether one that cannot be started or stopped refuses all; otherwise it is passed over.
+            start: Names of controllers to start.
+            stop: Names of controllers to stop.
+            strict: Whether a controller that cannot be started or stopped rejects the whole call; otherwise it is
+                ignored.
 
         Raises:
-            UnknownNameError: Strict, and one is not loaded.
-            ConfigurationError: Two that would run claim one joint; or strict, and one runs already, or does not.
+            UnknownNameError: ``strict``, and a controller is not loaded.
+            ConfigurationError: Two controllers would claim the same joint; or ``strict``, and one is already in that
+                state.
         """
         ending = [name for name in stop if self._may(name, "running", strict, "is not running")]
         restarted = set(ending)
@@ -125,38 +128,38 @@ class ControllerManager(Component):
             self._states[name] = "running"
 
     def before(self, world: World, steps: int) -> None:
-        """Let those that run set what the joints follow."""
+        """Let the running controllers set the joints' targets."""
         for controller in self.running:
             controller.before(world, steps)
 
     def most_steps(self, world: World) -> int | None:
-        """Return how many steps they can look ahead."""
+        """Return how many steps the running controllers can look ahead."""
         found = [most for controller in self.running if (most := controller.most_steps(world)) is not None]
         return min(found, default=None)
 
     def due_ns(self) -> int | None:
-        """Return when the first of them publishes."""
+        """Return the next publishing time of the running controllers."""
         return min((due for controller in self.running if (due := controller.due_ns()) is not None), default=None)
 
     def publish(self, world: World) -> None:
-        """Let those publish that are due."""
+        """Publish the states of controllers that are due."""
         for controller in self.running:
             due = controller.due_ns()
             if due is not None and due <= world.time_ns:
                 controller.publish(world)
 
     def after(self, world: World) -> None:
-        """Let them see what the steps have brought."""
+        """Let the running controllers read the state after the steps."""
         for controller in self.running:
             controller.after(world)
 
     def reset(self, world: World) -> None:
-        """Start anew those that run."""
+        """Reset the running controllers."""
         for controller in self.running:
             controller.reset(world)
 
     def close(self) -> None:
-        """Withdraw the services and forget the controllers."""
+        """Withdraw the services and remove the controllers."""
         self._offers.close()
         for controller in self.controllers.values():
             controller.close()
@@ -164,11 +167,11 @@ class ControllerManager(Component):
         self._states.clear()
 
     def _may(self, name: str, state: str | None, strict: bool, complaint: str) -> bool:
-        """Return whether a controller can be switched; where strict, refuse instead."""
+        """Return whether a controller can be switched; if ``strict``, raise an error instead of returning False."""
         if name not in self.controllers:
             if strict:
                 raise UnknownNameError("loaded controller", name, self.controllers)
-            LOG.warning("switch_controller: no controller '%s' is loaded; passed over", name)
+            LOG.warning("switch_controller: ignored controller '%s', which is not loaded", name)
             return False
         fits = self._states[name] == state if state else self._states[name] != "running"
         if not fits and strict:
@@ -180,7 +183,7 @@ class ControllerManager(Component):
 
     def _reload(self, force: bool) -> None:
         if self.running and not force:
-            raise ConfigurationError("controllers are running; stop them first, or say force_kill.")
+            raise ConfigurationError("controllers are running; stop them first, or set force_kill.")
         self.switch([], [name for name, state in self._states.items() if state == "running"], strict=False)
         for name in list(self.controllers):
             self.unload(name)

@@ -1,4 +1,4 @@
-"""A PID law for several joints, with the parameters of ros_control."""
+"""A PID controller for several joints, with the parameters of ros_control."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ class Pid:
     """Proportional, integral and derivative gains, (k,) each.
 
     Args:
-        parameters: Of each joint: ``p``, ``i``, ``d``, ``i_clamp`` or ``i_max`` and ``i_min``, ``antiwindup``.
+        parameters: Parameters of each joint: ``p``, ``i``, ``d``, ``i_clamp`` or ``i_max`` and ``i_min``,
+            ``antiwindup``.
 
     Raises:
-        ConfigurationError: A joint has no gains, or one is no number.
+        ConfigurationError: A joint has no gains, or a gain is not a number.
     """
 
     def __init__(self, parameters: Sequence[Mapping[str, Any]], where: str) -> None:
         rows = []
         for given in parameters:
             if not isinstance(given, Mapping) or "p" not in given:
-                raise ConfigurationError(f"{where} lacks gains: write p, i and d for each joint.")
+                raise ConfigurationError(f"{where} has no gains; set p, i and d for each joint.")
             clamp = abs(float(given.get("i_clamp", given.get("i_max", 0.0))))
             try:
                 rows.append([float(given.get(name, 0.0)) for name in "pid"] + [clamp])
             except (TypeError, ValueError) as error:
-                raise ConfigurationError(f"{where}: a gain is no number: {dict(given)}.") from error
+                raise ConfigurationError(f"{where}: a gain is not a number: {dict(given)}.") from error
         self.p, self.i, self.d, self.clamp = np.array(rows, np.float64).T
         self._sum: Floats = np.zeros(len(rows))
 
@@ -39,17 +40,17 @@ class Pid:
 
         Args:
             error: (k,) target minus value.
-            error_rate: (k,) of it, per second.
+            error_rate: (k,) derivative of the error, per second.
             timestep: [s] since the last call.
         """
         self._sum = self._sum + error * timestep
         integral = self.i * self._sum
         limited = np.where(self.clamp > 0.0, np.clip(integral, -self.clamp, self.clamp), integral)
-        # The sum does not grow beyond what it may do.
+        # The sum is clamped to its limits.
         self._sum = np.divide(limited, self.i, out=np.zeros_like(limited), where=self.i != 0.0)
         command: Floats = self.p * error + limited + self.d * error_rate
         return command
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Clear the integral and the last error."""
         self._sum[:] = 0.0

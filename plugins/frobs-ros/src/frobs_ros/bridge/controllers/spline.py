@@ -1,4 +1,4 @@
-"""A joint trajectory as polynomials of time, as joint_trajectory_controller draws it."""
+"""A joint trajectory as polynomials of time, like in joint_trajectory_controller."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from frobs_core.arrays import Floats
 
 
 class Spline:
-    """Way-points joined by lines, cubics or quintics: the highest for which both ends say enough.
+    """Waypoints joined by linear, cubic or quintic polynomials: the highest degree that both ends define.
 
     Args:
         times: (m,) [s], increasing; m ≥ 1.
         positions: (m, k) [rad or m]
-        velocities: (m, k) [rad/s or m/s]; None: not told, so lines.
-        accelerations: (m, k) [rad/s² or m/s²]; None: not told, so cubics at most.
+        velocities: (m, k) [rad/s or m/s]; None: linear.
+        accelerations: (m, k) [rad/s² or m/s²]; None: at most cubic.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Spline:
             coefficients[3] = (2.0 * (p0 - p1) / spans + v0 + v1) / spans**2
         else:
             v0, v1, a0, a1 = velocities[:-1], velocities[1:], accelerations[:-1], accelerations[1:]
-            # What is left to cover after motion at constant a0, in position, velocity and acceleration at the end.
+            # The remainder after motion with constant a0, in position, velocity and acceleration at the end.
             d = p1 - p0 - v0 * spans - 0.5 * a0 * spans**2
             dv, da = v1 - v0 - a0 * spans, a1 - a0
             coefficients[1], coefficients[2] = v0, 0.5 * a0
@@ -45,11 +45,11 @@ class Spline:
 
     @property
     def end(self) -> float:
-        """[s] at which it ends."""
+        """End of the trajectory [s]."""
         return float(self.times[-1])
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return positions, velocities and accelerations, (n, k) each, at times (n,) [s]; beyond the ends it rests."""
+        """Return positions, velocities and accelerations, (n, k) each, at times (n,) [s]; at rest beyond the ends."""
         if len(self.times) == 1:
             still = np.broadcast_to(self._last, (len(times), len(self._last)))
             return still.copy(), np.zeros(still.shape), np.zeros(still.shape)

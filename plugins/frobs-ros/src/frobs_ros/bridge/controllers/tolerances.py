@@ -1,4 +1,4 @@
-"""How far a robot may be from its trajectory, as the parameters and the goal of an action say."""
+"""Tolerances between a robot and its trajectory, from the parameters and the goal of an action."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from frobs_core.arrays import Floats
 
 SETTLING = 0.5
-"""[s] that a robot has at the end of its trajectory at least: its drives move masses, where Gazebo's moves positions."""
+"""[s] minimum settling time at the end of a trajectory: FRobs's drives move masses, while Gazebo sets positions."""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of (k,) joints; 0: none.
+    """Tolerances of (k,) joints; 0: no tolerance check.
 
     Attributes:
-        path: [rad or m] on the way.
+        path: [rad or m] during the motion.
         goal: [rad or m] at the end.
         goal_velocity: [rad/s or m/s] at the end.
-        goal_time: [s] after the end, until which the goal must be reached.
+        goal_time: [s] after the end for reaching the goal.
     """
 
     path: Floats
@@ -44,7 +44,7 @@ class Tolerances:
         )
 
     def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
-        """Return them as a FollowJointTrajectoryGoal changes them: 0 leaves one as it is, a negative one takes it away."""
+        """Return the tolerances with a FollowJointTrajectoryGoal's changes: 0 keeps one, a negative value removes it."""
         path, end, speed = self.path.copy(), self.goal.copy(), self.goal_velocity.copy()
         for tolerance in goal.path_tolerance:
             if tolerance.name in joints:
@@ -57,11 +57,11 @@ class Tolerances:
         return Tolerances(path, end, speed, self.goal_time if given == 0.0 else max(SETTLING, given))
 
     def path_violation(self, error: Floats) -> int | None:
-        """Return the joint that is too far from the trajectory, or None."""
+        """Return the index of a joint that is too far from the trajectory, or None."""
         return _first(self.path, error)
 
     def goal_violation(self, error: Floats, velocity: Floats) -> int | None:
-        """Return the joint that has not arrived, or None."""
+        """Return the index of a joint that has not reached the goal, or None."""
         found = _first(self.goal, error)
         return _first(self.goal_velocity, velocity) if found is None else found
 

@@ -1,4 +1,4 @@
-"""JointTrajectoryController: follows trajectories that a topic or an action sends."""
+"""JointTrajectoryController: follows trajectories from a topic or an action."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class TrajectoryController(Controller):
-    """Listens to ``command`` and to the action ``follow_joint_trajectory``, tells how it goes on ``state``.
+    """Follows trajectories from ``command`` and the action ``follow_joint_trajectory``, and publishes ``state``.
 
-    With the position interface the drives are also told the velocity, so that they do not lag. With the velocity and
-    effort interfaces a PID law of ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
+    With the position interface the drives also get the target velocity, so that they do not lag. With the velocity and
+    effort interfaces a PID controller with ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
 
     Args:
         parameters: ``joints``, ``constraints``, ``gains``, ``state_publish_rate``, ``allow_partial_joints_goal``.
@@ -58,7 +58,7 @@ class TrajectoryController(Controller):
         self._message = JointTrajectoryControllerState
         self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
         self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
-        # At 0 actionlib starts no timer: it would run by the simulated time, and die where that goes back.
+        # With a rate of 0 actionlib starts no timer, which would use simulated time and die when it goes back.
         rospy.set_param("/gazebo/actionlib_status_frequency", 0)
         name, kind = f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction
         self._server = ActionServer(name, kind, goal_cb=self._accept, cancel_cb=self._cancel, auto_start=False)
@@ -66,7 +66,7 @@ class TrajectoryController(Controller):
         self._server.start()
 
     def _take(self, trajectory: Any) -> None:
-        """Take a trajectory of the topic; in rospy's thread. One without points stops the robot."""
+        """Accept a trajectory from the topic, in rospy's thread. A trajectory without points stops the robot."""
         if not self._runs:
             LOG.error("%s/command: the controller is not running; the trajectory is ignored", self.topic)
             return
@@ -78,7 +78,7 @@ class TrajectoryController(Controller):
         self._inbox.put((points, None))
 
     def _accept(self, handle: Any) -> None:
-        """Take a goal of the action, or reject it; in rospy's thread."""
+        """Accept or reject a goal of the action, in rospy's thread."""
         from control_msgs.msg import FollowJointTrajectoryResult as Result
 
         goal = handle.get_goal()
@@ -96,7 +96,7 @@ class TrajectoryController(Controller):
                 code = Result.INVALID_JOINTS if names_joints else Result.INVALID_GOAL
             else:
                 if points.start is not None and points.start + points.times[-1] < self._now:
-                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory lies in the past"
+                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory is in the past"
         if text:
             LOG.error("%s/follow_joint_trajectory: %s", self.topic, text)
             handle.set_rejected(Result(error_code=code, error_string=text), text)
@@ -105,7 +105,7 @@ class TrajectoryController(Controller):
         self._inbox.put((points, handle))
 
     def _cancel(self, handle: Any) -> None:
-        """Stop a goal that is followed; in rospy's thread."""
+        """Cancel an active goal, in rospy's thread."""
         if self._goal is not None and handle == self._goal:
             self._inbox.put((None, None))
 
@@ -120,18 +120,18 @@ class TrajectoryController(Controller):
         self._runs = True
 
     def stop(self, world: World) -> None:
-        """Give the joints back; a goal that is followed is cancelled."""
+        """Release the joints, and cancel an active goal."""
         self._runs = False
         self._end_goal(None, "the controller was stopped")
         self._empty_inbox()
         super().stop(world)
 
     def most_steps(self, world: World) -> int | None:
-        """One with a PID law, which needs the state; otherwise any number."""
+        """One step with a PID controller, which requires the state; otherwise any number."""
         return None if self._pid is None else 1
 
     def before(self, world: World, steps: int) -> None:
-        """Set what the joints follow: a row for each physics step."""
+        """Set the joints' targets: one row for each physics step."""
         now = world.time_ns / NANO
         while not self._inbox.empty():
             self._begin(*self._inbox.get(), now)
@@ -144,7 +144,7 @@ class TrajectoryController(Controller):
         self._desired = positions[-1], velocities[-1], accelerations[-1]
         if self._pid is None:
             stiffness, damping = (gain[0, self.columns] for gain in self.robot.drive_gains())
-            # The drive law brakes by Kd·q̇; this much further ahead it brakes by Kd·(q̇ − v) instead.
+            # The drive law brakes by Kd·q̇; this further lead makes it Kd·(q̇ − v).
             ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
             self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
         else:
@@ -152,7 +152,7 @@ class TrajectoryController(Controller):
             self.command(self._forward * velocities[0] + self._pid(error, rate, world.timestep))
 
     def after(self, world: World) -> None:
-        """See how far the goal is."""
+        """Check the progress of the goal."""
         self._now = world.time_ns / NANO
         if self._goal is None:
             return
@@ -174,7 +174,7 @@ class TrajectoryController(Controller):
             self._end_goal(Result.GOAL_TOLERANCE_VIOLATED, text)
 
     def _begin(self, points: Points | None, handle: Any, now: float) -> None:
-        """Follow another trajectory from now on, or hold."""
+        """Follow another trajectory from now on, or hold the position."""
         self._end_goal(None, "another trajectory was sent" if points else "cancelled")
         if points is None:
             self._hold()
@@ -183,7 +183,7 @@ class TrajectoryController(Controller):
         times = start + points.times
         later = times > now
         if not later.any():
-            LOG.error("%s: the trajectory lies in the past", self.topic)
+            LOG.error("%s: the trajectory is in the past", self.topic)
             return
         here = self._spline.sample(np.array([now]))
 
@@ -205,7 +205,7 @@ class TrajectoryController(Controller):
         )
 
     def _hold(self) -> None:
-        """Stay where the joints are."""
+        """Hold the current joint positions."""
         self._held = self.positions().copy()
         self._spline = Spline(np.array([-np.inf]), self._held[None])
         self._desired = self._held, np.zeros_like(self._held), np.zeros_like(self._held)
@@ -213,7 +213,7 @@ class TrajectoryController(Controller):
             self._pid.reset()
 
     def _end_goal(self, code: int | None, text: str) -> None:
-        """Tell the client how its goal ended; None: cancelled."""
+        """Report the result of the goal to the client; None: canceled."""
         from control_msgs.msg import FollowJointTrajectoryResult as Result
 
         goal, self._goal = self._goal, None
@@ -231,7 +231,7 @@ class TrajectoryController(Controller):
         while not self._inbox.empty():
             _, handle = self._inbox.get()
             if handle is not None:
-                handle.set_canceled(text="the controller was started anew")
+                handle.set_canceled(text="the controller was restarted")
 
     def tell(self, world: World) -> None:
         """Publish the state, and the goal's feedback."""

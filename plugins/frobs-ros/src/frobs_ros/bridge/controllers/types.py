@@ -1,4 +1,4 @@
-"""The types of controllers that there are, by the names of ros_control."""
+"""The supported controller types, by their ros_control names."""
 
 from __future__ import annotations
 
@@ -38,4 +38,4 @@ TYPES: Mapping[str, Callable[[Model, str, Mapping[str, Any]], Controller]] = {
     "effort_controllers/JointTrajectoryController": partial(TrajectoryController, interface=EFFORT),
     "diff_drive_controller/DiffDriveController": DiffDriveController,
 }
-"""What makes a controller from the robot, the namespace of its topics, and its parameters."""
+"""Functions that create a controller from the robot, the namespace of its topics, and its parameters."""

@@ -1,1 +1,1 @@
-"""Plugins of Gazebo that models ask for, where they are simple and common."""
+"""Simple and common plugins of Gazebo that model files use."""

@@ -5,7 +5,7 @@ f = w / (2 tan(a/2)) in both directions, and the optical center is at ((w + 1)/2
 pixel coordinates ((w - 1)/2, (h - 1)/2), so the center in camera_info is one pixel off in each direction, as in Gazebo.
 
 A camera looks along the x axis of its sensor element, with z up. The image follows the optical convention of ROS (x right,
-y down, z ahead). ``frameName`` is written into the header unchanged and moves nothing.
+y down, z ahead). ``frameName`` is copied into the header and does not move the camera.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class CameraTopics(Component):
         space: Namespace of its topics; empty, or begins with a slash.
 
     Raises:
-        ConfigurationError: A number is impossible, the plugin is in no camera, or asks for distortion.
+        ConfigurationError: A parameter is invalid, the plugin is not in a camera, or distortion is requested.
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
@@ -54,7 +54,7 @@ class CameraTopics(Component):
         for name in _DISTORTION:
             if plugin.number(name, default=0.0):
                 raise GazeboElementError(
-                    f"the plugin '{plugin.name}'", f"{name} is not 0; only images without distortion are drawn."
+                    f"the plugin '{plugin.name}'", f"{name} is not 0, but distortion is not supported."
                 )
         rates = [rate for rate in (sensor.rate, plugin.number("updateRate", default=0.0)) if rate > 0.0]
         super().__init__(min(rates, default=_USUAL_RATE))
@@ -69,7 +69,7 @@ class CameraTopics(Component):
         self._intrinsics = _intrinsics(self.lens, plugin)
 
     def tell(self, world: World) -> None:
-        """Draw and publish, if somebody listens."""
+        """Render and publish, if there are subscribers."""
         if world.simulation is None or not any(publisher.get_num_connections() for publisher in self._topics):
             return
         from std_msgs.msg import Header
@@ -81,7 +81,7 @@ class CameraTopics(Component):
             self.publish_no_more()
 
     def _send(self, simulation: Simulation, header: Any) -> None:
-        """Publish on the topics that somebody listens to."""
+        """Publish on topics with subscribers."""
         if self._image.get_num_connections():
             self._image.publish(self._image_message(header, self._colors(simulation)))
         self._send_info(self._info, header)

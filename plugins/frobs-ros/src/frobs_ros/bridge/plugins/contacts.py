@@ -1,4 +1,4 @@
-"""libgazebo_ros_bumper.so: what a link touches, and with what force.
+"""libgazebo_ros_bumper.so: the parts that a link touches, and the force on the link.
 
 A message has one state for each link, or shape of a static model, that is touched, and for the ground plane. ``total_wrench``
 holds the mean force on the sensor's link over the last physics steps, friction included [N], in the axes of the world. Simulators
@@ -46,7 +46,7 @@ class BumperTopic(Component):
         self._publisher = self.own(rospy.Publisher(name, ContactsState, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, if somebody listens."""
+        """Publish, if there are subscribers."""
         simulation = world.simulation
         if simulation is None or self._publisher.get_num_connections() == 0:
             return

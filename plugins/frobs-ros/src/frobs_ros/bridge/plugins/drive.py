@@ -1,4 +1,4 @@
-"""libgazebo_ros_diff_drive.so and its like: drives on two wheels without a controller manager."""
+"""libgazebo_ros_diff_drive.so and similar plugins: a differential drive without a controller manager."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from frobs_ros.errors import GazeboElementError
 
 @dataclass(frozen=True, kw_only=True)
 class DriveSettings:
-    """What a drive listens to and publishes, and under which names.
+    """Topics and frames of a drive.
 
     Attributes:
         child: Frame of the base.
-        rate: Of the odometry [Hz].
-        truth: Whether the place is the true one, else what the wheels say.
+        rate: Rate of the odometry [Hz].
+        truth: Whether odometry contains the true pose; otherwise the one computed from the wheels.
     """
 
     command: str
@@ -40,7 +40,7 @@ def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, Dri
 
     Raises:
         UnknownNameError: The robot has no such joint.
-        ConfigurationError: A number is impossible.
+        ConfigurationError: A parameter is invalid.
     """
     acceleration = plugin.number("wheelAcceleration", default=0.0)
     separation = plugin.number("wheelSeparation", default=0.34)
@@ -90,7 +90,7 @@ def read_kobuki(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSe
 
 
 def topic(space: str, name: str) -> str:
-    """Return a topic's full name: one that begins with a slash stays."""
+    """Return a topic's full name; names that begin with a slash are unchanged."""
     return name if name.startswith("/") else f"{space}/{name}"
 
 
@@ -123,7 +123,7 @@ def _base(
 
 
 class Drive(Driving):
-    """Drives on two wheels."""
+    """A differential drive."""
 
     def __init__(self, world: World, model: Model, base: Base, settings: DriveSettings) -> None:
         super().__init__(settings.rate)
@@ -134,14 +134,14 @@ class Drive(Driving):
         self._take_over(world)
 
     def where(self) -> tuple[Place, Motion]:
-        """Return the true place and motion, or those by the wheels."""
+        """Return the true pose and velocity, or those computed from the wheels."""
         if not self._truth:
             return super().where()
         place = self._model.place()
         return place, self._model.motion().turned(quat_conjugate(place.quat_wxyz))
 
     def reset(self, world: World) -> None:
-        """Begin anew."""
+        """Reset the drive."""
         super().reset(world)
         self._last_ns = world.time_ns
         self._take_over(world)

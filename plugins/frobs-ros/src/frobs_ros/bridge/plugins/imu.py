@@ -1,6 +1,6 @@
 """libgazebo_ros_imu.so and libgazebo_ros_imu_sensor.so: orientation, angular velocity and acceleration.
 
-The two plugins of gazebo_ros disagree about gravity, and so do these:
+The two plugins of gazebo_ros treat gravity differently, and so do these:
 
 - ``gazebo_ros_imu`` (a plugin of the model) reports the acceleration of the link without gravity: at rest it reads 0.
 - ``gazebo_ros_imu_sensor`` (in a ``<sensor type="imu">``) reports the specific force, acceleration minus gravity: at rest
@@ -38,7 +38,7 @@ _USUAL_RATE = 100.0  # [Hz] of a plugin without a rate; Gazebo would publish in 
 
 @dataclass(frozen=True)
 class Mount:
-    """Where a sensor is fixed: a pose in a link."""
+    """The pose of a sensor in a link."""
 
     model: Model
     link: str
@@ -100,7 +100,7 @@ def read_imu_sensor(plugin: Plugin, model: Model, space: str) -> tuple[Mount, Im
     """Read the parameters of libgazebo_ros_imu_sensor.so.
 
     Raises:
-        ConfigurationError: The plugin is in no sensor, the model has no such link, or a parameter is not a number.
+        ConfigurationError: The plugin is not in a sensor, the model has no such link, or a parameter is not a number.
     """
     sensor = plugin.sensor
     if sensor is None:
@@ -125,7 +125,7 @@ def _mount(plugin: Plugin, model: Model, link: str, offset: Place) -> Mount:
 
 
 class ImuTopic(Component):
-    """``sensor_msgs/Imu`` of a sensor. The first sample after somebody subscribes has no acceleration and is skipped."""
+    """``sensor_msgs/Imu`` of a sensor. The first sample after a subscription has no acceleration and is skipped."""
 
     def __init__(self, mount: Mount, settings: ImuSettings) -> None:
         import rospy
@@ -139,7 +139,7 @@ class ImuTopic(Component):
         self._publisher = self.own(rospy.Publisher(settings.topic, Imu, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, if somebody listens."""
+        """Publish, if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             self._last = None
             return
@@ -158,7 +158,7 @@ class ImuTopic(Component):
         )
 
     def reset(self, world: World) -> None:
-        """Begin again: a jump of the model is no acceleration."""
+        """Reset the sensor, because a jump of the model is not an acceleration."""
         super().reset(world)
         self._last = None
 

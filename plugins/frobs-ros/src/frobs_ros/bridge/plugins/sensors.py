@@ -1,4 +1,4 @@
-"""Plugins that tell something: laser scanners, joint states, true poses."""
+"""Plugins that publish measurements: laser scanners, joint states, true poses."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from frobs_ros.bridge.world import World
 
 
 class Scan(Component):
-    """``sensor_msgs/LaserScan`` of a lidar; rays that meet nothing read inf, as in Gazebo.
+    """``sensor_msgs/LaserScan`` of a lidar; rays without a hit are inf, as in Gazebo.
 
     Args:
-        sensor: Name of its lidar.
-        noise: Standard deviation that is added [m].
+        sensor: Name of the lidar.
+        noise: Standard deviation of the added noise [m].
     """
 
     def __init__(self, model: Model, sensor: str, topic: str, frame: str, noise: float = 0.0) -> None:
@@ -45,7 +45,7 @@ class Scan(Component):
         self._frame = frame
 
     def tell(self, world: World) -> None:
-        """Publish, where somebody listens."""
+        """Publish, if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
         robot = self._model.robot
@@ -72,7 +72,7 @@ class Truth(Component):
         self._publisher = self.own(rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, where somebody listens."""
+        """Publish, if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
         place = self._model.link_place(self._link)

@@ -1,4 +1,4 @@
-"""The part of SDF that the bridge understands: models and worlds; what is outside of it is refused by name."""
+"""The part of SDF that the bridge supports: models and worlds. Other elements raise an error that names them."""
 
 from frobs_ros.bridge.sdf.model import describe_model, describe_sdf
 from frobs_ros.bridge.sdf.world import WorldFile, read_world

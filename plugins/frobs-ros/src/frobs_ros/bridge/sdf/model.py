@@ -1,4 +1,4 @@
-"""From an SDF model to the description of a model of the world: what stands becomes bodies, what moves a robot."""
+"""Conversion of SDF models: static ones become bodies, others a robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SdfLink:
     """A link of an SDF model.
 
     Attributes:
-        place: In its model.
+        place: Pose in its model.
     """
 
     element: Element
@@ -38,30 +38,30 @@ class SdfLink:
 
 
 def describe_sdf(text: str) -> Description:
-    """Read the one model of an SDF document.
+    """Parse the single model of an SDF document.
 
     Raises:
-        ModelFileError: It holds no model, several, or what is not understood.
+        ModelFileError: There is not exactly one model, or an element is not supported.
     """
     return _describe(text, model_paths())
 
 
-@lru_cache(maxsize=32)  # the same model comes and goes; what it reads on the disk is found by these paths
+@lru_cache(maxsize=32)  # the same models are often spawned again; these paths determine the files that it reads
 def _describe(text: str, paths: tuple[str, ...]) -> Description:
     del paths
     with tempfile.TemporaryDirectory() as folder:
         root = open_sdf(text, Path(folder, "spawned.sdf"))
         models = list(root.children("model"))
         if len(models) != 1 or root.child("world") is not None:
-            root.refuse(f"holds {len(models)} models; what is spawned is one model, and no world.")
+            root.refuse(f"contains {len(models)} models; it must contain exactly one, and no world.")
         return describe_model(models[0])
 
 
 def describe_model(model: Element, static: bool | None = None) -> Description:
-    """Read a ``<model>``.
+    """Parse a ``<model>``.
 
     Raises:
-        ModelFileError: It holds what is not understood.
+        ModelFileError: An element is not supported.
     """
     passed_over = ("allow_auto_disable", "enable_wind", "meta", "gravity")
     check(model, ("pose", "static", "self_collide", "link", "joint", "plugin"), passed_over)
@@ -69,7 +69,7 @@ def describe_model(model: Element, static: bool | None = None) -> Description:
     if not links:
         model.refuse("has no <link>.")
     if not says(model, "gravity", True):
-        LOG.warning("%s has <gravity>, which SDF only knows in a <link>: it falls, as in Gazebo", model.named())
+        LOG.warning("%s has <gravity>, which SDF supports only in a <link>: it falls, as in Gazebo", model.named())
     is_static = says(model, "static") if static is None else static
     description = _standing(links, model) if is_static else _moving(links, model)
     return replace(description, pose=place_of(model).to_pose())
@@ -88,10 +88,12 @@ def _link(element: Element) -> SdfLink:
     check(element, ("pose", "inertial", "collision", "visual", "sensor"), passed_over)
     for tag, usual in (("gravity", True), ("kinematic", False)):
         if says(element, tag, usual) is not usual:
-            element.refuse(f"<{tag}>{str(not usual).lower()}</{tag}> is not understood; take it out.")
+            element.refuse(f"<{tag}>{str(not usual).lower()}</{tag}> is not supported; remove it.")
     for sensor in element.children("sensor"):
         if sensor.get("type") not in SENSORS:
-            sensor.refuse(f"a sensor of type '{sensor.get('type')}' is not understood; there are {', '.join(SENSORS)}.")
+            sensor.refuse(
+                f"a sensor of type '{sensor.get('type')}' is not supported; supported types: {', '.join(SENSORS)}."
+            )
     return SdfLink(
         element,
         place_of(element),
@@ -124,7 +126,7 @@ def _standing(links: dict[str, SdfLink], model: Element) -> Description:
 def _moving(links: dict[str, SdfLink], model: Element) -> Description:
     for name, link in links.items():
         if any(shape.is_ground for shape in link.collisions):
-            link.element.refuse(f"the link '{name}' moves and is a plane; only what is static can be one.")
+            link.element.refuse(f"the link '{name}' moves and has a plane; only static models can have one.")
     urdf, offsets, fixed = write_urdf(links, model)
     file = model.file
     try:
@@ -151,7 +153,7 @@ def _frictions(link: SdfLink) -> list[float]:
 
 
 def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
-    """Return plugins and sensors as a URDF holds them: in ``<gazebo>`` elements."""
+    """Return plugins and sensors in the format of a URDF: in ``<gazebo>`` elements."""
     found = []
     for reference, holder, tags in [
         ("", model, ("plugin",)),

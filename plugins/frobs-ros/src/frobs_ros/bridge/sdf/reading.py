@@ -1,4 +1,4 @@
-"""Reading SDF elements: values stand in text, and an element that nobody reads is refused by name."""
+"""Reading SDF elements: values are texts, and unsupported elements raise an error that names them."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _MODELS = Path("~/.gazebo/models")
 
 
 def check(element: Element, read: Iterable[str], passed_over: Iterable[str] = ()) -> None:
-    """Refuse an element that holds what nobody reads.
+    """Raise an error if an element has unsupported children.
 
     Args:
         element: The element.
-        read: Tags of its children that are read.
-        passed_over: Tags that change nothing which is simulated here.
+        read: Tags of supported children.
+        passed_over: Tags of children that are ignored.
 
     Raises:
-        ModelFileError: There is another; it and its line are named.
+        ModelFileError: There is an unsupported child; the message names it and its line.
     """
     known = {*read, *passed_over}
     for child in element.children():
         if child.tag not in known and ":" not in child.tag and not child.tag.startswith("{"):
             close = nearest(child.tag, sorted(known))
             hint = f" Did you mean <{close}>?" if close else ""
-            child.refuse(f"in {element.named()} the bridge does not understand <{child.tag}>.{hint} Take it out.")
+            child.refuse(f"the bridge does not support <{child.tag}> in {element.named()}.{hint} Remove it.")
 
 
 def text_of(element: Element, path: str, default: str = "") -> str:
@@ -42,18 +42,18 @@ def text_of(element: Element, path: str, default: str = "") -> str:
 
 
 def numbers_of(element: Element, path: str, default: str) -> list[float]:
-    """Return the finite numbers at a path below an element, as many as the default holds.
+    """Return the finite numbers at a path below an element, as many as in the default.
 
     Raises:
-        ModelFileError: They are none, or too few, or too many.
+        ModelFileError: The text does not consist of that many numbers.
     """
     text = text_of(element, path, default) or default
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
-        element.refuse(f"<{path}> is '{text}', which are no numbers.")
+        element.refuse(f"<{path}> is '{text}', which is not a list of numbers.")
     if len(values) != len(default.split()) or not all(map(math.isfinite, values)):
-        element.refuse(f"<{path}> is '{text}'; it takes {len(default.split())} finite numbers.")
+        element.refuse(f"<{path}> is '{text}'; it must be {len(default.split())} finite numbers.")
     return values
 
 
@@ -61,13 +61,13 @@ def number_of(element: Element, path: str, default: float) -> float:
     """Return one number at a path below an element; ``inf`` is allowed.
 
     Raises:
-        ModelFileError: It is none.
+        ModelFileError: The text is not a number.
     """
     text = text_of(element, path)
     try:
         value = float(text) if text else default
     except ValueError:
-        element.refuse(f"<{path}> is '{text}', which is no number.")
+        element.refuse(f"<{path}> is '{text}', which is not a number.")
     return value if not math.isnan(value) else element.refuse(f"<{path}> is nan.")
 
 
@@ -78,10 +78,10 @@ def says(element: Element, path: str, default: bool = False) -> bool:
 
 
 def place_of(element: Element) -> Place:
-    """Return the ``<pose>`` of an element, told in what holds the element.
+    """Return the ``<pose>`` of an element, relative to its parent.
 
     Raises:
-        ModelFileError: It is told in another frame, or is no six numbers.
+        ModelFileError: It is relative to another frame, or is not six numbers.
     """
     pose = element.child("pose")
     if pose is None:
@@ -89,20 +89,21 @@ def place_of(element: Element) -> Place:
     for attribute in ("frame", "relative_to"):
         if pose.get(attribute, "").strip():
             pose.refuse(
-                f"the attribute {attribute}='{pose.get(attribute)}' is not understood; tell the pose in its parent."
+                f"the attribute {attribute}='{pose.get(attribute)}' is not supported; write the pose relative to the "
+                "parent."
             )
     x, y, z, roll, pitch, yaw = numbers_of(element, "pose", "0 0 0 0 0 0")
     return Place(np.array([x, y, z]), quat_from_rpy((roll, pitch, yaw)))
 
 
 def find_model(uri: str, element: Element) -> Path:
-    """Return the SDF file that ``model://name`` means, by ``GAZEBO_MODEL_PATH`` and ``~/.gazebo/models``.
+    """Return the SDF file for ``model://name``, from ``GAZEBO_MODEL_PATH`` and ``~/.gazebo/models``.
 
     Raises:
-        ModelFileError: There is none, or the URI is another.
+        ModelFileError: The file does not exist, or the URI has another scheme.
     """
     if not uri.startswith("model://"):
-        element.refuse(f"'{uri}': only model://NAME can be included; nothing is fetched.")
+        element.refuse(f"'{uri}': only model://NAME can be included; nothing is downloaded.")
     name = uri.removeprefix("model://").strip("/")
     own = _MODELS.expanduser() / name
     folder = own if own.is_dir() else None
@@ -111,8 +112,8 @@ def find_model(uri: str, element: Element) -> Path:
     except ModelFileError as error:
         if folder is None:
             element.refuse(
-                f"the model '{name}' is not found; say in GAZEBO_MODEL_PATH which folder holds the folder '{name}'. "
-                f"{error.reason}"
+                f"the model '{name}' is not found; add the folder that contains the folder '{name}' to "
+                f"GAZEBO_MODEL_PATH. {error.reason}"
             )
     config = folder / "model.config"
     files = [item.text or "" for item in parse_xml(read_bytes(config), config).iter("sdf")] if config.is_file() else []
@@ -121,7 +122,7 @@ def find_model(uri: str, element: Element) -> Path:
 
 
 def packages_of(file: Path) -> Packages:
-    """Return where models and packages are found that a file names, and meshes by ``model://``."""
+    """Return the locations of models and packages that a file refers to, and of meshes with ``model://``."""
     return Packages(None, file)
 
 
@@ -129,7 +130,7 @@ def open_sdf(text: bytes | str, file: Path) -> Element:
     """Parse an SDF document and return ``<sdf>``.
 
     Raises:
-        ModelFileError: It is broken, or none.
+        ModelFileError: The document is invalid, or not SDF.
     """
     root = parse_xml(text, file)
     if root.tag != "sdf":
@@ -139,5 +140,5 @@ def open_sdf(text: bytes | str, file: Path) -> Element:
 
 
 def model_paths() -> tuple[str, ...]:
-    """Return the variables by which models are found, which what was read depends on."""
+    """Return the environment variables that determine which models are found."""
     return tuple(os.environ.get(name, "") for name in ("GAZEBO_MODEL_PATH", "ROS_PACKAGE_PATH", "HOME"))

@@ -12,7 +12,7 @@ from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "plane")
-_THICKNESS = 0.1  # [m] of the box that a plane becomes, below its surface
+_THICKNESS = 0.1  # [m] of the box that replaces a plane, below its surface
 _GREY = (0.7, 0.7, 0.72, 1.0)
 
 
@@ -21,9 +21,9 @@ class Shape:
     """A collision or a visual of a link.
 
     Attributes:
-        place: In its link.
-        friction: Sliding friction coefficient; None: not told.
-        is_ground: Whether it is a plane that lies in its link.
+        place: Pose in its link.
+        friction: Sliding friction coefficient; None: not given.
+        is_ground: Whether it is a plane at the origin of its link.
     """
 
     name: str
@@ -35,10 +35,10 @@ class Shape:
 
 
 def read_collision(element: Element) -> Shape:
-    """Read a ``<collision>``; of its surface the friction alone, as the rest are numbers of ODE.
+    """Read a ``<collision>``; from its surface only the friction, as the other numbers are specific to ODE.
 
     Raises:
-        ModelFileError: It holds what is not understood.
+        ModelFileError: An element is not supported.
     """
     check(element, ("pose", "geometry", "surface"), ("max_contacts", "laser_retro"))
     surface = element.child("surface")
@@ -50,10 +50,10 @@ def read_collision(element: Element) -> Shape:
 
 
 def read_visual(element: Element) -> Shape:
-    """Read a ``<visual>``; of its material the colours alone.
+    """Read a ``<visual>``; from its material only the colors.
 
     Raises:
-        ModelFileError: It holds what is not understood.
+        ModelFileError: An element is not supported.
     """
     passed_over = ("cast_shadows", "transparency", "meta", "laser_retro", "plugin", "visibility_flags")
     check(element, ("pose", "geometry", "material"), passed_over)
@@ -69,16 +69,16 @@ def _shape(element: Element, friction: float | None = None, rgba: tuple[float, f
     holder = element.child("geometry")
     shapes = [] if holder is None else list(holder.children())
     if len(shapes) != 1:
-        element.refuse("needs one <geometry> with one shape in it.")
+        element.refuse("must have one <geometry> with one shape.")
     form = shapes[0]
     if form.tag not in _SHAPES:
-        form.refuse(f"the shape <{form.tag}> is not understood; there are {', '.join(_SHAPES)}.")
+        form.refuse(f"the shape <{form.tag}> is not supported; supported shapes: {', '.join(_SHAPES)}.")
     place = place_of(element)
     name = element.required("name")
     if form.tag == "plane":
         normal = np.array(numbers_of(form, "normal", "0 0 1"))
         if not np.allclose(normal, (0.0, 0.0, 1.0)):
-            form.refuse(f"a plane's normal is {normal.tolist()}; only 0 0 1 is understood: turn it by its pose.")
+            form.refuse(f"a plane's normal is {normal.tolist()}; it must be 0 0 1; rotate the plane by its pose.")
         x, y = numbers_of(form, "size", "100 100")
         below = Place(np.array([0.0, 0.0, -_THICKNESS / 2.0]), np.array([1.0, 0.0, 0.0, 0.0]))
         return Shape(name, Box((x, y, _THICKNESS)), below.after(place), rgba, friction, is_ground=True)
@@ -104,4 +104,4 @@ def _geometry(form: Element) -> Geometry:
 
 
 def _positive(form: Element, number: float) -> float:
-    return number if number > 0.0 else form.refuse(f"sizes must be > 0, not {number:g}.")
+    return number if number > 0.0 else form.refuse(f"sizes must be above 0, not {number:g}.")

@@ -1,4 +1,4 @@
-"""An SDF model as a URDF, whose frames are at the joints and not at the links."""
+"""Conversion of an SDF model to a URDF, whose frames are at the joints instead of the links."""
 
 from __future__ import annotations
 
@@ -22,31 +22,34 @@ if TYPE_CHECKING:
 
 _JOINTS = ("revolute", "continuous", "prismatic", "fixed")
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_UNLIMITED = 1e15  # SDF writes 1e16 where there is no limit
+_UNLIMITED = 1e15  # SDF writes 1e16 for no limit
 
 
 def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[str, Place], bool]:
     """Write the URDF of a model.
 
     Returns:
-        The URDF; where each SDF link's frame is in the URDF's link of that name; whether its base is fixed to the world.
+        The URDF; the pose of each SDF link's frame in the URDF's link of that name; whether its base is fixed to the
+        world.
 
     Raises:
-        ModelFileError: Its joints are not understood, or make no tree.
+        ModelFileError: A joint is not supported, or the joints do not form a tree.
     """
     joints = list(model.children("joint"))
     holds = [joint for joint in joints if text_of(joint, "parent") == "world"]
     moving = [joint for joint in joints if joint not in holds]
     for joint in holds:
         if joint.get("type") != "fixed":
-            joint.refuse("a joint to the world must be fixed; give the model a link that stands, and the joint to it.")
-    # A link's URDF frame is where its joint is; the root's is the model's own, so that its pose is the model's.
+            joint.refuse(
+                "a joint to the world must be fixed; add a base link to the model, and attach the joint to it."
+            )
+    # A link's URDF frame is at its joint; the root's is the model's own, so that its pose is the model's.
     frames = dict.fromkeys(links, WORLD)
     for joint in moving:
         child = text_of(joint, "child")
         for tag in ("parent", "child"):
             if text_of(joint, tag) not in links:
-                joint.refuse(f"its {tag} '{text_of(joint, tag)}' is no link of the model: {', '.join(links)}.")
+                joint.refuse(f"its {tag} '{text_of(joint, tag)}' is not a link of the model: {', '.join(links)}.")
         frames[child] = place_of(joint).after(links[child].place)
     robot = PlainElement("robot", {"name": model.required("name")})
     offsets = {name: link.place.seen_from(frames[name]) for name, link in links.items()}
@@ -82,7 +85,7 @@ def _joint(robot: PlainElement, joint: Element, frames: Mapping[str, Place]) -> 
     check(joint, ("pose", "parent", "child", "axis"), ("physics",))
     kind = joint.get("type", "")
     if kind not in _JOINTS:
-        joint.refuse(f"a joint of type '{kind}' is not understood; there are {', '.join(_JOINTS)}.")
+        joint.refuse(f"a joint of type '{kind}' is not supported; supported types: {', '.join(_JOINTS)}.")
     parent, child = text_of(joint, "parent"), text_of(joint, "child")
     axis = joint.child("axis")
     lower, upper = -math.inf, math.inf

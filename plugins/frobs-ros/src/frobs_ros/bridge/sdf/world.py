@@ -19,14 +19,14 @@ _GROUND = ("model://ground_plane", "model://asphalt_plane")
 
 @dataclass
 class WorldFile:
-    """What a world file says.
+    """A parsed world file.
 
     Attributes:
         floor: Whether there is a ground plane at z = 0.
         gravity: [m/s²]
-        timestep: [s] of a physics step.
+        timestep: Duration of a physics step [s].
         max_update_rate: Physics steps per second [Hz]; 0: no limit.
-        models: By name: what each is, and where.
+        models: Description and pose of each model, by name.
     """
 
     floor: bool = False
@@ -41,12 +41,12 @@ def read_world(file: Path) -> WorldFile:
     """Read a world file.
 
     Raises:
-        ModelFileError: It is broken, or holds what is not understood.
+        ModelFileError: The file is invalid, or an element is not supported.
     """
     root = open_sdf(read_bytes(file), file)
     world = root.child("world")
     if world is None:
-        root.refuse("holds no <world>.")
+        root.refuse("contains no <world>.")
     check(world, ("include", "model", "light", "physics", "gravity", "plugin"), _PASSED_OVER)
     read = WorldFile()
     x, y, z = numbers_of(world, "gravity", "0 0 -9.8")
@@ -57,7 +57,7 @@ def read_world(file: Path) -> WorldFile:
         read.max_update_rate = number_of(physics, "real_time_update_rate", read.max_update_rate)
     read.gravity = x, y, z
     for plugin in world.children("plugin"):
-        LOG.warning("%s: the world's plugin '%s' is left out", file, plugin.get("filename"))
+        LOG.warning("%s: the world's plugin '%s' is ignored", file, plugin.get("filename"))
     for light in world.children("light"):
         read.lights.append(light.required("name"))
     for element in world.children("include", "model"):
@@ -80,7 +80,7 @@ def _include(read: WorldFile, include: Element) -> None:
     file = find_model(uri, include)
     model = open_sdf(read_bytes(file), file).child("model")
     if model is None:
-        include.refuse(f"{file} holds no <model>.")
+        include.refuse(f"{file} contains no <model>.")
     static = says(include, "static") if include.child("static") is not None else None
     place = place_of(include) if include.child("pose") is not None else None
     _add(read, model, text_of(include, "name") or model.required("name"), static, place)
@@ -88,7 +88,7 @@ def _include(read: WorldFile, include: Element) -> None:
 
 def _add(read: WorldFile, model: Element, name: str, static: bool | None, place: Place | None) -> None:
     if name in read.models:
-        model.refuse(f"there is a model '{name}' already in this world.")
+        model.refuse(f"there is already a model '{name}' in this world.")
     if _is_ground(model):
         read.floor = True
         return
@@ -96,7 +96,7 @@ def _add(read: WorldFile, model: Element, name: str, static: bool | None, place:
 
 
 def _is_ground(model: Element) -> bool:
-    """Return whether a model is the ground plane that Gazebo writes into the worlds that it saves."""
+    """Return whether a model is the ground plane of worlds that Gazebo saves."""
     shapes = [shape for collision in model.iter("collision") for shape in collision.iter("geometry")]
     flat = bool(shapes) and all(shape.find("plane") is not None for shape in shapes)
     poses = [(pose.text or "").split() for pose in model.iter("pose")]

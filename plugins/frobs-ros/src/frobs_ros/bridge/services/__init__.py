@@ -1,1 +1,1 @@
-"""The services of gazebo_ros, each answering as Gazebo does."""
+"""The services of gazebo_ros, with the same responses as Gazebo."""

@@ -1,4 +1,4 @@
-"""Services about joints."""
+"""Services for joints."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _OTHERS = ("hiStop", "loStop", "erp", "cfm", "stop_erp", "stop_cfm", "fudge_fact
 
 
 def offer_joint_services(offers: Offers) -> None:
-    """Offer them."""
+    """Provide the services for joints."""
     from gazebo_msgs.srv import ApplyJointEffort, GetJointProperties, JointRequest, SetJointProperties
 
     bridge = offers.bridge
     offers.offer("get_joint_properties", GetJointProperties, lambda request: _get_properties(bridge, request))
     offers.offer("set_joint_properties", SetJointProperties, lambda request: _set_properties(bridge, request))
     offers.offer("apply_joint_effort", ApplyJointEffort, lambda request: _apply(bridge, request))
-    # Gazebo offers it under both names.
+    # Gazebo provides it under both names.
     offers.offer("clear_joint_forces", JointRequest, lambda request: _clear(bridge, request))
     offers.offer("clear_joint_efforts", JointRequest, lambda request: _clear(bridge, request))
 
@@ -57,11 +57,11 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     others = [field for field in _OTHERS if getattr(given, field)]
     if others or not given.damping:
         return failed(
-            f"SetJointProperties: nothing was set. Here only damping can be changed; {', '.join(others) or 'nothing'} "
-            "was asked for"
+            "SetJointProperties: nothing was set. Only damping can be changed, but the request contains "
+            f"{', '.join(others) or 'no damping'}"
         )
     if not (math.isfinite(given.damping[0]) and given.damping[0] >= 0.0):
-        return failed(f"SetJointProperties: the damping {given.damping[0]}; it must be 0 or more")
+        return failed(f"SetJointProperties: the damping is {given.damping[0]}; it must be at least 0")
     assert bridge.world.simulation is not None
     values = bridge.world.simulation.parameter("joint_damping", model.key).copy()
     values[0, model.joints[name]] = given.damping[0]
@@ -75,7 +75,7 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
     except UnknownNameError as error:
         return failed(f"ApplyJointEffort: joint not found. {error}")
     if not math.isfinite(request.effort):
-        raise ConfigurationError(f"the effort is {request.effort}.")
+        raise ConfigurationError(f"the effort is {request.effort}; it must be finite.")
     bridge.world.forces.add(JointEffort(model.name, joint, request.effort, *times(bridge, request)))
     return done("ApplyJointEffort: effort set")
 

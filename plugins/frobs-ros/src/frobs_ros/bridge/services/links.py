@@ -1,4 +1,4 @@
-"""Services about links."""
+"""Services for links."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def offer_link_services(offers: Offers) -> None:
-    """Offer them."""
+    """Provide the services for links."""
     from gazebo_msgs.srv import (
         ApplyBodyWrench,
         BodyRequest,
@@ -39,7 +39,7 @@ def offer_link_services(offers: Offers) -> None:
 
 
 def times(bridge: Bridge, request: Any) -> tuple[int, int | None]:
-    """Return when something begins and ends to push [ns]: from now on at the earliest, without end where negative."""
+    """Return start and end of a force [ns]: not before now, without an end if the duration is negative."""
     start = max(bridge.world.time_ns, request.start_time.to_nsec())
     length: int = request.duration.to_nsec()
     return start, None if length < 0 else start + length
@@ -65,15 +65,15 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def set_link_state(bridge: Bridge, state: Any) -> dict[str, Any]:
-    """Put a link somewhere, and its whole model with it: only the link that a model's pose is told of can be put."""
+    """Teleport a link with its whole model; only the root link can be teleported."""
     try:
         model, link = bridge.world.find_link(state.link_name)
     except UnknownNameError as error:
         return failed(f"SetLinkState: link [{state.link_name}] does not exist. {error}")
     if link != model.links[0]:
         return failed(
-            f"SetLinkState: '{link}' hangs on joints of '{model.name}'; put its root link '{model.links[0]}', or move "
-            "the joints with set_model_configuration"
+            f"SetLinkState: '{link}' is moved by joints of '{model.name}'; set the state of its root link "
+            f"'{model.links[0]}', or move the joints with set_model_configuration"
         )
     try:
         frame = bridge.world.frame(state.reference_frame)
@@ -101,7 +101,7 @@ def _get_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     mass = float(bridge.world.simulation.parameter("mass", f"{model.key}/{name}")[0])
     scale = mass / link.inertial.mass if link.inertial.mass else 1.0
     centre = Place(place_of(link.inertial.origin).pos, np.array([1.0, 0.0, 0.0, 0.0]))
-    # As Gazebo does, the inertia is told about the centre of mass, in axes that the file's are turned to.
+    # As in Gazebo, the inertia is about the center of mass, in axes that are rotated as in the file.
     inertia = dict(zip(_INERTIA, (scale * value for value in link.inertial.inertia), strict=True))
     return done(
         "GetLinkProperties: got properties", com=write_pose(centre, Pose()), gravity_mode=True, mass=mass, **inertia
@@ -114,17 +114,17 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
         return failed(str(found["status_message"]).replace("Get", "Set"))
     model, name = bridge.world.find_link(request.link_name)
     if "mass" not in found:
-        return failed(f"SetLinkProperties: '{name}' weighs nothing, or is static")
+        return failed(f"SetLinkProperties: '{name}' has no mass or is static")
     if not request.mass > 0.0:
-        return failed(f"SetLinkProperties: the mass {request.mass} kg; it must be above 0")
+        return failed(f"SetLinkProperties: the mass is {request.mass} kg; it must be above 0")
     scale = request.mass / found["mass"]
     same = np.allclose(read_vector(request.com.position), read_vector(found["com"].position), atol=1e-9)
     told = np.array([getattr(request, key) for key in _INERTIA])
     kept = np.array([found[key] for key in _INERTIA])
     if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
         return failed(
-            "SetLinkProperties: nothing was set. Here only the mass can be changed, and the inertia with it in proportion: "
-            "leave com, gravity_mode and inertia as get_link_properties tells them"
+            "SetLinkProperties: nothing was set. Only the mass can be changed, which scales the inertia: "
+            "set com, gravity_mode and inertia to the values of get_link_properties"
         )
     bridge.world.write_parameter("mass", f"{model.key}/{name}", np.array([request.mass]))
     return done("SetLinkProperties: properties set")
@@ -137,14 +137,14 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
     except UnknownNameError as error:
         return failed(f"ApplyBodyWrench: body [{request.body_name}] does not exist. {error}")
     if model.is_static:
-        return failed(f"ApplyBodyWrench: '{model.name}' is static, nothing pushes it")
+        return failed(f"ApplyBodyWrench: '{model.name}' is static, so forces have no effect")
     try:
         frame, _ = world.frame(request.reference_frame)
     except UnknownNameError as error:
         return failed(f"ApplyBodyWrench: reference_frame [{request.reference_frame}] not found. {error}")
     force = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.force))
     torque = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.torque))
-    if request.reference_frame not in ("", "world", "map", "/map"):  # where Gazebo passes over the point
+    if request.reference_frame not in ("", "world", "map", "/map"):  # otherwise Gazebo ignores the point
         described = _link(model, link)
         inertial = described.inertial if described is not None else None
         origin = place_of(inertial.origin).pos if inertial is not None else np.zeros(3)

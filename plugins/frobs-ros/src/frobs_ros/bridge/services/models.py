@@ -1,4 +1,4 @@
-"""Services about models: they come and go, and are put somewhere."""
+"""Services for models: spawning, deleting and teleporting them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_ros.bridge.urdf import describe_urdf
 
 
 def offer_model_services(offers: Offers) -> None:
-    """Offer them."""
+    """Provide the services for models."""
     from gazebo_msgs.srv import (
         DeleteModel,
         GetModelProperties,
@@ -28,7 +28,7 @@ def offer_model_services(offers: Offers) -> None:
     )
 
     bridge = offers.bridge
-    # Gazebo's own plugin takes both formats by either service, and so do people.
+    # Gazebo's own plugin accepts both formats in either service, and clients rely on it.
     offers.offer("spawn_urdf_model", SpawnModel, lambda request: _spawn(bridge, request))
     offers.offer("spawn_sdf_model", SpawnModel, lambda request: _spawn(bridge, request))
     offers.offer("delete_model", DeleteModel, lambda request: _delete(bridge, request))
@@ -39,10 +39,10 @@ def offer_model_services(offers: Offers) -> None:
 
 
 def describe_text(text: str) -> Description:
-    """Read a model from a URDF, a xacro or an SDF.
+    """Parse a model from a URDF, xacro or SDF.
 
     Raises:
-        ModelFileError: It is neither, or says something impossible.
+        ModelFileError: The text has another format, or is invalid.
     """
     return describe_sdf(text) if "<sdf" in text else describe_urdf(text)
 
@@ -100,7 +100,7 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def set_model_state(bridge: Bridge, state: Any) -> dict[str, Any]:
-    """Put a model somewhere, and give it a velocity; joints stay as they are."""
+    """Teleport a model, and set its velocity; joint positions are kept."""
     world = bridge.world
     model = world.models.get(state.model_name)
     if model is None:
@@ -146,7 +146,7 @@ def _set_configuration(bridge: Bridge, request: Any) -> dict[str, Any]:
         for name, position in zip(request.joint_names, request.joint_positions, strict=True):
             positions[0, model.joints[name.rpartition("::")[2]]] = position
         model.robot.write_joint_state(positions)
-        for name in request.joint_names:  # without this, a joint that no controller moves would go back
+        for name in request.joint_names:  # without this, a joint that no controller moves would return to its target
             joint = model.joints[name.rpartition("::")[2]]
             model.drive.set_mode(joint, model.drive.modes[joint], model.robot)
     return done("SetModelConfiguration: success")

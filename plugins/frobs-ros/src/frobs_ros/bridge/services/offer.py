@@ -1,4 +1,4 @@
-"""How services are offered: handled in rospy's threads, done in the loop's, and a refusal is an answer."""
+"""Registration of services: calls arrive in rospy's threads, run in the loop's thread, and errors become responses."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class Offers:
         self._services: list[Any] = []
 
     def offer(self, name: str, kind: Any, handler: Callable[[Any], Any]) -> None:
-        """Offer a service.
+        """Register a service.
 
         Args:
-            name: Behind the prefix.
-            kind: Its class.
-            handler: Called in the loop's thread with the request; returns a response, None for an empty one, or the
-                fields of one as a dictionary. A FrobsError that it raises becomes ``success=False`` with its text
-                where the response has that field, else a failed call.
+            name: Name without the prefix.
+            kind: Class of the service.
+            handler: Function that is called in the loop's thread with the request; returns a response, None for an
+                empty one, or its fields as a dictionary. If it raises a FrobsError, the response has ``success=False``
+                and its text; if the response has no such fields, the call fails.
         """
         import rospy
 
@@ -46,18 +46,18 @@ class Offers:
         self._services.append(rospy.Service(f"{self._prefix}/{name}", kind, handle))
 
     def close(self) -> None:
-        """Withdraw all."""
+        """Withdraw all services."""
         for service in self._services:
             service.shutdown("withdrawn")
         self._services.clear()
 
 
 def done(text: str, **fields: Any) -> dict[str, Any]:
-    """Return the fields of a response that says yes."""
+    """Return the fields of a successful response."""
     return {"success": True, "status_message": text, **fields}
 
 
 def failed(text: str) -> dict[str, Any]:
-    """Return the fields of a response that says no."""
+    """Return the fields of a failed response."""
     LOG.warning(text)
     return {"success": False, "status_message": text}

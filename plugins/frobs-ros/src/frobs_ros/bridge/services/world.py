@@ -1,4 +1,4 @@
-"""Services about the world as a whole: its time, its physics, its lights."""
+"""Services for the whole world: its time, physics and lights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MOST_STEPS = 10_000_000
 
 
 def offer_world_services(offers: Offers) -> None:
-    """Offer them."""
+    """Provide the services for the world."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties, SetPhysicsProperties
     from std_srvs.srv import Empty
@@ -35,7 +35,7 @@ def offer_world_services(offers: Offers) -> None:
 
 
 def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
-    """Offer those about lights, of which the world begins with these."""
+    """Provide the services for lights, with the names of the world's initial lights."""
     from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties, SetLightPropertiesRequest
     from std_msgs.msg import ColorRGBA
 
@@ -54,7 +54,7 @@ def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
         if request.light_name not in lights:
             return failed("Requested light not found")
         lights[request.light_name] = request
-        return done("SetLightProperties: kept; no light of this world lights anything")
+        return done("SetLightProperties: stored; lights have no effect in the bridge")
 
     def delete(request: Any) -> dict[str, Any]:
         if lights.pop(request.light_name, None) is None:
@@ -68,7 +68,7 @@ def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
 
 def _step(bridge: Bridge, request: Any) -> dict[str, Any]:
     if request.steps > _MOST_STEPS:
-        raise ConfigurationError(f"{request.steps} steps; at most {_MOST_STEPS} are made at once.")
+        raise ConfigurationError(f"{request.steps} steps were requested; the maximum is {_MOST_STEPS}.")
     bridge.step(request.steps)
     return done(f"StepWorld: made {request.steps} steps", time=bridge.time)
 
@@ -89,7 +89,7 @@ def _get_physics(bridge: Bridge) -> dict[str, Any]:
 def _set_physics(bridge: Bridge, request: Any) -> dict[str, Any]:
     x, y, z = read_vector(request.gravity).tolist()
     if not request.max_update_rate >= 0.0:
-        raise ParameterValueError("max_update_rate", request.max_update_rate, "0 (no limit) or more")
+        raise ParameterValueError("max_update_rate", request.max_update_rate, "at least 0, where 0 means no limit")
     bridge.world.set_timestep(request.time_step)
     bridge.world.set_gravity((x, y, z))
     bridge.max_update_rate = request.max_update_rate
