@@ -50,7 +50,10 @@ def test_named_terms_make_up_a_flat_observation(arm: Path) -> None:
         (observation(1, 0, math.inf), r"is not finite at \[2\]: inf"),
         (np.zeros((0, 3), np.float32), "empty batch"),
         ({"joint_positions": observation(1, 2)}, r"lacks 'height'; expected 'joint_positions', 'height'"),
-        ({"joint_positions": observation(1, 2), "heigth": observation(1)}, "lacks 'height' and contains the unknown 'heigth'"),
+        (
+            {"joint_positions": observation(1, 2), "heigth": observation(1)},
+            "lacks 'height' and contains the unknown 'heigth'",
+        ),
         (
             {"joint_positions": observation(1), "height": observation(1)},
             r"observation\['joint_positions'\] has shape \(1,\)",

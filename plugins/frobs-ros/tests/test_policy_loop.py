@@ -113,7 +113,9 @@ def test_a_robot_that_falls_silent_is_told_to_stay(parts: Any) -> None:
         robot.silence = 0.8 * (len(robot.commands) >= 5)
 
     robot.after = fall_silent
-    with pytest.raises(RobotSilentError, match=r"no joint states for 0\.8 s; the robot was commanded to hold its position"):
+    with pytest.raises(
+        RobotSilentError, match=r"no joint states for 0\.8 s; the robot was commanded to hold its position"
+    ):
         act(robot, mirror, policy)
     assert len(robot.commands) == 6
     here = robot.state().positions

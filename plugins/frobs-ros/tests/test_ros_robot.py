@@ -58,7 +58,9 @@ def test_a_controller_that_runs_is_taken(arm: None, reach: Mirror) -> None:
 
 
 def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: Mirror) -> None:
-    with pytest.raises(ConfigurationError, match=r"controller 'leg' is not loaded in /; loaded controllers: arm_controller, "):
+    with pytest.raises(
+        ConfigurationError, match=r"controller 'leg' is not loaded in /; loaded controllers: arm_controller, "
+    ):
         RosRobot(reach, controller="leg")
     with pytest.raises(
         ConfigurationError, match=r"'joint_group_position_controller' is .*; running controllers: arm_controller, "

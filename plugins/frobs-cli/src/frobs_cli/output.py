@@ -22,7 +22,7 @@ def console(*, stderr: bool = False) -> Console:
 
     stream = sys.stderr if stderr else sys.stdout
     made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
-    made.on_broken_pipe = _reader_gone  # rich's own handler exits with 1, like a failed check
+    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign]  # rich's own handler exits with 1, like a failed check
     return made
 
 
