@@ -25,8 +25,8 @@ class Pose:
     """A rigid transform.
 
     Attributes:
+        pos: Position [m].
         quat_wxyz: Unit quaternion, scalar first.
-        quat_wxyz: Of length 1, scalar first.
     """
 
     pos: Vector3 = (0.0, 0.0, 0.0)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from frobs_train.configuration.resolve import read_setting as read_setting
     from frobs_train.configuration.resolve import resolve_config as resolve_config
     from frobs_train.environments import EnvironmentRecipe as EnvironmentRecipe
+    from frobs_train.environments import is_paced as is_paced
     from frobs_train.environments import make_env as make_env
     from frobs_train.environments import make_vector_env as make_vector_env
     from frobs_train.evaluation.evaluate import Evaluation as Evaluation
@@ -43,10 +44,13 @@ if TYPE_CHECKING:
     from frobs_train.plots.figures import INK as INK
     from frobs_train.plots.figures import dress as dress
     from frobs_train.plots.figures import make_figure as make_figure
+    from frobs_train.plots.plot import count_text as count_text
     from frobs_train.plots.plot import plot_runs as plot_runs
     from frobs_train.plots.plot_comparison import plot_comparison as plot_comparison
+    from frobs_train.runners.runner import LOCAL as LOCAL
     from frobs_train.runners.runner import Job as Job
     from frobs_train.runners.runner import Outcome as Outcome
+    from frobs_train.runners.runner import Report as Report
     from frobs_train.runners.runner import Runner as Runner
     from frobs_train.runners.runner import RunnerOptions as RunnerOptions
     from frobs_train.runners.runner import load_runner as load_runner
@@ -68,6 +72,7 @@ if TYPE_CHECKING:
     from frobs_train.training.session import make_training_env as make_training_env
     from frobs_train.training.threads import Threads as Threads
     from frobs_train.training.threads import decide_threads as decide_threads
+    from frobs_train.training.threads import usable_processors as usable_processors
     from frobs_train.training.train import train as train
     from frobs_train.tuning.study import StudyResult as StudyResult
     from frobs_train.tuning.study import TrialResult as TrialResult
@@ -86,12 +91,14 @@ _MODULES = {
     "FinishedEpisodes": "frobs_train.logs.recorder",
     "INK": "frobs_train.plots.figures",
     "Job": "frobs_train.runners.runner",
+    "LOCAL": "frobs_train.runners.runner",
     "ModelFile": "frobs_train.runs.model_file",
     "ON_EXISTING": "frobs_train.runs.existing",
     "OctantResult": "frobs_train.evaluation.playing",
     "Outcome": "frobs_train.runners.runner",
     "PreparedTraining": "frobs_train.training.prepare",
     "Progress": "frobs_train.training.monitor",
+    "Report": "frobs_train.runners.runner",
     "ResetFromConfig": "frobs_train.configuration.config",
     "Run": "frobs_train.runs.run",
     "RunConfig": "frobs_train.configuration.config",
@@ -106,10 +113,12 @@ _MODULES = {
     "TrialResult": "frobs_train.tuning.study",
     "changes_since": "frobs_train.export.bundle_run",
     "compare": "frobs_train.comparison.compare",
+    "count_text": "frobs_train.plots.plot",
     "decide_threads": "frobs_train.training.threads",
     "default_run_dir": "frobs_train.runs.run",
     "dress": "frobs_train.plots.figures",
     "evaluate": "frobs_train.evaluation.evaluate",
+    "is_paced": "frobs_train.environments",
     "load_runner": "frobs_train.runners.runner",
     "make_env": "frobs_train.environments",
     "make_figure": "frobs_train.plots.figures",
@@ -127,6 +136,7 @@ _MODULES = {
     "train": "frobs_train.training.train",
     "train_seeds": "frobs_train.runners.seeds",
     "tune": "frobs_train.tuning.tune",
+    "usable_processors": "frobs_train.training.threads",
     "versions": "frobs_train.runs.versions",
     "view": "frobs_train.evaluation.view",
 }

@@ -127,9 +127,8 @@ def report_scaling(
 ) -> None:
     """Measure scaling, and write the table, the plot and the predictions."""
     from frobs_devkit.scaling import ScalingRanges, bench_scaling, fit_model, plot_scaling
+    from frobs_train import LOCAL, usable_processors
     from frobs_train.cli.runner_options import open_runner
-    from frobs_train.runners.runner import LOCAL
-    from frobs_train.training.threads import usable_processors
 
     nodes = read_sizes("--predict", predict)
     if nodes is None:

@@ -14,9 +14,7 @@ from frobs_devkit.scaling.ranges import ScalingRanges
 from frobs_devkit.scaling.results import NUM_ENVS, PROCESSES, THREADS, ScalingPoint, ScalingResult
 from frobs_devkit.scaling.traffic import measure_traffic
 from frobs_devkit.timing import machine
-from frobs_train import RunConfig
-from frobs_train.runners.runner import Runner
-from frobs_train.training.threads import usable_processors
+from frobs_train import RunConfig, Runner, usable_processors
 
 _ENOUGH = 0.9
 """Share of the best speed that is good enough when the number of environments is chosen."""

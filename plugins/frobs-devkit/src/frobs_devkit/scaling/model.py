@@ -23,12 +23,12 @@ from frobs_core.validation import non_negative, positive, whole_number
 from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingPoint, ScalingResult
 
 COLLECTION, LEARNER, NETWORK = "collection", "learner", "network"
-"""What limits the speed of one training run."""
+"""The limit of the speed of one training run."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """What the model predicts for a number of nodes.
+    """Prediction of the model for a number of nodes.
 
     Attributes:
         nodes: Number of nodes.

@@ -11,8 +11,7 @@ import numpy as np
 from frobs_core.files import write_aside
 from frobs_devkit.scaling.model import ScalingModel
 from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, THREADS, ScalingPoint, ScalingResult
-from frobs_train import COLORS, INK, dress, make_figure
-from frobs_train.plots.plot import count_text
+from frobs_train import COLORS, INK, count_text, dress, make_figure
 
 _STYLES = {
     THREADS: ("--", "s", "threads of one process"),

@@ -18,8 +18,7 @@ import numpy as np
 
 from frobs_core.errors import ConfigurationError
 from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
-from frobs_train import RunConfig
-from frobs_train.runners.runner import Job, Report, Runner
+from frobs_train import Job, Report, RunConfig, Runner
 
 _WINDOWS = 5
 """Parts of a measurement. The result is their median."""

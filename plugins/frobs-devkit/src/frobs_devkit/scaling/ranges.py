@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from frobs_core.validation import positive, whole_number
-from frobs_train import RunConfig
-from frobs_train.environments import is_paced
-from frobs_train.training.threads import decide_threads, usable_processors
+from frobs_train import RunConfig, decide_threads, is_paced, usable_processors
 
 _NUM_ENVS = (1, 8, 64, 512)
 

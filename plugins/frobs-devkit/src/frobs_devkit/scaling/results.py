@@ -1,4 +1,4 @@
-"""What the measurements of scaling have found."""
+"""Results of the measurements of scaling."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class LearnerCosts:
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingResult:
-    """What :func:`bench_scaling` measured.
+    """Results of :func:`bench_scaling`.
 
     Attributes:
         id: The environment's ID.

@@ -20,8 +20,7 @@ import numpy as np
 from frobs_core.errors import ConfigurationError
 from frobs_devkit.scaling.processes import node
 from frobs_devkit.scaling.results import Traffic
-from frobs_train import RunConfig
-from frobs_train.runners.runner import Job, Report, Runner
+from frobs_train import Job, Report, RunConfig, Runner
 
 _ROUNDS = 3
 """Batches to receive, and empty answers."""
