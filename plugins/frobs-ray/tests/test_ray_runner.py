@@ -11,11 +11,13 @@ from typing import Any
 import pytest
 from two_nodes import TwoNodes, finish, wait_for
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.errors import ConfigurationError, ParameterValueError
 from frobs_ray.errors import ClusterResourcesError, NodesDifferError
 from frobs_ray.nodes import describe_differences, flat_versions
-from frobs_train import Run, train
+from frobs_train import Run, resolve_config, train
 from frobs_train.logs.progress import read_progress
+from frobs_train.runners.jobs import training_job
+from frobs_train.runners.runner import load_runner
 
 REACH = "frobs/Irb120Reach-v0"
 SMALL = ["--set", "algorithm_config.n_steps=32", "--set", "checkpoint_every=2000", "--set", "log_every=1000"]
@@ -123,6 +125,14 @@ def test_too_little_memory_is_named(tmp_path: Path, two_nodes: TwoNodes) -> None
     assert finished.returncode == 2
     assert "a job needs 1 processor and 100000.0 GB of memory, but the largest node has 1" in finished.stderr
     assert "lower --cpus or --memory" in finished.stderr
+
+
+def test_jobs_cannot_start_environment_runners(tmp_path: Path) -> None:
+    settings = ["algorithm_config.num_env_runners=2"]
+    config = resolve_config(REACH, flags={"algorithm": "rllib_ppo", "seed": 0}, settings=settings)
+    jobs = [training_job(config, tmp_path / "run")]
+    with pytest.raises(ParameterValueError, match="num_env_runners is 2; it must be 0 with --runner ray"):
+        next(load_runner("ray").run(jobs, tmp_path))
 
 
 def test_the_error_names_each_difference_by_node() -> None:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import ray
 from ray.exceptions import RayError
 
+from frobs_core.errors import ParameterValueError
 from frobs_ray.cluster import connect
 from frobs_ray.errors import RemoteJobError
 from frobs_ray.jobs import RETRIES, Answer, run_job
@@ -52,10 +53,12 @@ class RayRunner(Runner):
             on_progress: Called with the index of a job and its progress.
 
         Raises:
+            ParameterValueError: A job would start environment runners of its own.
             ClusterConnectionError: No cluster answers, or none can be started.
             ClusterResourcesError: No node has the processors or the memory of a job.
             NodesDifferError: A node has other versions, or does not see the folder.
         """
+        _check_env_runners(jobs)
         with connect(self.address):
             sizes = [self.options.memory or job.memory for job in jobs]
             check_resources(self.processors, max(sizes, default=0))
@@ -88,6 +91,19 @@ class RayRunner(Runner):
         from frobs_ray.tuning import tune_on_ray
 
         return tune_on_ray(self, search, on_trial, on_progress)
+
+
+def _check_env_runners(jobs: Sequence[Job]) -> None:
+    """Raise ParameterValueError if a job would wait for processors that the jobs occupy."""
+    for job in jobs:
+        count = job.arguments.get("config", {}).get("algorithm_config", {}).get("num_env_runners")
+        if count:
+            raise ParameterValueError(
+                "algorithm_config.num_env_runners",
+                count,
+                "0 with --runner ray, because the jobs occupy the processors; without --runner, one training run uses "
+                "the whole cluster",
+            )
 
 
 def _outcome(reference: ray.ObjectRef[Answer], index: int, job: Job) -> Outcome:
