@@ -4,6 +4,7 @@
 
     python tests/benchmarks/pretrained.py
     python tests/benchmarks/pretrained.py --only frobs/Irb120Reach-v0 --seed 1
+    python tests/benchmarks/pretrained.py --only frobs/PandaPush-v0 --algorithm sbx_ppo
 
 What ``tasks.py`` has trained of the same seed is taken.
 """
@@ -13,6 +14,7 @@ from __future__ import annotations
 import shutil
 import sys
 from argparse import ArgumentParser
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -50,13 +52,14 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", choices=pretrained_ids(), metavar="ID")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--algorithm", metavar="NAME", help="instead of the one that tasks.py trains the IDs with")
     tasks.add_runner_options(parser)
     given = parser.parse_args()
     wanted = given.only or pretrained_ids()
+    cases = [replace(case, algorithm=given.algorithm or case.algorithm) for case in tasks.cases() if case.id in wanted]
     if given.runner != tasks.LOCAL:
-        cases = [(case, given.seed) for case in tasks.cases() if case.id in wanted]
-        tasks.measure_as_jobs(tasks.open_runner(given), cases)
-    made = {case.id: make(case, given.seed) for case in tasks.cases() if case.id in wanted}
+        tasks.measure_as_jobs(tasks.open_runner(given), [(case, given.seed) for case in cases])
+    made = {case.id: make(case, given.seed) for case in cases}
     for id in wanted:
         if id not in made:
             sys.exit(f"{id}: nothing is tuned for it; add a file to the algorithm's record.")
