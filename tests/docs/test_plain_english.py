@@ -35,6 +35,8 @@ SOURCES = (
     "plugins/frobs-tasks-manipulation/src",
     "plugins/frobs-tasks-legacy/src",
     "plugins/frobs-deploy/src",
+    "plugins/frobs-ros/src",
+    "plugins/frobs-rl-compat/src",
 )
 """Folders whose docstrings, comments and strings are checked."""
 

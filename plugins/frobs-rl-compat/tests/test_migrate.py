@@ -122,7 +122,7 @@ def test_a_training_file_that_continues_a_model_keeps_its_hyperparameters(tmp_pa
     file.write_text(text.replace("load_model: False", "load_model: True"))
     migration = migrate_yaml(file, tmp_path)
     assert load_yaml(migration.path)["algorithm_config"]["policy_kwargs"]["net_arch"] == [32, 32]
-    assert "begins with a new model" in dict(migration.left)["keys that a run has no place for"]
+    assert "starts with a new model" in dict(migration.left)["keys that a run does not support"]
 
 
 def test_a_task_file_of_the_example_repository_names_the_environment_that_takes_it(tmp_path):

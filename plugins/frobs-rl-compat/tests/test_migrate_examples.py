@@ -100,10 +100,10 @@ def test_the_poses_of_spawn_model_link_and_collision_are_composed(walls):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"height": 2.0}, "does not stand on the floor"),
+        ({"height": 2.0}, "is not on the floor"),
         ({"roll": 0.1}, "tilted"),
-        ({"geometry": "<sphere><radius>1</radius></sphere>"}, "no box"),
-        ({"geometry": "<box><size>1 2</size></box>"}, "has not 3 numbers"),
+        ({"geometry": "<sphere><radius>1</radius></sphere>"}, "not a box"),
+        ({"geometry": "<box><size>1 2</size></box>"}, "does not have 3 numbers"),
     ],
 )
 def test_a_world_that_no_floor_plan_describes_is_not_translated(walls, changes, reason):
@@ -274,7 +274,7 @@ def test_the_node_that_moves_the_goal_must_be_the_original_one(originals):
 @needs_originals
 def test_a_world_file_with_models_is_not_translated(originals):
     change(originals / REACHER / "worlds" / "no_collision.world", ("<wind/>", "<wind/><model name='table'/>"))
-    assert "the world no_collision.world holds table" in reason_of(originals / REACHER)
+    assert "the world no_collision.world contains table" in reason_of(originals / REACHER)
     script = originals / REACHER / "src" / "train_model.py"
     change(script, ("'no_collision.world'", "'elsewhere.world'"))
     assert "the world elsewhere.world is not in the package" in reason_of(originals / REACHER)

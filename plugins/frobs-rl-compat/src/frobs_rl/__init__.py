@@ -1,11 +1,11 @@
-"""The import names of FRobs_RL, over FRobs.
+"""The import names of FRobs_RL, implemented with FRobs.
 
-    common/      ros_controllers, ros_gazebo, ros_launch, ros_node, ros_params, ros_spawn, ros_urdf: of frobs_ros
+    common/      ros_controllers, ros_gazebo, ros_launch, ros_node, ros_params, ros_spawn, ros_urdf: from frobs_ros
     envs/        robot_BasicEnv, the base class of environments
-    models/      the algorithms: of frobs_algos_sb3
-    wrappers/    the three wrappers: of frobs_core
+    models/      the algorithms: from frobs_algos_sb3
+    wrappers/    the three wrappers: from frobs_core
     templates/   CustomRobotEnv and CustomTaskEnv, to inherit or to copy
     config/      the six default YAML files
 
-This folder is the ROS package ``frobs_rl`` too: ``package.xml`` lies beside this file.
+This folder is also the ROS package ``frobs_rl``: ``package.xml`` is next to this file.
 """

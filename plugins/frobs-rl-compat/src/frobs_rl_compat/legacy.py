@@ -1,4 +1,4 @@
-"""The environment variables with which old packages find ``gym``, ``frobs_rl``, ROS's Python modules and messages."""
+"""Environment variables with which old packages find ``gym``, ``frobs_rl``, ROS's Python modules and messages."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from frobs_ros import (
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"
-"""The Python package ``frobs_rl``, which is the ROS package of that name too."""
+"""The Python package ``frobs_rl``, which is also the ROS package of that name."""
 
 _MOVEIT = "moveit_commander"
 _OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 
 
 def legacy_variables() -> dict[str, str]:
-    """Return the variables that have to be set for an old package and for all processes that it starts.
+    """Return the environment variables for an old package and all processes that it starts.
 
-    FRobs's ``gym`` and ``frobs_rl`` come first, before those of a catkin workspace. Of everything else the overlay has
-    only what this Python cannot import, and the stand-ins for MoveIt and other ROS packages that are not installed.
+    FRobs's ``gym`` and ``frobs_rl`` come before those of a catkin workspace. Otherwise the overlay contains only
+    modules that this Python cannot import, and the stand-ins for MoveIt and other ROS packages that are not installed.
 
     Raises:
         RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
     """
     use_ros()
     installation = find_ros()
-    # Python runs a file named sitecustomize.py at its start, so it has this name in the overlay alone.
+    # Python runs a file named sitecustomize.py at its start, so only the overlay uses this name.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
     stand_ins = missing_packages()
     if not _has_moveit(installation):
@@ -51,26 +51,26 @@ def legacy_variables() -> dict[str, str]:
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": packages,
-        "FROBS_PYTHON": sys.executable,  # which runs the programs of stand-ins
+        "FROBS_PYTHON": sys.executable,  # runs the programs of stand-ins
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }
 
 
 def _has_moveit(installation: RosInstallation | None) -> bool:
-    """Return whether MoveIt's own moveit_commander is installed, here or beside the rest of ROS."""
+    """Return whether MoveIt's own moveit_commander is installed, in this Python or with ROS."""
     beside = installation is not None and (installation.modules / _MOVEIT / "__init__.py").is_file()
     return beside or environment_has(_MOVEIT)
 
 
 def _append(folder: Path, value: str) -> str:
-    """Return the value of a path variable with a folder at its end, unless it has it."""
+    """Return the value of a path variable with a folder at its end, without adding it twice."""
     entries = value.split(os.pathsep)
     return os.pathsep.join(entries if str(folder) in entries else [*entries, str(folder)])
 
 
 def _prepend(folder: Path, variable: str) -> str:
-    """Return a path variable with a folder in front, and without what an earlier call has put there."""
+    """Return a path variable with a folder at its start, without the folder of an earlier call."""
     rest = [entry for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
     kept = [entry for entry in map(Path, rest) if entry != folder and not entry.is_relative_to(cache_folder("ros"))]
     return os.pathsep.join(map(str, [folder, *kept]))

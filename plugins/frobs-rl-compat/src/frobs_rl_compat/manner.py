@@ -1,8 +1,8 @@
-"""The two APIs of environments, and wrappers from each to the other.
+"""The two APIs of environments, and wrappers that convert between them.
 
-In Gymnasium's, ``reset`` returns observation and info, and ``step`` five values. In old gym's, ``reset`` returns the
-observation, and ``step`` four values: ``done`` replaces ``terminated`` and ``truncated``. The class of an environment
-decides which API it has: those with the attribute ``has_gym_api`` set to True have old gym's.
+In Gymnasium's API, ``reset`` returns observation and info, and ``step`` five values. In old gym's API, ``reset``
+returns the observation, and ``step`` four values: ``done`` replaces ``terminated`` and ``truncated``. The class of an
+environment defines its API: classes with the attribute ``has_gym_api`` set to True have old gym's.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import gymnasium
 from frobs_core.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
-"""Key of old gym for ``truncated``, in the info of an episode's last step."""
+"""Old gym's key for ``truncated`` in the info of an episode's last step."""
 
 
 def has_gym_api(env: Any) -> bool:
@@ -26,7 +26,7 @@ def has_gym_api(env: Any) -> bool:
 
 
 def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple[Any, Any, bool, dict[str, Any]]:
-    """Return what ``step`` returns in old gym's API, given Gymnasium's five values."""
+    """Return the values of ``step`` in old gym's API, for Gymnasium's five values."""
     observation, reward, terminated, truncated, info = answer
     if truncated:
         info = {**info, TRUNCATED: not terminated}
@@ -34,24 +34,24 @@ def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple
 
 
 def understand_reset(answer: Any) -> tuple[Any, dict[str, Any]]:
-    """Return observation and info, given what ``reset`` of either API returned."""
+    """Return observation and info, for the return value of ``reset`` in either API."""
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], dict):
         return answer
     return answer, {}
 
 
 def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-    """Return Gymnasium's five values, given what ``step`` of either API returned.
+    """Return Gymnasium's five values, for the return value of ``step`` in either API.
 
     Raises:
-        ConfigurationError: It returned neither four nor five values.
+        ConfigurationError: There are neither four nor five values.
     """
     if isinstance(answer, tuple) and len(answer) == 5:
         return answer
     if not isinstance(answer, tuple) or len(answer) != 4:
         shown = f"{len(answer)} values" if isinstance(answer, tuple) else type(answer).__name__
         raise ConfigurationError(
-            f"{env}: step() returned {shown}; return observation, reward, done, info, or as in Gymnasium "
+            f"{env}: step() returned {shown}; it must return observation, reward, done, info, or as in Gymnasium "
             "observation, reward, terminated, truncated, info."
         )
     observation, reward, done, info = answer
@@ -60,32 +60,33 @@ def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[s
 
 
 def to_gymnasium(env: Any) -> Any:
-    """Return an environment with Gymnasium's API: the same one if it has it already.
+    """Return an environment with Gymnasium's API; unchanged if it already has it.
 
     Raises:
-        ConfigurationError: The environment, or one of its spaces, is of a real ``gym``, whose classes are not Gymnasium's.
+        ConfigurationError: The environment, or one of its spaces, uses the real ``gym``, whose classes are not
+            Gymnasium's.
     """
     spaces = [getattr(env, name, None) for name in ("action_space", "observation_space")]
     if any(_is_of_real_gym(part) for part in (env, *spaces)):
         version = getattr(sys.modules.get("gym"), "__version__", "")
         raise ConfigurationError(
-            f"{type(env).__name__} is made with gym {version}, which is not compatible with Gymnasium. Start the script by "
-            "'frobs legacy run', which replaces gym, or let the package import gymnasium."
+            f"{type(env).__name__} uses gym {version}, which is not compatible with Gymnasium. Start the script with "
+            "'frobs legacy run', which replaces gym, or change the package to import gymnasium."
         )
     return FiveValues(env) if has_gym_api(env) else env
 
 
 class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """An environment of old gym's API with Gymnasium's.
+    """Converts an environment with old gym's API to Gymnasium's.
 
     Args:
-        env: The environment. It may take ``seed`` in ``reset``, have a method ``seed``, or neither.
+        env: The environment. It may accept ``seed`` in ``reset``, have a method ``seed``, or neither.
     """
 
     has_gym_api = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; a seed that the environment has no place for is not used."""
+        """Begin an episode; the seed is ignored if the environment does not support seeds."""
         given: dict[str, Any] = {"seed": seed, "options": options}
         keywords = {key: value for key, value in given.items() if value is not None and self._takes(key)}
         if seed is not None and "seed" not in keywords and callable(getattr(self.env, "seed", None)):
@@ -93,22 +94,22 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
         return understand_reset(self.env.reset(**keywords))
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Act; returns five values."""
+        """Execute an action; return five values."""
         return understand_step(self.env, self.env.step(action))
 
     def __getattr__(self, name: str) -> Any:
         return forwarded(self, name)
 
     def _takes(self, keyword: str) -> bool:
-        """Return whether ``reset`` of the environment, and of all that it wraps, takes a keyword."""
+        """Return whether ``reset`` of the environment, and of all wrapped ones, accepts a keyword."""
         return all(_accepts(env.reset, keyword) for env in _chain(self.env))
 
 
 def forwarded(wrapper: Any, name: str) -> Any:
-    """Return an attribute of what a wrapper wraps, as wrappers of old gym did: all but private ones.
+    """Return an attribute of the wrapped environment, as wrappers of old gym did, unless it is private.
 
     Raises:
-        AttributeError: There is none.
+        AttributeError: The attribute does not exist.
     """
     if name.startswith("_") or name == "env":
         raise AttributeError(f"'{type(wrapper).__name__}' object has no attribute '{name}'")
@@ -116,7 +117,7 @@ def forwarded(wrapper: Any, name: str) -> Any:
 
 
 def _is_of_real_gym(part: Any) -> bool:
-    """Return whether an environment or a space is of a ``gym`` that is not ours: ours are Gymnasium's."""
+    """Return whether an environment or a space uses the real ``gym`` instead of the overlay."""
     modules = {base.__module__.partition(".")[0] for base in type(part).__mro__}
     return "gym" in modules and not isinstance(part, gymnasium.Env | gymnasium.Space)
 

@@ -1,7 +1,7 @@
-"""Lets packages of 2021 run with today's NumPy, in processes that 'frobs legacy run' starts.
+"""Makes packages from 2021 work with current NumPy, in processes that 'frobs legacy run' starts.
 
-Python imports this module when it starts. Names that NumPy has removed are restored when NumPy is imported, and
-``tf.transformations`` takes arrays with one element as numbers again. Ctrl-C prints no traceback.
+Python imports this module when it starts. It restores names that NumPy has removed when NumPy is imported, makes
+``tf.transformations`` accept arrays with one element as numbers again, and suppresses the traceback of Ctrl-C.
 """
 
 import functools
@@ -71,13 +71,13 @@ class _Patcher(MetaPathFinder):
 
 
 def _end_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
-    """Print no traceback if Ctrl-C ended the script: KeyboardInterrupt, or what rospy's waiting functions raise for it."""
+    """Print no traceback if Ctrl-C ended the script, also if rospy raised another error for it."""
     if not (issubclass(kind, KeyboardInterrupt) or kind.__name__ == "ROSInterruptException"):
         sys.__excepthook__(kind, error, traceback)
 
 
 def _run_next() -> None:
-    """Run the ``sitecustomize`` that this one hides."""
+    """Run the ``sitecustomize`` module that this one hides."""
     own = os.path.dirname(__file__)
     spec = PathFinder.find_spec("sitecustomize", [entry for entry in sys.path if entry != own])
     if spec is not None and spec.loader is not None:

@@ -1,4 +1,4 @@
-"""FRobs_RL's wrappers keep the API of the environment that they wrap."""
+"""FRobs_RL's wrappers, which keep the API of the wrapped environment."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values, to_gy
 
 
 class KeepsApi:
-    """Mixin for a wrapper of Gymnasium: wraps environments of both APIs, and has the API of what it wraps.
+    """Mixin for Gymnasium wrappers: supports environments of both APIs, and has the API of the wrapped one.
 
     Args:
-        env: The environment. Its attributes can be read through the wrapper.
+        env: The environment. Its attributes are accessible through the wrapper.
     """
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:
@@ -24,7 +24,7 @@ class KeepsApi:
         return observation if self.has_gym_api else (observation, info)
 
     def step(self, action: Any) -> Any:
-        """Act."""
+        """Execute an action."""
         answer = super().step(action)  # type: ignore[misc]
         return to_four_values(answer) if self.has_gym_api else answer
 

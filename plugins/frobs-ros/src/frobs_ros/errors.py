@@ -1,14 +1,14 @@
-"""What can go wrong with ROS, beside what :mod:`frobs_core.errors` lists.
+"""Errors of ROS, in addition to those of :mod:`frobs_core.errors`.
 
-SimulationError                 of the core
+SimulationError                 from the core
 └── RosError                    ROS, or something that ROS runs, failed
     ├── RosNotFoundError        ROS is not installed for this Python
-    ├── MasterError             no ROS master answers, or it refuses
-    ├── ServiceError            a service is not there, broke off, or refused what was asked
-    ├── PackageNotFoundError    no ROS package has this name, or it lacks the file
-    └── ProcessError            a process did not start, or ended at once
+    ├── MasterError             no ROS master answers, or it rejects a request
+    ├── ServiceError            a service does not exist, its connection failed, or it rejected a request
+    ├── PackageNotFoundError    a ROS package does not exist, or does not contain a file
+    └── ProcessError            a process did not start, or ended immediately
 
-ConfigurationError              of the core
+ConfigurationError              from the core
 ├── ControllerError             a ROS controller cannot be loaded, started or used
 ├── TrajectoryError             a trajectory message cannot be followed
 └── GazeboElementError          a <gazebo> element of a model file cannot be used

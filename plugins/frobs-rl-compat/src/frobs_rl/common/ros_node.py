@@ -1,3 +1,3 @@
-"""Start and stop nodes, the master and all processes that this one started: the functions of :mod:`frobs_ros.ros_node`."""
+"""Start and stop nodes, the master and all processes of this process: the functions of :mod:`frobs_ros.ros_node`."""
 
 from frobs_ros.ros_node import *

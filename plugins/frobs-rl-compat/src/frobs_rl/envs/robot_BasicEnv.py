@@ -14,7 +14,8 @@ __all__ = ["RobotBasicEnv"]
 class RobotBasicEnv(_RobotBasicEnv):
     """A robot in Gazebo, as an environment: :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with old gym's API.
 
-    ``reset`` returns the observation and ``step`` four values. Only ``gymnasium.make`` gets Gymnasium's API from it, which
+    ``reset`` returns only the observation, and ``step`` four values. Inside ``gymnasium.make``, which requires it, the
+    environment has Gymnasium's API.
     it requires.
     """
 
@@ -26,7 +27,7 @@ class RobotBasicEnv(_RobotBasicEnv):
         return not is_made_by_gymnasium(self)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Begin an episode; returns the observation."""
+        """Begin an episode; return the observation."""
         seed, self._next_seed = self._next_seed if seed is None else seed, None
         observation, info = super().reset(seed=seed, options=options)
         return observation if self.has_gym_api else (observation, info)
@@ -37,6 +38,6 @@ class RobotBasicEnv(_RobotBasicEnv):
         return [] if seed is None else [seed]
 
     def step(self, action: Any) -> Any:
-        """Act; returns observation, reward, done, info."""
+        """Execute an action; return observation, reward, done, info."""
         answer = super().step(action)
         return to_four_values(answer) if self.has_gym_api else answer

@@ -1,4 +1,4 @@
-"""What the algorithms have in common."""
+"""The base class of the algorithms."""
 
 from frobs_algos_sb3.frobs_rl import BasicModel as _BasicModel
 from frobs_rl_compat.models import AcceptsBothApis

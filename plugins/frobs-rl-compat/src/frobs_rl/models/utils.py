@@ -1,4 +1,4 @@
-"""Helper functions of the algorithms; they read the parameter server."""
+"""Helper functions of the algorithms, which read the parameter server."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> No
 
     Args:
         env: The environment.
-        warn: Warn about what is allowed and unusual.
+        warn: Warn about unusual but permitted properties.
         skip_render_check: Do not try to render.
 
     Raises:
@@ -29,7 +29,7 @@ def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> No
 
 
 def test_env(env: Any) -> bool:
-    """Check an environment with :func:`check_env`; returns True.
+    """Check an environment with :func:`check_env`; return True.
 
     Raises:
         AssertionError: The environment breaks a rule.
@@ -38,17 +38,17 @@ def test_env(env: Any) -> bool:
     return True
 
 
-test_env.__test__ = False  # type: ignore[attr-defined] # pytest is not to collect it
+test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from collecting it
 
 
 def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
-    """Return the ``policy_kwargs`` that the parameters in a namespace describe; None: the algorithm's own policy."""
+    """Return the ``policy_kwargs`` from the parameters in a namespace; None: the default policy of the algorithm."""
     params = _params(ns)
     return PolicyParams(**params["policy_params"]).to_kwargs() if params["use_custom_policy"] else None
 
 
 def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:
-    """Return the action noise that the parameters in a namespace describe, or None.
+    """Return the action noise from the parameters in a namespace, or None.
 
     Args:
         action_space_shape: Length of an action.

@@ -1,6 +1,6 @@
-"""Template of a robot's environment: which model, which controllers, where in the world. A task's environment inherits it.
+"""Template of a robot's environment: its model, its controllers and its pose. A task's environment inherits from it.
 
-To copy: change the name of the class and the values below.
+To copy it, change the name of the class and the values below.
 """
 
 from frobs_rl.envs import robot_BasicEnv
@@ -21,7 +21,7 @@ class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
             gazebo_freq=100,  # [Hz] of /clock
             gazebo_max_freq=None,  # real-time factor: 10 is ten times real time
             gazebo_timestep=None,  # [s]
-            # its world: a path, or a package and a file of it
+            # its world: a path, or a package and a file in it
             world_path=None,
             world_pkg=None,
             world_filename=None,
@@ -48,11 +48,11 @@ class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
             step_mode=1,  # 1: let it run while an action is sent; 2: step num_gazebo_steps times
             num_gazebo_steps=1,
         )
-        # publishers and subscribers of the robot
+        # create publishers and subscribers of the robot here
 
     def _check_subs_and_pubs_connection(self) -> bool:
-        """Wait until what the robot publishes has arrived."""
+        """Wait until the robot's topics have sent a message."""
         return True
 
 
-CCustomRobotEnv = CustomRobotEnv  # FRobs_RL's documentation has both names
+CCustomRobotEnv = CustomRobotEnv  # FRobs_RL's documentation uses both names

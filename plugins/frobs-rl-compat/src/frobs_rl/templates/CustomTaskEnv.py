@@ -1,6 +1,6 @@
 """Template of a task's environment: spaces, actions, observations, rewards, and the end of an episode.
 
-To copy: change the ID, the name of the class and what it inherits.
+To copy it, change the ID, the name of the class and its base class.
 """
 
 from typing import Any
@@ -18,15 +18,15 @@ if "CustomTaskEnv-v0" not in registry:
 
 
 class CustomTaskEnv(CustomRobotEnv.CustomRobotEnv):
-    """A task for the robot that it inherits."""
+    """A task for the robot of its base class."""
 
     def __init__(self) -> None:
         super().__init__()
         # self.action_space = spaces.Box(…); self.observation_space = spaces.Box(…)
-        # publishers and subscribers of the task
+        # create publishers and subscribers of the task here
 
     def _set_episode_init_params(self) -> None:
-        """Begin an episode: place the robot, choose a goal."""
+        """Begin an episode: place the robot, and choose a goal."""
         raise NotImplementedError
 
     def _send_action(self, action: Any) -> None:
@@ -42,7 +42,7 @@ class CustomTaskEnv(CustomRobotEnv.CustomRobotEnv):
         raise NotImplementedError
 
     def _check_if_done(self) -> bool:
-        """Return whether the episode ends here; success is ``self.info["is_success"] = 1.0``."""
+        """Return whether the episode ends here; on success, set ``self.info["is_success"] = 1.0``."""
         raise NotImplementedError
 
 

@@ -1,4 +1,4 @@
-"""Actions in [−1, 1]."""
+"""Normalizes actions to [−1, 1]."""
 
 from frobs_core.wrappers import NormalizeActionWrapper as _NormalizeActionWrapper
 from frobs_rl_compat.wrapping import KeepsApi

@@ -1,4 +1,4 @@
-"""Observations in [−1, 1], under the other name that FRobs_RL's documentation has for it."""
+"""Normalizes observations to [−1, 1]: the second name of the wrapper in FRobs_RL's documentation."""
 
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper, NormalizeObservWrapper
 

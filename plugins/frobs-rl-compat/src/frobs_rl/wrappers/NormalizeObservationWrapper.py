@@ -1,4 +1,4 @@
-"""Observations in [−1, 1]."""
+"""Normalizes observations to [−1, 1]."""
 
 from frobs_core.wrappers import NormalizeObservationWrapper as _NormalizeObservationWrapper
 from frobs_rl_compat.wrapping import KeepsApi
@@ -10,4 +10,4 @@ class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
     """:class:`frobs_core.wrappers.NormalizeObservationWrapper`, for environments of both APIs."""
 
 
-NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation has both names
+NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation uses both names

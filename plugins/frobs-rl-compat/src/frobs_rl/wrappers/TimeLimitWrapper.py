@@ -1,4 +1,4 @@
-"""A limit of steps per episode."""
+"""Limits the number of steps per episode."""
 
 from frobs_core.wrappers import TimeLimitWrapper as _TimeLimitWrapper
 from frobs_rl_compat.wrapping import KeepsApi

@@ -1,1 +1,1 @@
-"""The command that this distribution adds: `frobs migrate`."""
+"""The commands of this distribution."""

@@ -1,4 +1,4 @@
-"""``frobs legacy``: start packages of FRobs_RL."""
+"""``frobs legacy``: run packages of FRobs_RL."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def run(
         raise ConfigurationError(
             f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install it."
         )
-    os.execve(program, words, environment)  # Ctrl-C and every other signal go straight to the script
+    os.execve(program, words, environment)  # Ctrl-C and every other signal go directly to the script
 
 
 def env() -> None:

@@ -1,4 +1,4 @@
-"""``frobs migrate``: from a package or a YAML file of FRobs_RL to a plugin or a run configuration."""
+"""``frobs migrate``: convert a package or a YAML file of FRobs_RL to a plugin or a run configuration."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ def migrate(
 
     The package is read, never imported. The plugin installs and trains without edits, with the package's own robot. If
     the package's task is one of FRobs_RL's example tasks, with the same or other numbers, the plugin has the same task:
-    its observation, rewards, success, walls and way points. For any other package, the task is a stand-in, and its ID
-    ends in Skeleton-v0. TODO comments mark where to port the old methods, and original.py has the old spaces and
-    numbers. MIGRATION.md lists what was migrated, what works differently, and what was not migrated. Nothing is
-    overwritten.
+        its observation, rewards, success, walls and waypoints. For any other package, the task is a skeleton, and its
+        ID ends in Skeleton-v0. TODO comments mark where to port the old methods, and original.py has the old spaces and
+        numbers. MIGRATION.md lists what was migrated, what works differently, and what was not migrated. Nothing is
+        overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

@@ -1,20 +1,20 @@
-"""From a package of FRobs_RL to a plugin, and from its YAML files to run configurations.
+"""Converts a package of FRobs_RL to a plugin, and its YAML files to run configurations.
 
 python_files.py   the package's classes and calls, by ``ast``
 expressions.py    values of expressions, without running them
-constructor.py    what a constructor sets, in its order
-package.py        all that a package says
+constructor.py    values that a constructor sets, in order
+package.py        all information of a package
 yaml_files.py     its YAML files: learning, controllers, numbers
 robot.py          its URDF or xacro file
 recognition.py    whether its task is one of FRobs_RL's example tasks
-examples.py       the parameters of FRobs's task that is the same
-values.py         what constructors set, or why the task cannot be translated
+examples.py       the parameters of the equivalent task of FRobs
+values.py         values that constructors set, or why the task cannot be translated
 world.py          walls, boxes, starts and goals as a floor plan
-plugin.py         the plugin that is made of it
-example_files.py  its task, if FRobs has the same one
+plugin.py         the resulting plugin
+example_files.py  its task, if FRobs has an equivalent one
 task.py           its task, if it is a skeleton
-comments.py       comments that say what is to do
-report.py         what was carried over, and what was not
+comments.py       TODO comments
+report.py         which parts were migrated, and which were not
 """
 
 from frobs_rl_compat.migrate.package import OldPackage, read_package

@@ -1,4 +1,4 @@
-"""What a migration leaves, and what to do about it."""
+"""Advice for the parts that a migration does not convert."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
 _CONTROLLERS = (
-    ("JointTrajectoryController", "joint_delta_position, or trajectory for whole planned motions"),
+    ("JointTrajectoryController", "joint_delta_position, or trajectory for planned motions"),
     ("DiffDrive", "differential_drive"),
-    ("position_controllers/", "joint_position, or joint_delta_position where the actions were steps"),
+    ("position_controllers/", "joint_position, or joint_delta_position if the actions were increments"),
     ("velocity_controllers/", "joint_velocity"),
     ("effort_controllers/JointPosition", "joint_position"),
     ("effort_controllers/JointVelocity", "joint_velocity"),
     ("effort_controllers/", "joint_effort"),
 )
-"""Part of a type of ROS's controllers, and the controller that does the same here."""
+"""Part of the type of a ROS controller, and the equivalent controller of FRobs."""
 
 
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
-    """Note what the task of a skeleton does not have."""
+    """Record which parts of the task a skeleton does not have."""
     if robot is not None and robot.wheels is not None:
-        made.leave("the highest speeds", "robot.py: differential_drive has likely ones, of an action of 1")
+        made.leave("the maximum speeds", "robot.py: differential_drive has guesses, for an action of 1")
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
             if root in LEGACY_IDS:
                 made.leave(
                     f"the task '{root}' ({path.name})",
-                    f"{LEGACY_IDS[root]} is FRobs's task of that name and takes {path.name}; compare it with yours",
+                    f"{LEGACY_IDS[root]} is FRobs's task of that name and accepts {path.name}; compare it with yours",
                 )
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):
@@ -40,19 +40,21 @@ def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migratio
             if found is not None:
                 made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={found}")
     if any("moveit" in name.lower() for old in package.lineage for name in _names(old.tree)):
-        made.leave("MoveIt", 'plugin.py: controller="trajectory", of frobs-controllers-planning, plans and moves')
+        made.leave(
+            "MoveIt", 'plugin.py: controller="trajectory", of frobs-controllers-planning, plans and executes motions'
+        )
     for topic in _topics(package):
-        made.leave(topic, "nothing is sent or awaited: read the robot's handle, simulation.robots['robot'], or Sensors")
+        made.leave(topic, "topics are not used: read the robot's handle, simulation.robots['robot'], or Sensors")
     for launch in sorted(package.folder.rglob("*.launch")):
-        made.leave(launch.name, "nothing is launched; what its nodes computed belongs into the task")
+        made.leave(launch.name, "launch files are not used; move the computations of its nodes to the task")
     for world in sorted(package.folder.rglob("*.world")):
-        made.leave(world.name, "describe it in the task's scene: bodies, floor, cameras")
+        made.leave(world.name, "define it in the task's scene: bodies, floor, cameras")
     if package.hook("_check_subs_and_pubs_connection") is not None:
-        made.leave("_check_subs_and_pubs_connection", "nothing: a simulation is ready when it is built")
+        made.leave("_check_subs_and_pubs_connection", "nothing to do: a simulation is ready after its construction")
 
 
 def note_what_is_left(package: OldPackage, made: Migration) -> None:
-    """Note what no plugin has."""
+    """Record which parts of a package a plugin does not have."""
     for path, reason in {**package.python.unread, **package.yaml.unread}.items():
         made.leave(path.name, f"could not be read: {reason}")
     for id in package.others:
@@ -60,8 +62,8 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
     if package.wrappers:
         made.leave(
             ", ".join(package.wrappers),
-            "actions are in [−1, 1] already; for observations: wrappers: [{name: 'frobs_core.wrappers:"
-            "NormalizeObservationWrapper'}] in train.yaml, once observation_space has finite bounds",
+            "actions are already in [−1, 1]; for observations: wrappers: [{name: 'frobs_core.wrappers:"
+            "NormalizeObservationWrapper'}] in train.yaml, when observation_space has finite bounds",
         )
 
 

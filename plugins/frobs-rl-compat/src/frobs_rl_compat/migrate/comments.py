@@ -1,4 +1,4 @@
-"""Comments in new files that say where the work of old methods is done now."""
+"""TODO comments in new files, which mark where to port old methods."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _WIDTH = 116
 
 
 def todo(text: str, indent: int) -> list[str]:
-    """Return the lines of a comment that says what is to do."""
+    """Return the lines of a TODO comment."""
     margin = " " * indent
     return [f"{margin}# {line}" for line in textwrap.wrap(f"TODO: {text}", _WIDTH - indent)]
 
 
 def insert_in_method(text: str, method: str, lines: Sequence[str]) -> str:
-    """Return a file's text with lines at the beginning of a method's body, below its docstring."""
+    """Return a file's text with lines inserted at the beginning of a method's body, below its docstring."""
     function = next(
         node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef) and node.name == method
     )  # fmt: skip

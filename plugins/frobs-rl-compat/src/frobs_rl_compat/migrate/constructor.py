@@ -1,4 +1,4 @@
-"""What constructors set, statement by statement, as far as it can be told without running them."""
+"""Values that constructors set, statement by statement, as far as they are known without running them."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from frobs_rl_compat.migrate.python_files import ROOTS, OldClass
 from frobs_ros import RobotSettings
 
 PARAMETERS = RobotSettings.names()
-"""Of ``RobotBasicEnv``, in their order."""
+"""Parameters of ``RobotBasicEnv``, in order."""
 
 
 @dataclass
 class Constructed:
-    """What is known of an environment.
+    """Known values of an environment.
 
     Attributes:
-        values: By name: ``"self.action_space"``.
-        unknown: Names whose value could not be told, with the expression and what was missing.
-        unknown_parameters: Of those whose value could not be told, with the expression.
+        values: Values by name, such as ``"self.action_space"``.
+        unknown: Names with an unknown value, each with its expression and the unknown part.
+        unknown_parameters: Parameters with an unknown value, each with its expression.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -32,11 +32,11 @@ class Constructed:
 
 
 def construct(lineage: Sequence[OldClass], ros_parameter: Callable[[str], Any]) -> Constructed:
-    """Return what the constructor of a class sets.
+    """Return the values that the constructor of a class sets.
 
     Args:
-        lineage: The class, and those of the package that it inherits.
-        ros_parameter: Returns a value of the parameter server, or raises KeyError.
+        lineage: The class, followed by its base classes in the package.
+        ros_parameter: Function that returns a value of the parameter server, or raises KeyError.
     """
     walk = _Walk(lineage, ros_parameter)
     for old in reversed(lineage):
@@ -54,7 +54,7 @@ class _Walk:
         self._at = 0
 
     def method(self, name: str, begin: int) -> bool:
-        """Follow a method of the class at a place of the lineage, or of one behind it."""
+        """Follow a method of the class, beginning at a position in the lineage."""
         for place, old in enumerate(self._lineage[begin:], begin):
             if name in old.methods:
                 key = f"{old.name}.{name}"
@@ -106,12 +106,12 @@ class _Walk:
             self.found.unknown[name] = (ast.unparse(value), str(error))
 
     def _forget(self, statement: ast.stmt) -> None:
-        """Take all that a statement may set for unknown."""
+        """Mark everything that a statement may set as unknown."""
         for node in ast.walk(statement):
             if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
                 name = ast.unparse(node)
                 self.found.values.pop(name, None)
-                self.found.unknown[name] = ("set under a condition or in a loop", type(statement).__name__)
+                self.found.unknown[name] = ("set in a condition or a loop", type(statement).__name__)
 
     def _call(self, call: ast.Call) -> None:
         function = call.func

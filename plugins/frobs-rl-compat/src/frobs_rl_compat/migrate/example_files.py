@@ -1,4 +1,4 @@
-"""The files of a plugin whose task is a task of FRobs with the numbers of a package."""
+"""The files of a plugin that uses a task of FRobs with the parameters of a package."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def write_example(
     """Write the task of a recognized package into a rendered plugin.
 
     Args:
-        example: FRobs's task, and its parameters.
+        example: Task of FRobs, and its parameters.
         package: The package.
         folder: The plugin's folder.
         sources: The folder of its Python package.
         context: Answers with which the plugin was rendered.
-        made: Notes what was carried over, and what differs.
+        made: Records the migrated parts and the differences.
     """
     record = plugins.get_record("task", example.task)
     assert isinstance(record, TaskRecord)
@@ -39,7 +39,7 @@ def write_example(
         parameters["floor_plan"] = f"{sources.name}:floor_plan.yaml"
         text = f"# The world of {old.name} of the ROS package {package.name}. Lengths in m, angles in degrees, times in s.\n"
         (sources / "floor_plan.yaml").write_text(text + dump_yaml(example.floor_plan), "utf-8")
-        made.carry("walls, boxes, start, goals or way points", f"src/{sources.name}/floor_plan.yaml")
+        made.carry("walls, boxes, start, goals or waypoints", f"src/{sources.name}/floor_plan.yaml")
     _edit(
         sources / "plugin.py",
         (r'entry_point="[\w.]+\.task:\w+"', f'entry_point="{record.entry_point}"'),
@@ -56,16 +56,16 @@ def write_example(
     _edit(folder / "pyproject.toml", (r'(  "frobs-sim-mujoco)', rf"{_REQUIREMENT}\1"))
     _edit(
         folder / "tests" / f"test_{context['name']}_task.py",
-        (r"\n\n\ndef test_the_goal_can_be_given(?s:.*)", "\n"),
+        (r"\n\n\ndef test_the_goal_can_be_set(?s:.*)", "\n"),
         (r"import gymnasium as gym\n\n", ""),
     )
     where = f"`src/{sources.name}/floor_plan.yaml`" if example.floor_plan else "`PARAMETERS`"
     _edit(
         folder / "README.md",
-        (r"\| where episodes begin .*\n", f"| where episodes begin, and the goals | {where} |\n"),
-        (r"\| what the policy sees .*\n", f"| rewards, tolerances | `src/{sources.name}/plugin.py`, `PARAMETERS` |\n"),
-        (r"\| (what is rewarded|when an episode ends|obstacles, cameras).*\n", ""),
-        (r"\| the trained policy", rf"| what `PARAMETERS` mean | `frobs show {example.task}` |\n| the trained policy"),
+        (r"\| the initial state of episodes .*\n", f"| initial states and goals | {where} |\n"),
+        (r"\| the observation \| .*\n", f"| rewards, tolerances | `src/{sources.name}/plugin.py`, `PARAMETERS` |\n"),
+        (r"\| (the reward|the end of an episode|obstacles, cameras).*\n", ""),
+        (r"\| the trained policy", rf"| meaning of `PARAMETERS` | `frobs show {example.task}` |\n| the trained policy"),
     )
 
 
@@ -74,7 +74,7 @@ def _needs(record: TaskRecord) -> str:
 
 
 def _edit(file: Path, *changes: tuple[str, str]) -> None:
-    """Replace what regular expressions match in a rendered file, each of which must match."""
+    """Replace the matches of regular expressions in a rendered file; each must match."""
     text = file.read_text("utf-8")
     for pattern, new in changes:
         text, count = re.subn(pattern, new, text)

@@ -1,4 +1,4 @@
-"""The parameters with which a task of FRobs is the task of a recognized package."""
+"""The parameters that make a task of FRobs equivalent to the task of a recognized package."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEAREST_IDS = {
     "empty": "frobs/KobukiEmptyLegacy-v0",
     "reach_velocity": "frobs/Irb140ReachVelocityLegacy-v0",
 }
-"""The environment with the original numbers, by name of the example task."""
+"""Environment with the original numbers, by name of the example task."""
 
 _NAVIGATION = {
     "tolerance_goal_pos": "self.tol_goal_pos",
@@ -45,19 +45,19 @@ _REACH = {
     "reached_goal_reward": "self.reached_goal_reward",
     "joint_limits_reward": "self.joint_limits_reward",
 }
-"""Keywords of FRobs's tasks, and the attributes of the original classes that hold their values."""
+"""Keywords of FRobs's tasks, and the attributes of the original classes with their values."""
 
 
 @dataclass
 class Example:
-    """A task of FRobs with the numbers of a package.
+    """A task of FRobs with the parameters of a package.
 
     Attributes:
-        task: Its name, such as ``"navigate_legacy"``.
-        controller: Name of the controller that takes the package's actions.
+        task: Name of the task, such as ``"navigate_legacy"``.
+        controller: Name of the controller for the package's actions.
         parameters: Keywords of the environment.
         floor_plan: Walls, boxes, starts and goals as a floor plan of ``frobs-tasks-navigation``; empty for arms.
-        differences: What is not as in the package, and what it is instead.
+        differences: Differences from the package, with the new behavior.
     """
 
     task: str
@@ -68,23 +68,24 @@ class Example:
 
 
 def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Example | None, str]:
-    """Return the task of FRobs that a package's task is.
+    """Return the task of FRobs that is equivalent to a package's task.
 
     Args:
         package: The package.
-        robot: Its robot; None if its file could not be used.
+        robot: Robot of the package; None if its file could not be used.
 
     Returns:
-        The task and an empty string; or None, and why the package cannot be translated.
+        The task and an empty string; or None, and the reason why the package cannot be translated.
     """
     found = recognize(package)
     if found is None:
         if any("moveit" in ast.unparse(old.node).lower() for old in package.lineage):
             return (
                 None,
-                "MoveIt plans or steers its motions, which no task of FRobs does: port it as the rows below say",
+                "MoveIt plans or executes its motions, which no task of FRobs supports; port it as described in the "
+                "rows below",
             )
-        return None, "arbitrary code cannot be translated: port it as the rows below say"
+        return None, "arbitrary code cannot be translated; port it as described in the rows below"
     original = f"it is the example that {NEAREST_IDS[found.name]} reproduces"
     if found.differing:
         return None, f"{original}, apart from {'; '.join(found.differing)}. Port the changes, or start from that ID"
@@ -125,10 +126,10 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
             **task,
         },
         differences={
-            "duration of a step": "0.1 s; it was not fixed; set control_timestep in PARAMETERS to change it",
-            "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within the margin before it",
-            "initial joint positions": "only those that the robot can have, with no part of it in the floor",
-            "direction to a goal that is reached exactly": "zero; it was NaN",
+            "duration of a step": "0.1 s (previously not fixed); set control_timestep in PARAMETERS to change it",
+            "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within a margin of the limit",
+            "initial joint positions": "only possible ones, with no part of the robot below the floor",
+            "direction to a goal that is reached exactly": "zero (previously NaN)",
         },
     )
 
@@ -149,18 +150,16 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
         raise UntranslatableError(f"action_space is not symmetric: {low} to {high}")
     task = {key: value_of(package, attribute) for key, attribute in _NAVIGATION.items()}
     differences = {
-        "duration of a step": f"{STEP:g} s; it was not fixed, and boxes move by as much in each step as they did",
-        "observation_space": "the same numbers, but its bounds follow from floor_plan.yaml",
+        "duration of a step": f"{STEP:g} s (previously not fixed); boxes move by the same distance per step",
+        "observation_space": "the same values, but with bounds from floor_plan.yaml",
     }
     if name == "maze":
         task |= {key: value_of(package, attribute) for key, attribute in _MAZE.items()}
-        differences["distance and bearing in the step after a way point"] = (
-            "those of the next way point; they were those of the way point before"
+        differences["distance and bearing in the step after a waypoint"] = (
+            "those of the next waypoint (previously of the one before)"
         )
     else:
-        differences["goals"] = (
-            "0.5 m away from boxes, and not at the start; set clearance in floor_plan.yaml to change it"
-        )
+        differences["goals"] = "at least 0.5 m from boxes and the start; set clearance in floor_plan.yaml to change it"
     if name == "dynamic":
         task["angle_diff_reward_multiplier"] = next(iter(factors(package.lineage[0].methods["_get_reward"])), 0.0)
     sensors = {"bumper": {"type": "bumper", "frame": robot.base_link}}
@@ -171,7 +170,7 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
         rays, declared = robot.lidars[lidar].rays, value_of(package, "self.lidar_samples")
         if rays != declared:
             differences["lidar_samples"] = (
-                f"{rays}, the rays of the robot's lidar; {declared} in the YAML file, so that the observation did not fit "
+                f"{rays}, as in the robot's lidar; the YAML file had {declared}, so that the observation did not match "
                 "its space"
             )
         task |= {"lidar": lidar, "lidar_samples": rays}

@@ -1,4 +1,4 @@
-"""Values of Python expressions, worked out from their syntax; nothing of the package is imported or executed."""
+"""Values of Python expressions, determined from their syntax; nothing of the package is imported or executed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 _MOST = 4096
-"""Elements of a list or an array, at most: what is larger is no space of a robot."""
+"""Maximum number of elements of a list or an array; spaces of robots are smaller."""
 
 _CONSTANTS = {"np.pi": math.pi, "numpy.pi": math.pi, "math.pi": math.pi, "np.inf": np.inf, "numpy.inf": np.inf,
               "math.inf": math.inf}  # fmt: skip
@@ -27,7 +27,7 @@ _OPERATORS: Mapping[type, Callable[..., Any]] = {
 
 
 class UnknownValueError(Exception):
-    """An expression has no value that can be told from its syntax; the text says which part of it."""
+    """The value of an expression is unknown; the message names the unknown part."""
 
 
 def _small(shape: Any) -> Any:
@@ -62,11 +62,11 @@ _SPACES: Mapping[str, Callable[..., Any]] = {"Box": _box, "Discrete": gymnasium.
 
 
 class Evaluator:
-    """Works out values.
+    """Determines the values of expressions.
 
     Args:
-        names: Values by name: ``"LENGTH"``, ``"self.max_joint_values"``. It may be added to.
-        parameters: Returns a value of ROS's parameter server by its name, or raises KeyError.
+        names: Values by name: ``"LENGTH"``, ``"self.max_joint_values"``. May be extended.
+        parameters: Function that returns a value of ROS's parameter server by its name, or raises KeyError.
     """
 
     def __init__(self, names: dict[str, Any], parameters: Callable[[str], Any]) -> None:
@@ -77,7 +77,7 @@ class Evaluator:
         """Return the value of an expression.
 
         Raises:
-            UnknownValueError: It cannot be told.
+            UnknownValueError: The value is unknown.
         """
         try:
             return self._value(node)

@@ -20,8 +20,8 @@ _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.obser
 def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
     """Write the file."""
     parts = [
-        f'"""What {package.lineage[0].name} of the ROS package {package.name} said, read from its source.\n\n'
-        'Nothing uses it yet: it is here so that the task can be made to say the same.\n"""\n\n'
+        f'"""Values of {package.lineage[0].name} of the ROS package {package.name}, from its source code.\n\n'
+        'Nothing uses them yet; they are meant for porting the task.\n"""\n\n'
     ]
     spaces = [_space(package, name, attribute, made) for name, attribute in _SPACES.items()]
     uses_gym = any("gym." in text for text in spaces)
@@ -38,7 +38,7 @@ def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
         parts.append(f"\nROBOT_PARAMETERS = {literal(values)}  # of RobotBasicEnv\n")
         made.carry(f"{len(values)} parameters of RobotBasicEnv", "original.py: ROBOT_PARAMETERS")
     for name, expression in package.constructed.unknown_parameters.items():
-        made.leave(f"{name} of RobotBasicEnv", f"its value is only known at run time: {expression}")
+        made.leave(f"{name} of RobotBasicEnv", f"its value is known only at run time: {expression}")
     (folder / "original.py").write_text("".join(parts), "utf-8")
 
 
@@ -47,8 +47,8 @@ def _space(package: OldPackage, name: str, attribute: str, made: Migration) -> s
     if isinstance(space, gymnasium.Space):
         made.carry(attribute.removeprefix("self."), f"original.py: {name}")
         return f"{name} = {_space_text(space)}"
-    expression, missing = package.constructed.unknown.get(attribute, ("it is nowhere set", ""))
-    made.leave(attribute.removeprefix("self."), f"could not be told from the source: {missing or expression}")
+    expression, missing = package.constructed.unknown.get(attribute, ("it is not set", ""))
+    made.leave(attribute.removeprefix("self."), f"its value is unknown: {missing or expression}")
     text = " ".join(expression.split())
     return f"{name} = None  # TODO: {text[:80]}{'…' if len(text) > 80 else ''}"
 
@@ -63,7 +63,7 @@ def _space_text(space: gymnasium.Space[Any]) -> str:
 
 
 def _bound(values: np.ndarray[Any, Any], already: int) -> str:
-    """Return a bound of a Box as a formatter would leave it, in one line or an argument to each."""
+    """Return a bound of a Box as a formatter would write it, in one line or with one argument per line."""
     numbers, dtype = _numbers(values.tolist()), f"dtype=np.{values.dtype}"
     line = f"np.array({numbers}, {dtype})"
     if already + len(line) <= _WIDTH:

@@ -1,4 +1,4 @@
-"""All that a package of FRobs_RL says of one environment."""
+"""Reads all information of a FRobs_RL package about one environment."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _NAME = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 
 @dataclass(frozen=True)
 class OldPackage:
-    """A package, as far as it can be read.
+    """A package, as far as it is known without running it.
 
     Attributes:
-        name: In ``package.xml``, or of the folder.
-        lineage: The environment's class, and those of the package that it inherits.
-        registration: Its ID; None: it is not registered.
+        name: Name from ``package.xml``, or of the folder.
+        lineage: Class of the environment, followed by its base classes in the package.
+        registration: Registration of its ID; None: it is not registered.
         others: IDs of the other tasks that the package registers.
-        scripts: The files that make the environment, those that train first; all files where none does.
+        scripts: Files that create the environment, training scripts first; all files if none does.
     """
 
     name: str
@@ -40,7 +40,7 @@ class OldPackage:
     scripts: list[Path]
 
     def hook(self, name: str) -> OldClass | None:
-        """Return the class that has a method; None where it is missing or only refuses."""
+        """Return the class that implements a method; None if it is missing or only raises an error."""
         old = next((each for each in self.lineage if name in each.methods), None)
         return old if old is not None and old.does(name) else None
 
@@ -65,22 +65,24 @@ class OldPackage:
 
 
 def read_package(folder: Path, id: str | None = None) -> OldPackage:
-    """Read a package.
+    """Read a package from its folder.
 
     Raises:
-        ConfigurationError: There is no such folder, no environment of FRobs_RL in it, or it cannot be read.
+        ConfigurationError: The folder does not exist, has no environment of FRobs_RL, or cannot be read.
         UnknownNameError: The package does not register the ID.
     """
     if not folder.is_dir():
         raise MigrationError(
-            folder, "this is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
+            folder, "it is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
         )
     python = read_python_files(folder)
     environments = python.environments
     if not environments:
         there = ", ".join(old.name for old in python.classes) or "no class at all"
         raise MigrationError(
-            folder, f"no class inherits FRobs_RL's RobotBasicEnv; there is {there}. Give the folder of the ROS package."
+            folder,
+            f"no class inherits from FRobs_RL's RobotBasicEnv; the classes are: {there}. Pass the folder of the ROS "
+            "package.",
         )
     registered = [each for each in python.registrations if python.registered(each) in environments]
     if id is not None and id not in [each.id for each in registered]:
@@ -108,20 +110,20 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
 
 
 def _is_base(registration: Registration, python: PythonFiles) -> bool:
-    """Return whether another class of the package inherits the environment: it is a robot, not a task."""
+    """Return whether another class of the package inherits from the environment: then it is a robot, not a task."""
     old = python.registered(registration)
     return any(old in python.lineage(other)[1:] for other in python.classes)
 
 
 def _rank(registration: Registration, python: PythonFiles) -> tuple[bool, bool, int]:
-    """Return what sorts tasks before robots, and environments that scripts train before others."""
+    """Return a key that sorts tasks before robots, and environments that scripts train before others."""
     scripts = _scripts(python, registration.id)
     trained = [number for number, path in enumerate(python.calls) if path in scripts and "train" in python.calls[path]]
     return _is_base(registration, python), not scripts, trained[0] if trained else len(python.calls)
 
 
 def _scripts(python: PythonFiles, id: str) -> list[Path]:
-    """Return the files that make an environment by its ID, those that train first."""
+    """Return the files that create an environment by its ID, training scripts first."""
     makes = [
         path
         for path, calls in python.calls.items()
@@ -131,7 +133,7 @@ def _scripts(python: PythonFiles, id: str) -> list[Path]:
 
 
 def _loaded(lineage: list[OldClass]) -> list[Any]:
-    """Return the names of the YAML files that the constructors load, whose values go before those of other files."""
+    """Return the names of YAML files that the constructors load; their values take precedence over other files."""
     calls = [node for old in lineage for node in ast.walk(old.node) if isinstance(node, ast.Call)
              and ast.unparse(node.func).endswith("ros_load_yaml_from_pkg")]  # fmt: skip
     return [argument.value for call in calls for argument in call.args[1:2] if isinstance(argument, ast.Constant)]

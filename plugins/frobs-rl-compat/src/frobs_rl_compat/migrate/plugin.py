@@ -1,4 +1,4 @@
-"""The plugin that is made of a package."""
+"""Converts a package to a plugin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from frobs_rl_compat.migrate.task import edit_task
 from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
 
 STILL = "observation_elements_vary"
-"""The check that an arm fails whose tool does not move along each axis."""
+"""The check that fails for an arm whose tool does not move along each axis."""
 
 
 def migrate_package(
@@ -37,18 +37,18 @@ def migrate_package(
     namespace: str = "lab",
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> Migration:
-    """Make a plugin of a package; all of it, or nothing.
+    """Convert a package to a plugin, completely or not at all.
 
     Args:
-        path: The ROS package's folder. It is read, never imported.
-        out: The folder to make the plugin's folder in.
-        name: Of the robot and the task; None: the package's.
-        id: Which of the registered environments; None: the first.
-        namespace: The first part of the new ID.
-        package_paths: Folders of ROS packages by name that are neither beside this one nor in ``ROS_PACKAGE_PATH``.
+        path: Folder of the ROS package. It is read, but never imported.
+        out: Folder in which to create the plugin's folder.
+        name: Name of the robot and the task; None: the package's name.
+        id: ID of the environment to migrate; None: the first registered one.
+        namespace: First part of the new ID.
+        package_paths: Folders of ROS packages by name that are neither next to this one nor in ``ROS_PACKAGE_PATH``.
 
     Raises:
-        ConfigurationError: There is no environment of FRobs_RL, the plugin's folder exists, or a name is taken.
+        ConfigurationError: The package has no environment of FRobs_RL, or the plugin's folder or a name already exists.
         UnknownNameError: The package does not register the ID.
     """
     package = read_package(path, id)
@@ -88,7 +88,7 @@ def migrate_package(
 
 
 def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, namespace: str) -> dict[str, str]:
-    """Return the answers to the questions of ``frobs new``."""
+    """Return answers to the questions of ``frobs new``."""
     plain = re.sub(r"[^a-z0-9]+", "_", package.name.lower()).strip("_")[:40].strip("_")
     answers = {"what": "both", "name": name or (plain if plain[:1].isalpha() else f"robot_{plain}"),
                "namespace": namespace}  # fmt: skip
@@ -100,7 +100,7 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
         **answers,
         "example": "file",
         "robot_file": str(robot.path.absolute()),
-        "failing_checks": "expect",  # a package keeps its robot
+        "failing_checks": "expect",  # a migrated package keeps its robot
         "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
         "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
     }  # fmt: skip
@@ -111,22 +111,23 @@ def _edit_robot(
 ) -> None:
     file = sources / "robot.py"
     if robot is None:
-        made.leave("the robot's file", f"{problem}; a two-joint arm stands in for it: put yours into robot.py")
-        lines = todo(f"the package's own robot; its file could not be used: {problem}", 0)
+        made.leave("the robot's file", f"{problem}; a two-joint arm replaces it: set your robot in robot.py")
+        lines = todo(f"the package's robot; its file could not be used: {problem}", 0)
         text = file.read_text("utf-8")
         file.write_text(
             text.replace(f"\n{name.upper()} = Robot(", "\n" + "\n".join(lines) + f"\n{name.upper()} = Robot(")
         )
         return
     made.carry(f"{robot.path.name}, macros expanded, with its meshes", f"src/{sources.name}/{name}.urdf")
-    made.leave("the tool and the posture at rest", "robot.py has what is likeliest: tcp, home and drive gains")
+    made.leave("the tool and the home position", "robot.py has guesses: tcp, home and drive gains")
     if robot.lidar_problem:
         made.leave("the lidar", f"robot.py: sensors; {robot.lidar_problem}")
     if robot.wheels is None:
         for axis in robot.still_axes:
             made.leave(
                 f"the tool never moves along {axis}",
-                f"task.py: take that of tool and goal out of observation_terms; until then the tests `{STILL}` fail",
+                "task.py: remove this component of tool and goal from observation_terms; until then the tests "
+                f"`{STILL}` fail",
             )
         return
     wheels = robot.wheels
@@ -157,7 +158,7 @@ def _edit_robot(
 
 def _friction_text(friction: Mapping[str, float]) -> str:
     if not friction:
-        return "    # TODO: friction={link: 0.0} of castors that glide\n"
+        return "    # TODO: friction={link: 0.0} of sliding casters\n"
     rows = "".join(f'        "{link}": {value!r},\n' for link, value in friction.items())
     return f"    friction={{\n{rows}    }},\n"
 
@@ -169,14 +170,14 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
         shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
-    told = "    # a task reads them with frobs_core.sensors.Sensors\n"
+    told = "    # tasks read them with frobs_core.sensors.Sensors\n"
     return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
 def _edit_plugin(
     package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration, *, is_skeleton: bool
 ) -> str:
-    """Give the environment its ID and limit, and say what the old actions were; returns the ID."""
+    """Set the environment's ID and time limit, and describe the old actions; return the ID."""
     old_id = package.registration.id if package.registration else context["__id"]
     old_name = old_id.rpartition("/")[2]
     stem = re.sub(r"-v[0-9]+$", "", old_name)
@@ -190,8 +191,8 @@ def _edit_plugin(
     if is_skeleton:
         made.leave(
             f"ID {old_id}",
-            f"{new_id} has a stand-in for the old task; once task.py has its world, rewards and success, take 'Skeleton' out "
-            "of the ID",
+            f"{new_id} has a skeleton instead of the old task; when task.py has its world, rewards and success, remove "
+            "'Skeleton' from the ID",
         )
     else:
         made.carry(f"ID {old_id}", f"plugin.py: {new_id}")
@@ -207,9 +208,7 @@ def _edit_plugin(
         made.carry(f"limit of steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
     old = package.hook("_send_action")
     if old is not None and is_skeleton:
-        advice = (
-            f"choose the controller that does what {old.place('_send_action')} did; 'frobs list controllers' shows all."
-        )
+        advice = f"choose the controller equivalent to {old.place('_send_action')}; see 'frobs list controllers'."
         head, at, rest = text.partition("                    controller=")
         text = head + "\n".join(todo(advice, 20)) + "\n" + at + rest
         made.leave(old.place("_send_action"), "choose a controller in plugin.py")
@@ -218,7 +217,7 @@ def _edit_plugin(
 
 
 def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:
-    """Write a run's configuration for each file of FRobs_RL; the one that the scripts name is ``train.yaml``."""
+    """Write a run configuration for each file of FRobs_RL; the one that the scripts use is ``train.yaml``."""
     scripts = [calls for path in package.scripts for calls in package.python.calls[path].values()]
     named = {getattr(keyword.value, "value", None) for calls in scripts for call in calls
              for keyword in call.keywords if keyword.arg == "config_filename"}  # fmt: skip

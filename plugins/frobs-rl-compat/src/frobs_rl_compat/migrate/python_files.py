@@ -11,7 +11,7 @@ from pathlib import Path
 from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
-"""FRobs_RL's own classes, which a package's inherit."""
+"""FRobs_RL's own classes, from which classes of a package inherit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +19,8 @@ class OldClass:
     """A class of an environment.
 
     Attributes:
-        bases: Last parts of the names of what it inherits.
-        tree: That of its file.
+        bases: Last parts of the names of its base classes.
+        tree: Syntax tree of its file.
     """
 
     name: str
@@ -31,13 +31,13 @@ class OldClass:
     path: Path
 
     def does(self, method: str) -> bool:
-        """Return whether a method has a body that does something: more than refusing."""
+        """Return whether a method does more than raise an error."""
         body = self.methods[method].body
         rest = body[1:] if ast.get_docstring(self.methods[method]) is not None else body
         return not all(isinstance(statement, ast.Pass | ast.Raise) for statement in rest)
 
     def place(self, method: str) -> str:
-        """Return where a method is: ``"Reach._get_reward (reach.py, lines 20-31)"``."""
+        """Return the place of a method: ``"Reach._get_reward (reach.py, lines 20-31)"``."""
         function = self.methods[method]
         return f"{self.name}.{method} ({self.path.name}, lines {function.lineno}-{function.end_lineno})"
 
@@ -47,7 +47,7 @@ class Registration:
     """A call of ``register``.
 
     Attributes:
-        module: Last part of the name of the class's module; empty where the class itself is given.
+        module: Last part of the name of the class's module; empty if the class itself is passed.
     """
 
     id: str
@@ -59,13 +59,13 @@ class Registration:
 
 @dataclass(frozen=True)
 class PythonFiles:
-    """What the files have.
+    """The content of the files.
 
     Attributes:
         classes: In the order of the files.
         registrations: In the order of the files.
         calls: Calls of each file by the last part of the function's name: ``"TimeLimitWrapper"``.
-        unread: Files that are no Python of today, with what is wrong.
+        unread: Files that are not valid Python 3, with the error.
     """
 
     classes: list[OldClass]
@@ -74,7 +74,7 @@ class PythonFiles:
     unread: dict[Path, str]
 
     def lineage(self, old: OldClass) -> list[OldClass]:
-        """Return a class and those of the package that it inherits, itself first."""
+        """Return a class, followed by its base classes in the package."""
         found: list[OldClass] = []
         waiting = [old]
         while waiting:
@@ -91,27 +91,27 @@ class PythonFiles:
 
     @property
     def environments(self) -> list[OldClass]:
-        """The classes that inherit one of FRobs_RL's, over whatever others."""
+        """Classes that inherit from one of FRobs_RL's, directly or indirectly."""
         return [
             each for each in self.classes
             if any(base in ROOTS for ancestor in self.lineage(each) for base in ancestor.bases)
         ]  # fmt: skip
 
     def _find(self, name: str, *places: Path) -> OldClass | None:
-        """Return the class of a name, of one of some files if they have it; the package may have several."""
+        """Return the class of a name, preferably from certain files; the package may have several."""
         found = [each for each in self.classes if each.name == name]
         return next((each for place in places for each in found if each.path == place), found[0] if found else None)
 
 
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
-"""What a file with a part of an environment has."""
+"""Matches files with a part of an environment."""
 
 
 def read_python_files(folder: Path) -> PythonFiles:
     """Read all Python files of a package.
 
     Raises:
-        ConfigurationError: One that defines a class, or registers an environment, is no Python of today.
+        ConfigurationError: A file that defines a class, or registers an environment, is not valid Python 3.
     """
     files = PythonFiles([], [], {}, {})
     for path in sorted(folder.rglob("*.py")):
@@ -120,11 +120,11 @@ def read_python_files(folder: Path) -> PythonFiles:
         try:
             source = path.read_text("utf-8")
             tree = ast.parse(source, path.name)
-        except (SyntaxError, ValueError) as error:  # of which UnicodeDecodeError is one
+        except (SyntaxError, ValueError) as error:  # UnicodeDecodeError is a ValueError
             if _DEFINES.search(path.read_text("utf-8", "replace")):
                 raise MigrationError(
                     path,
-                    f"{error}. It may contain a part of the environment: fix it; convert a file of Python 2 with 2to3.",
+                    f"{error}. It may contain a part of the environment: fix it, or convert a Python 2 file with 2to3.",
                 ) from error
             files.unread[path] = str(error)
             continue

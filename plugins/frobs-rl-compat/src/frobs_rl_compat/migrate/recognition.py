@@ -1,4 +1,4 @@
-"""Recognizing the example tasks of FRobs_RL by the structure of their methods.
+"""Recognizes the example tasks of FRobs_RL by the structure of their methods.
 
 Only fingerprints of the original code are stored, in ``known_tasks.yaml``. A fingerprint ignores comments, docstrings,
 logs, markers, and the literals that :mod:`frobs_rl_compat.migrate.examples` reads. A package in which only numbers were
@@ -32,7 +32,7 @@ _POSES = ("gazebo_spawn_sdf_string", "gazebo_set_model_state")
 """Functions whose numbers are read: the poses of models."""
 
 _SILENT = ("rospy.log", "rospy.sleep", "print")
-"""Prefixes of calls that change nothing in the task."""
+"""Prefixes of calls that have no effect on the task."""
 
 _IGNORED_FIELDS = ("ctx", "kind", "type_comment", "type_params", "returns", "annotation")
 
@@ -70,7 +70,7 @@ def recognize(package: OldPackage) -> Recognition | None:
 
 
 def fingerprint(method: ast.FunctionDef) -> str:
-    """Return 16 hexadecimal digits that methods of the same structure share, whichever version of Python reads them."""
+    """Return 16 hexadecimal digits that are equal for methods of the same structure, in every version of Python."""
     bare = _Structure(method.name).visit(copy.deepcopy(method))
     return hashlib.sha256(json.dumps(_plain(bare)).encode()).hexdigest()[:16]
 
@@ -98,7 +98,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Structure(ast.NodeTransformer):
-    """Removes what does not change the task, and the literals that are read.
+    """Removes parts that have no effect on the task, and the literals that are read.
 
     Args:
         method: Name of the method.
@@ -125,7 +125,7 @@ class _Structure(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_If(self, node: ast.If) -> ast.AST | None:
-        """Remove conditions under which nothing is left."""
+        """Remove conditions with an empty body."""
         self.generic_visit(node)
         return node if node.body or node.orelse else None
 

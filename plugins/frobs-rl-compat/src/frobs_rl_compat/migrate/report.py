@@ -1,4 +1,4 @@
-"""What was carried over, and what was not."""
+"""Report of a migration: which parts were migrated, and which were not."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 
 @dataclass
 class Migration:
-    """What a migration has made.
+    """Result of a migration.
 
     Attributes:
-        path: The folder or file that was made.
-        carried: What was carried over, and where it is now.
-        differs: What works in another way than before, and how.
-        left: What was not carried over, and what to do.
-        next: Commands to go on with.
+        path: The created folder or file.
+        carried: Migrated parts, and their new places.
+        differs: Parts that work differently, and how.
+        left: Parts that were not migrated, and what to do.
+        next: Commands for the next steps.
     """
 
     name: str
@@ -27,19 +27,19 @@ class Migration:
     next: list[str] = field(default_factory=list)
 
     def carry(self, what: str, where: str) -> None:
-        """Note what was carried over."""
+        """Record a migrated part."""
         self.carried.append((what, where))
 
     def differ(self, what: str, how: str) -> None:
-        """Note what works in another way."""
+        """Record a part that works differently."""
         self.differs.append((what, how))
 
     def leave(self, what: str, advice: str) -> None:
-        """Note what was not."""
+        """Record a part that was not migrated."""
         self.left.append((what, advice))
 
     def facts(self) -> dict[str, Any]:
-        """Return all of it, as the command line shows it."""
+        """Return the report as a mapping for the command line."""
         return {
             "kind": "migration",
             "name": self.name,
@@ -51,7 +51,7 @@ class Migration:
         }
 
     def markdown(self) -> str:
-        """Return it as a page."""
+        """Return the report as a Markdown page."""
         lines = [f"# {self.name}: what `frobs migrate` did", "", "## Carried over", "", "| what | where |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(where)} |" for what, where in self.carried]
         if self.differs:
@@ -59,7 +59,7 @@ class Migration:
             lines += [f"| {_cell(what)} | {_cell(how)} |" for what, how in self.differs]
         lines += ["", "## Left to do", "", "| what | what to do |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(advice)} |" for what, advice in self.left]
-        lines += ["", "The places in the files are marked `TODO`.", ""]
+        lines += ["", "`TODO` comments mark the places in the files.", ""]
         return "\n".join(lines)
 
 

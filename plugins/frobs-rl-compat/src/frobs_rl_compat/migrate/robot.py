@@ -21,16 +21,16 @@ _DRIVE_TAGS = {
     "separation": ("wheelSeparation", "wheel_separation"),
     "diameter": ("wheelDiameter", "wheel_diameter"),
 }
-"""Elements of Gazebo's plugins for two driven wheels, by what they say."""
+"""Elements of Gazebo's plugins for two driven wheels, by meaning."""
 
 
 @dataclass(frozen=True)
 class Wheels:
-    """Two driven wheels, as a plugin of Gazebo describes them.
+    """Two driven wheels, as in a plugin of Gazebo.
 
     Attributes:
-        separation: Between them [m].
-        diameter: Of each [m].
+        separation: Distance between the wheels [m].
+        diameter: Diameter of each wheel [m].
     """
 
     left: str
@@ -41,15 +41,15 @@ class Wheels:
 
 @dataclass(frozen=True)
 class RobotSource:
-    """A robot's file.
+    """The model file of a robot.
 
     Attributes:
-        xacro_args: Its arguments by name.
-        package_paths: Folders of ROS packages that it may name.
-        wheels: Where it drives on two wheels.
-        friction: Sliding friction by link, of those for which the file says one.
+        xacro_args: Arguments of the file by name.
+        package_paths: Folders of ROS packages that the file may refer to.
+        wheels: Driven wheels of a robot with a differential drive, or None.
+        friction: Sliding friction by link, for links with friction in the file.
         lidar_topics: Name of the lidar that publishes a topic, by topic without a leading slash.
-        lidar_problem: Why there is none, where the file has one that cannot be used.
+        lidar_problem: Why a lidar of the file cannot be used.
     """
 
     path: Path
@@ -64,25 +64,25 @@ class RobotSource:
 
     @property
     def base_link(self) -> str:
-        """The link that stands for the whole robot: ``base_link``, or else the root."""
+        """Link that represents the whole robot: ``base_link``, or else the root."""
         links = [link.name for link in self.model.links]
         return "base_link" if "base_link" in links else links[0]
 
     @property
     def still_axes(self) -> str:
-        """Axes of the root link along which the tool never moves: ``"z"`` for an arm that lies flat."""
+        """Axes of the root link along which the tool never moves, such as ``"z"`` for a horizontal planar arm."""
         postures = np.random.default_rng(0).uniform(-1.0, 1.0, (64, len(self.model.joint_names)))
         spread = np.ptp(forward_kinematics(self.model, default_tcp(self.model), postures)[0], axis=0)
         return "".join(axis for axis, wide in zip("xyz", spread, strict=True) if wide < 1e-9)
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
-    """Return the robot that the package spawns, or None and why there is none."""
+    """Return the robot that the package spawns, or None and the reason why it is unknown."""
     given = package.constructed.parameters
     file = given.get("urdf_file")
     if not file:
         unknown = package.constructed.unknown_parameters.get("urdf_file")
-        return None, f"urdf_file is {unknown}" if unknown else "the package gives RobotBasicEnv no urdf_file"
+        return None, f"urdf_file is {unknown}" if unknown else "the package passes no urdf_file to RobotBasicEnv"
     paths = {package.name: package.folder, **package_paths}
     args = dict(arg.partition(":=")[::2] for arg in given.get("urdf_xacro_args") or () if ":=" in arg)
     try:

@@ -1,4 +1,4 @@
-"""``task.py`` of the plugin: the numbers that have a place in it, and what is left to do."""
+"""``task.py`` of the plugin: numbers of the old task, and comments for the remaining work."""
 
 from __future__ import annotations
 
@@ -12,22 +12,25 @@ from frobs_rl_compat.migrate.report import Migration
 HOOKS = {
     "_get_observation": (
         ("observation_terms",),
-        "return terms that read what {name} returned, a row for each environment",
+        "return terms with the values of {name}, one row for each environment",
     ),
-    "_get_reward": (("reward",), "return what {name} did, a row for each environment; each term into self._terms"),
+    "_get_reward": (
+        ("reward",),
+        "return the same values as {name}, one row for each environment; store each term in self._terms",
+    ),
     "_check_if_done": (
         ("is_terminated", "is_success"),
-        "return where {name} was true, and in is_success where it set info['is_success']",
+        "return where {name} is true, and in is_success where it sets info['is_success']",
     ),
-    "_set_episode_init_params": (("reset",), "begin episodes as {name} did, with random numbers from rng"),
+    "_set_episode_init_params": (("reset",), "begin episodes like {name}, with random numbers from rng"),
 }
-"""FRobs_RL's hooks: the methods of a task that may do their work now, the first that there is, and what is to do."""
+"""FRobs_RL's hooks: candidate task methods that replace each hook, the first existing one first, and a comment."""
 
 _ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", "__init__")
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Edit the task of a plugin: numbers that have a place in it, and a comment for each old method that is to be ported."""
+    """Edit the task of a plugin: insert known numbers, and a comment for each old method to port."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
     for hook, (methods, advice) in HOOKS.items():
         old = package.hook(hook)
@@ -36,25 +39,25 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
             continue
         method = next(name for name in methods if has_method(text, name))
         text = insert_in_method(text, method, todo(f"{advice.format(name=old.place(hook))}.", 8))
-        made.leave(old.place(hook), f"write it into {method} of task.py")
+        made.leave(old.place(hook), f"port it to {method} of task.py")
     for old in package.lineage:
         if "__init__" in old.methods:
-            made.leave(old.place("__init__"), "what it prepares belongs into scene and bind of task.py")
+            made.leave(old.place("__init__"), "move its preparations to scene and bind of task.py")
     pose = {key: value for key, value in package.constructed.parameters.items() if key.startswith("model_") and value}
     pose.pop("model_name_in_gazebo", None)
     pose.pop("model_ori_w", None)
     if pose and has_method(text, "scene"):
         shown = ", ".join(f"{key}={value}" for key, value in pose.items())
-        text = insert_in_method(text, "scene", todo(f"Scene(robot_pose=…): the robot stood at {shown}.", 8))
-        made.leave("the robot's place in the world", f"Scene(robot_pose=…) in task.py: {shown}")
+        text = insert_in_method(text, "scene", todo(f"Scene(robot_pose=…): the robot was at {shown}.", 8))
+        made.leave("the robot's pose in the world", f"Scene(robot_pose=…) in task.py: {shown}")
     helpers = [old.place(name) for old in package.lineage for name in old.methods if name not in _ELSEWHERE]
     if helpers:
-        made.leave("other methods", f"write what the hooks call into task.py: {', '.join(helpers)}")
+        made.leave("other methods", f"port the methods that the hooks call to task.py: {', '.join(helpers)}")
     file.write_text(text, "utf-8")
 
 
 def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
-    """Return the task with the numbers that it has a place for."""
+    """Return the task with the known numbers."""
     given = package.constructed.parameters
     step = given.get("gazebo_timestep") or 0.001
     if given.get("step_mode", 1) == 2:
@@ -65,7 +68,7 @@ def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
             f"{given.get('num_gazebo_steps', 1)} steps of {step:g} s for each action", "task.py: control_timestep"
         )
     else:
-        made.leave("step_mode 1", "an action had no fixed duration; choose control_timestep in task.py")
+        made.leave("step_mode 1", "actions had no fixed duration; choose control_timestep in task.py")
     try:
         tolerance = float(package.yaml.parameter(_first_key(package, "tolerance_goal_pos")))
     except (KeyError, TypeError, ValueError):

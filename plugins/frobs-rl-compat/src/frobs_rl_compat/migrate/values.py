@@ -10,14 +10,14 @@ from frobs_rl_compat.migrate.package import OldPackage
 
 
 class UntranslatableError(Exception):
-    """A value of a recognized package is unknown, or FRobs's task does not support it; the text is the reason."""
+    """A value of a recognized package is unknown or not supported by FRobs's task; the message is the reason."""
 
 
 def value_of(package: OldPackage, name: str) -> Any:
-    """Return what the constructor assigns to a name.
+    """Return the value that the constructor assigns to a name.
 
     Raises:
-        UntranslatableError: It is unknown.
+        UntranslatableError: The value is unknown.
     """
     values = package.constructed.values
     if name not in values:
@@ -30,7 +30,7 @@ def bounds_of(package: OldPackage, name: str) -> tuple[list[float], list[float]]
     """Return the bounds of a ``Box`` that the constructor assigns to a name, without the rounding of float32.
 
     Raises:
-        UntranslatableError: It is unknown.
+        UntranslatableError: The bounds are unknown.
     """
     space = value_of(package, name)
     low, high = ([round(float(value), 6) for value in bound] for bound in (space.low, space.high))
@@ -38,10 +38,10 @@ def bounds_of(package: OldPackage, name: str) -> tuple[list[float], list[float]]
 
 
 def check_any_heading(low: float, high: float) -> None:
-    """Check that headings between two angles [rad] are all that there are.
+    """Check that headings between two angles [rad] cover the full circle.
 
     Raises:
-        UntranslatableError: They are not.
+        UntranslatableError: They do not.
     """
     if abs(low + np.pi) > 1e-3 or abs(high - np.pi) > 1e-3:
         raise UntranslatableError(

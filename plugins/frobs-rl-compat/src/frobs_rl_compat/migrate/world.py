@@ -1,4 +1,4 @@
-"""The world of a recognized Kobuki task as a floor plan: walls and boxes from SDF files, starts, and goals or routes."""
+"""Converts the world of a recognized Kobuki task to a floor plan with walls, boxes, starts, goals or routes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, check_any_heading, value_of
 
 STEP = 0.2
-"""[s] that a step of the navigation tasks lasts."""
+"""[s] duration of a step of the navigation tasks."""
 
 
 def check_world_is_empty(package: OldPackage) -> None:
-    """Check that the world files that are launched hold a ground plane and lights alone.
+    """Check that the launched world files contain only a ground plane and lights.
 
     Raises:
-        UntranslatableError: One holds something else, or is not in the package.
+        UntranslatableError: A world file contains something else, or is not in the package.
     """
     launched = [keyword.value for call in package.calls("launch_Gazebo") for keyword in call.keywords
                 if keyword.arg == "custom_world_name"]  # fmt: skip
@@ -35,11 +35,11 @@ def check_world_is_empty(package: OldPackage) -> None:
         held = {element.get("name", "") for element in root.iter("model")}
         held |= {(element.findtext("uri") or "").rpartition("/")[2] for element in root.iter("include")}
         if held - {"ground_plane", "sun"}:
-            raise UntranslatableError(f"the world {name} holds {', '.join(sorted(held - {'ground_plane', 'sun'}))}")
+            raise UntranslatableError(f"the world {name} contains {', '.join(sorted(held - {'ground_plane', 'sun'}))}")
 
 
 def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
-    """Return walls, boxes, start, and goals or routes."""
+    """Return walls, boxes, start, and goals or routes of a world."""
     begin = package.lineage[0].methods["_set_episode_init_params"]
     if name == "empty":
         low, high = bounds_of(package, "self.robot_pos_space")
@@ -51,7 +51,7 @@ def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
     placed = {_text(call.args[0]): _position(call) for call in _calls(begin, "gazebo_set_model_state")}
     robot = package.constructed.parameters.get("model_name_in_gazebo")
     if robot not in placed:
-        raise UntranslatableError(f"no episode places the robot '{robot}'")
+        raise UntranslatableError(f"no method places the robot '{robot}' at the beginning of an episode")
     x, y, _ = placed.pop(robot)
     spawned = dict(_spawned(package))
     plan: dict[str, Any] = {
@@ -79,21 +79,21 @@ def _boxes(
     Args:
         name: Name of the example task.
         package: The package.
-        placed: Where each box begins an episode [m].
-        files: The SDF file of each.
+        placed: Position of each box at the beginning of an episode [m].
+        files: SDF file of each box.
     """
     low, high = bounds_of(package, "self.boxes_vel_space")
     if any(low) or len(high) != len(placed):
-        raise UntranslatableError("boxes_vel_space does not begin at 0, or has not one number for each box")
+        raise UntranslatableError("boxes_vel_space does not begin at 0, or does not have one number for each box")
     steps = float(value_of(package, "self.box_traj_num_steps"))
     first = steps / 2.0 * STEP
     boxes = []
     for (box, (x, y, z)), speed in zip(placed.items(), high, strict=True):
         shapes = list(_shapes(files[box], 0j, with_pose=False))
         if len(shapes) != 1 or abs(shapes[0].centre) > 1e-9 or shapes[0].yaw:
-            raise UntranslatableError(f"{files[box]} is not one box around the origin of its model")
+            raise UntranslatableError(f"{files[box]} is not a single box around the origin of its model")
         length, width, height = shapes[0].size
-        top = z + shapes[0].height + height / 2.0  # what is below the floor does not count
+        top = z + shapes[0].height + height / 2.0  # parts below the floor are ignored
         if top <= 0.0:
             raise UntranslatableError(f"the box '{box}' is below the floor")
         boxes.append(
@@ -109,11 +109,11 @@ def _boxes(
 
 
 def read_walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
-    """Yield the boxes of an SDF model that stand on the floor."""
+    """Yield the boxes of an SDF model that are on the floor."""
     for shape in _shapes(file, place):
         length, thickness, height = shape.size
         if abs(shape.height - height / 2.0) > 1e-3:
-            raise UntranslatableError(f"a wall of {file} does not stand on the floor")
+            raise UntranslatableError(f"a wall of {file} is not on the floor")
         yield {
             "centre": [round(shape.centre.real, 6), round(shape.centre.imag, 6)],
             "length": length,
@@ -146,7 +146,7 @@ def _shapes(file: Path, place: complex, with_pose: bool = True) -> Iterator[_Sha
     Args:
         file: The SDF file.
         place: x + iy of the spawn [m].
-        with_pose: Whether the model's own pose counts; it does not if an episode places the model.
+        with_pose: Whether to use the model's own pose, which is ignored if episodes place the model.
     """
     model = parse_xml(read_bytes(file), file).child("model")
     if model is None:
@@ -163,7 +163,7 @@ def _shapes(file: Path, place: complex, with_pose: bool = True) -> Iterator[_Sha
                 height, yaw = height + z, yaw + turn
             size = _numbers(collision, "geometry/box/size", 3)
             if not all(size):
-                raise UntranslatableError(f"a part of {file} is no box")
+                raise UntranslatableError(f"a part of {file} is not a box")
             yield _Shape(complex(centre), height, yaw, (size[0], size[1], size[2]))
 
 
@@ -174,12 +174,12 @@ def _numbers(element: Element, path: str, count: int) -> list[float]:
     except ValueError:
         values = []
     if len(values) != count:
-        raise UntranslatableError(f"{element.file}: <{path}> has not {count} numbers")
+        raise UntranslatableError(f"{element.file}: <{path}> does not have {count} numbers")
     return values
 
 
 def _spawned(package: OldPackage) -> Iterator[tuple[str, tuple[Path, complex]]]:
-    """Yield the models that the constructor spawns: the name, and the SDF file with x + iy of its pose [m]."""
+    """Yield the models that the constructor spawns: name, SDF file, and x + iy of the pose [m]."""
     files = {}
     constructor = package.lineage[0].methods["__init__"]
     for node in ast.walk(constructor):

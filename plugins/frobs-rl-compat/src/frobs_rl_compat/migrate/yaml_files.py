@@ -1,4 +1,4 @@
-"""The YAML files of a package: what learns, which controllers there are, and the task's numbers."""
+"""The YAML files of a package: training settings, controllers, and parameters of the task."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ LEGACY_IDS = {
     "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
     "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
 }
-"""Root keys of the example repository's task files, and the environment that takes such a file unchanged."""
+"""Root keys of the example repository's task files, and the environment that accepts such a file unchanged."""
 
 
 @dataclass
 class YamlFiles:
-    """The files, by what they are for.
+    """The YAML files by purpose.
 
     Attributes:
-        learning: Of FRobs_RL's algorithms.
-        controllers: Of ROS's controllers.
-        unread: Those that cannot be read, and why.
+        learning: Files for FRobs_RL's algorithms.
+        controllers: Files for ROS controllers.
+        unread: Unreadable files, and why.
     """
 
     learning: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
@@ -43,13 +43,13 @@ class YamlFiles:
     unread: dict[Path, str] = field(default_factory=dict)
 
     def parameter(self, name: str) -> Any:
-        """Return a value that the files put on ROS's parameter server.
+        """Return a value that the files set on ROS's parameter server.
 
         Args:
-            name: ``"/irb120/tolerance_goal_pos"``; namespaces before what a file says do not matter.
+            name: Name such as ``"/irb120/tolerance_goal_pos"``; additional leading namespaces are ignored.
 
         Raises:
-            KeyError: None of them has it.
+            KeyError: No file contains it.
         """
         keys = [key for key in name.split("/") if key]
         for mapping in self.numbers.values():
@@ -81,37 +81,39 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
-    """Return a run's configuration for a file of FRobs_RL, and a line on what has no place in it.
+    """Return a run configuration for a file of FRobs_RL, and a note about ignored settings.
 
     Raises:
-        ConfigurationError: The file cannot be used.
+        ConfigurationError: The file is invalid.
     """
     found = algorithms_in(mapping)
     if not found:
-        raise MigrationError(path, f"there is no algorithm's block under '{ROOT}': add ppo_params, td3_params, ….")
+        raise MigrationError(
+            path, f"it has no parameters of an algorithm under '{ROOT}'; add ppo_params, td3_params, …."
+        )
     begins_with_model = mapping[ROOT].get("load_model")
     config, note = translate({**mapping, ROOT: {**mapping[ROOT], "load_model": False}}, found[0], path)
     if begins_with_model:
         note = (
-            f"load_model: the run begins with a new model instead of {mapping[ROOT].get('model_name')}. {note}".strip()
+            f"load_model: the run starts with a new model instead of {mapping[ROOT].get('model_name')}. {note}".strip()
         )
     if len(found) > 1:
         note = f"{note} Blocks of other algorithms: {', '.join(found[1:])}.".strip()
-    head = f"# From {path.name} of FRobs_RL, by 'frobs migrate': observations go to the networks as they are.\n"
+    head = f"# From {path.name} of FRobs_RL, by 'frobs migrate': observations are not normalized.\n"
     if environment is None:
         head += "# TODO: the environment: frobs train ID --config THIS_FILE, or the key environment.\n"
     return head + dump_yaml({**({"environment": environment} if environment else {}), **config}), note
 
 
 def migrate_yaml(path: Path, out: Path) -> Migration:
-    """Make a run configuration of one YAML file.
+    """Convert one YAML file to a run configuration.
 
     Args:
-        path: A file with ``model_params``, or a task's numbers of FRobs_RL's examples.
-        out: The folder to write it in.
+        path: A file with ``model_params``, or the task parameters of one of FRobs_RL's examples.
+        out: Folder of the new file.
 
     Raises:
-        ConfigurationError: The file is of neither kind, or there is a file of the new one's name.
+        ConfigurationError: The file has neither format, or the new file already exists.
     """
     mapping = load_yaml(path)
     target = out / f"{path.stem}_run.yaml"
@@ -122,21 +124,21 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
         text, note = run_configuration(path, mapping, None)
         made.carry(f"{ROOT}: training, noise, networks", target.name)
         if note:
-            made.leave("keys that a run has no place for", note.removeprefix(f"{path}: "))
-        made.leave("the environment", "name it on the command line")
+            made.leave("keys that a run does not support", note.removeprefix(f"{path}: "))
+        made.leave("the environment", "pass it on the command line")
         made.next.append(f"frobs train ID --config {target}")
     else:
         root = next((key for key in mapping if key in LEGACY_IDS), None)
         if root is None:
             raise MigrationError(
                 path,
-                f"its keys are {', '.join(map(str, mapping))}; a file to migrate has '{ROOT}', or one of "
-                f"{', '.join(LEGACY_IDS)}. For the numbers of your own task migrate the whole package.",
+                f"its keys are {', '.join(map(str, mapping))}; a file to migrate must have '{ROOT}', or one of "
+                f"{', '.join(LEGACY_IDS)}. For the parameters of another task, migrate the whole package.",
             )
         text = f"# {LEGACY_IDS[root]} takes {path.name} of FRobs_RL unchanged.\n" + dump_yaml(
             {"environment": LEGACY_IDS[root], "environment_kwargs": {"config_file": str(path.absolute())}}
         )
-        made.carry(f"the numbers under '{root}'", f"{target.name}: environment_kwargs.config_file")
+        made.carry(f"the parameters under '{root}'", f"{target.name}: environment_kwargs.config_file")
         made.next.append(f"frobs train {LEGACY_IDS[root]} --config {target}")
     out.mkdir(parents=True, exist_ok=True)
     target.write_text(text, "utf-8")
@@ -144,7 +146,7 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
 
 
 def literal(value: Any, indent: int = 0) -> str:
-    """Return a value of a YAML file as Python, a mapping with a line for each key."""
+    """Return a value of a YAML file as Python source, with one line per key of a mapping."""
     margin = " " * indent
     if isinstance(value, Mapping):
         inner = "".join(
@@ -164,7 +166,7 @@ def literal(value: Any, indent: int = 0) -> str:
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:
-    """Return whether a file describes controllers, at its root or under one namespace."""
+    """Return whether a file describes controllers, at its root or in one namespace."""
     values = list(mapping.values())
     if any(isinstance(value, Mapping) and "/" in str(value.get("type", "")) for value in values):
         return True

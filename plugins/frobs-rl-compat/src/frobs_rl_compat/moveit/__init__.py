@@ -1,1 +1,1 @@
-"""The stand-in for ``moveit_commander`` and for the node ``move_group``, over the planner of FRobs."""
+"""The stand-in for ``moveit_commander`` and the node ``move_group``, based on the planner of FRobs."""

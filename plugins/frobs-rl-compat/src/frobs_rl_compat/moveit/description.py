@@ -1,4 +1,4 @@
-"""Reads the robot that MoveIt's parameters describe: its URDF, its SRDF and its joint limits."""
+"""Reads a robot from MoveIt's parameters: its URDF, its SRDF and its joint limits."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from frobs_core.models import JointLimits, RobotModel, load_model
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.semantics import Group, Semantics, read_srdf
 
-_SCALING = 0.1  # MoveIt's, if nothing else is configured
+_SCALING = 0.1  # MoveIt's default
 
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot, as MoveIt's parameters describe it.
+    """A robot from MoveIt's parameters.
 
     Attributes:
         model: The robot, with the limits of ``joint_limits.yaml``.
         semantics: Its SRDF.
         max_acceleration: Limits from ``joint_limits.yaml`` [rad/s² or m/s²], by joint name; joints may be missing.
-        velocity_scaling: Default share of the velocity limits.
-        acceleration_scaling: Default share of the acceleration limits.
+        velocity_scaling: Default fraction of the velocity limits.
+        acceleration_scaling: Default fraction of the acceleration limits.
     """
 
     model: RobotModel
@@ -39,7 +39,7 @@ class RobotDescription:
         """Return a group of joints.
 
         Raises:
-            MoveItCommanderException: There is no such group.
+            MoveItCommanderException: The group does not exist.
         """
         groups = self.semantics.groups
         if name not in groups:
@@ -55,11 +55,11 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
     Args:
         parameter: Name of the URDF's parameter; the SRDF is in ``<parameter>_semantic``, the limits in
             ``<parameter>_planning``.
-        namespace: Of the parameters; empty: that of this node.
+        namespace: Namespace of the parameters; empty: that of this node.
 
     Raises:
         MoveItCommanderException: A parameter is missing.
-        ModelFileError: A description cannot be used.
+        ModelFileError: A description is invalid.
     """
     import rospy
 
@@ -68,7 +68,8 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
     for required, file in ((name, "URDF"), (f"{name}_semantic", "SRDF")):
         if not rospy.has_param(required):
             raise MoveItCommanderException(
-                f"the parameter {required} does not exist; load the robot's {file} into it before you use moveit_commander."
+                f"the parameter {required} does not exist; load the robot's {file} into it before you use "
+                "moveit_commander."
             )
         texts.append(str(rospy.get_param(required)))
     urdf, srdf = texts
@@ -76,10 +77,10 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
 
 
 def describe(urdf: str, srdf: str, planning: Mapping[str, Any], source: str = "robot_description") -> RobotDescription:
-    """Return what a URDF, an SRDF and the contents of ``joint_limits.yaml`` describe.
+    """Return the robot for a URDF, an SRDF and the contents of ``joint_limits.yaml``.
 
     Raises:
-        ModelFileError: A description cannot be used.
+        ModelFileError: A description is invalid.
     """
     limits: Mapping[str, Any] = planning.get("joint_limits", {})
     model = _read_urdf(urdf)
@@ -107,7 +108,7 @@ def _read_urdf(text: str) -> RobotModel:
 
 
 def _limits(limits: JointLimits, changes: Mapping[str, Any]) -> JointLimits:
-    """Return a joint's limits with those of ``joint_limits.yaml`` in their place."""
+    """Return a joint's limits, replaced by those of ``joint_limits.yaml``."""
     if changes.get("has_position_limits"):
         lower, upper = changes.get("min_position", limits.lower), changes.get("max_position", limits.upper)
         limits = replace(limits, lower=float(lower), upper=float(upper))

@@ -8,11 +8,11 @@ from frobs_core.errors import FrobsError, nearest
 
 
 class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's
-    """A call of moveit_commander that cannot be carried out."""
+    """A call of moveit_commander failed."""
 
 
 class NotOfferedError(MoveItCommanderException, AttributeError):
-    """A function of MoveIt that the stand-in does not have.
+    """A function of MoveIt is not available in the stand-in.
 
     Args:
         owner: The class or module.
@@ -26,5 +26,5 @@ class NotOfferedError(MoveItCommanderException, AttributeError):
         suggestion = nearest(name, self.available)
         hint = f" The nearest name is '{suggestion}'." if suggestion else ""
         super().__init__(
-            f"the stand-in for moveit_commander does not offer {owner}.{name}.{hint} Install MoveIt to use all of it."
+            f"the stand-in for moveit_commander does not have {owner}.{name}.{hint} Install MoveIt to use all of it."
         )

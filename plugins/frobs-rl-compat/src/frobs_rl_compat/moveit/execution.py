@@ -1,4 +1,4 @@
-"""Executes trajectories with the controllers that MoveIt's parameters list."""
+"""Executes trajectories with the controllers from MoveIt's parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_rl_compat.moveit.settings import SETTINGS
 
 LOG = logging.getLogger("rosout.moveit_commander")
 
-_CONNECT = 5.0  # [s] that a controller's action server may take to answer
+_CONNECT = 5.0  # [s] maximum time for a controller's action server to answer
 _PERIOD = 0.05  # [s]
 
 
@@ -25,8 +25,8 @@ class Execution:
     """Sends trajectories to controllers through the action ``follow_joint_trajectory``.
 
     Args:
-        namespace: Of the node ``move_group``.
-        states: Where the robot is.
+        namespace: Namespace of the node ``move_group``.
+        states: Current joint states of the robot.
     """
 
     def __init__(self, namespace: str, states: JointStates) -> None:
@@ -39,8 +39,8 @@ class Execution:
         """Execute a ``trajectory_msgs/JointTrajectory``.
 
         Args:
-            trajectory: It starts where the robot is.
-            wait: Return when the controllers have finished; otherwise at once.
+            trajectory: Trajectory that starts at the robot's current state.
+            wait: Whether to return after the controllers have finished, instead of immediately.
 
         Returns:
             Whether the controllers have reached the end; without ``wait``, whether the trajectory was sent.
@@ -69,7 +69,7 @@ class Execution:
         return self._wait(limit)
 
     def stop(self) -> None:
-        """Cancel what is being executed; the controllers then hold the robot where it is."""
+        """Cancel the motion; the controllers then hold the robot's position."""
         goals, self._goals = self._goals, []
         for goal in goals:
             if not _is_done(goal):
@@ -120,11 +120,11 @@ class Execution:
         if action not in self._clients:
             client = ActionClient(action, FollowJointTrajectoryAction)
             end = time.monotonic() + _CONNECT
-            while not _is_connected(client):  # its own method waits by the robot's clock, which may stand still
+            while not _is_connected(client):  # its own method uses the robot's clock, which may be paused
                 time.sleep(0.01)
                 if time.monotonic() > end or rospy.is_shutdown():
                     raise MoveItCommanderException(
-                        f"no controller offers the action {action}; load and start the controller, or correct "
+                        f"no controller provides the action {action}; load and start the controller, or correct "
                         "controller_list."
                     )
             self._clients[action] = client
@@ -133,8 +133,8 @@ class Execution:
     def _wait(self, limit: float | None) -> bool:
         """Wait until the goals have ended; cancel them if that takes longer than a limit [s].
 
-        The limit counts on the robot's clock and on this computer's: in a simulation that runs 20 times faster than real
-        time, messages that arrive 50 ms late are late by a second.
+        The limit must be exceeded on both the robot's clock and this computer's: in a simulation that runs 20 times
+        faster than real time, messages that arrive 50 ms late are late by a second.
         """
         import rospy
         from actionlib_msgs.msg import GoalStatus
@@ -157,19 +157,20 @@ class Execution:
 
 
 def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list[str]]:
-    """Return which controller moves which joints, by the name of its action.
+    """Return the controllers for joints, by the name of their action.
 
     Args:
         names: The joints.
         controllers: The parameter ``controller_list``.
-        owner: Name of the node whose parameter that is.
+        owner: Name of the node with this parameter.
 
     Raises:
-        MoveItCommanderException: There is no such parameter, or no controller moves one of the joints.
+        MoveItCommanderException: The parameter does not exist, or no controller moves one of the joints.
     """
     if not isinstance(controllers, list) or not controllers:
         raise MoveItCommanderException(
-            f"the parameter {owner}/controller_list is missing; load the controllers' YAML file of the MoveIt package there."
+            f"the parameter {owner}/controller_list is missing; load the controllers' YAML file of the MoveIt package "
+            "there."
         )
     chosen: dict[str, list[str]] = {}
     for name in names:
@@ -178,7 +179,8 @@ def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list
         if not usable:
             others = f"; those of the type {found[0].get('type')} are not supported" if found else ""
             raise MoveItCommanderException(
-                f"no controller of the type FollowJointTrajectory in {owner}/controller_list moves the joint '{name}'{others}."
+                f"no controller of the type FollowJointTrajectory in {owner}/controller_list moves the joint "
+                f"'{name}'{others}."
             )
         best = max(usable, key=lambda entry: bool(entry.get("default")))
         action = "/".join(filter(None, (best["name"], best.get("action_ns", ""))))

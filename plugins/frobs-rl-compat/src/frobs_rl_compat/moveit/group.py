@@ -34,20 +34,20 @@ _ERROR_CODES = {
     Reason.GOAL_OUT_OF_REACH: "NO_IK_SOLUTION",
     Reason.NO_WAY_FOUND: "PLANNING_FAILED",
 }
-_BOUND = 1e-6  # [rad or m] that a target may be beyond a limit, by rounding
+_BOUND = 1e-6  # [rad or m] by which a target may exceed a limit due to rounding
 
 
 class MoveGroupCommander:
-    """Plans and executes motions of one group of joints, as MoveIt's class of this name does.
+    """Plans and executes motions of one group of joints, like MoveIt's class of this name.
 
     Args:
-        name: Of the group.
+        name: Name of the group.
         robot_description: Parameter with the URDF.
         ns: Namespace of the parameters and of ``move_group``.
-        wait_for_servers: How long to wait for ``move_group`` [s].
+        wait_for_servers: Maximum time to wait for ``move_group`` [s].
 
     Raises:
-        MoveItCommanderException: There is no such group, a parameter is missing, or ``move_group`` does not run.
+        MoveItCommanderException: The group does not exist, a parameter is missing, or ``move_group`` does not run.
     """
 
     def __init__(
@@ -69,7 +69,9 @@ class MoveGroupCommander:
         self._frame = self._description.semantics.planning_frame
         self._link = self._group.tip
         self._joint_target: Floats | None = None
-        self._pose_target: tuple[str, Floats, bool] | None = None  # the link, its pose, and whether the rotation counts
+        self._pose_target: tuple[str, Floats, bool] | None = (
+            None  # the link, its pose, and whether the rotation is constrained
+        )
         self._tolerances = {"joint": 1e-4, "position": 1e-4, "orientation": 1e-3}
         self._velocity_scaling = self._description.velocity_scaling
         self._acceleration_scaling = self._description.acceleration_scaling
@@ -86,13 +88,13 @@ class MoveGroupCommander:
         return self._group.name
 
     def get_joints(self) -> list[str]:
-        """Return the names of the group's joints that move."""
+        """Return the names of the group's movable joints."""
         return list(self._names)
 
     get_active_joints = get_joints
 
     def get_variable_count(self) -> int:
-        """Return how many joints of the group move."""
+        """Return the number of movable joints in the group."""
         return len(self._names)
 
     def get_planning_frame(self) -> str:
@@ -100,11 +102,11 @@ class MoveGroupCommander:
         return self._description.semantics.planning_frame
 
     def get_pose_reference_frame(self) -> str:
-        """Return the frame of pose targets that name no frame."""
+        """Return the default frame of pose targets."""
         return self._frame
 
     def set_pose_reference_frame(self, reference_frame: str) -> None:
-        """Set the frame of pose targets that name no frame: the planning frame or a link of the robot."""
+        """Set the default frame of pose targets: the planning frame or a link of the robot."""
         self._frame_pose(reference_frame)
         self._frame = reference_frame
 
@@ -136,14 +138,14 @@ class MoveGroupCommander:
         return list(rpy_from_quat(self._link_pose(self._tool(end_effector_link), self._everything())[3:]))
 
     def get_random_joint_values(self) -> list[float]:
-        """Return random joint positions within the limits [rad or m]; the robot may collide there."""
+        """Return random joint positions within the limits [rad or m], which may be in collision."""
         lower = np.where(np.isinf(self._lower), -math.pi, self._lower)
         upper = np.where(np.isinf(self._upper), math.pi, self._upper)
         drawn: list[float] = self._random.uniform(lower, upper).tolist()
         return drawn
 
     def get_random_pose(self, end_effector_link: str = "") -> Any:
-        """Return the pose that the end-effector link has at random joint positions, as ``geometry_msgs/PoseStamped``."""
+        """Return the pose of the end-effector link at random joint positions, as ``geometry_msgs/PoseStamped``."""
         positions = {**self._everything(), **dict(zip(self._names, self.get_random_joint_values(), strict=True))}
         return self._stamped(self._link_pose(self._tool(end_effector_link), positions))
 
@@ -156,10 +158,10 @@ class MoveGroupCommander:
             arg1: All positions in the order of the group, positions by joint name, a ``JointState``, the name of one
                 joint, or a pose.
             arg2: The position of the joint that ``arg1`` names, or the end-effector link of the pose.
-            arg3: Whether a position near the pose is enough; not supported.
+            arg3: Whether an approximate solution is enough; not supported.
 
         Raises:
-            MoveItCommanderException: A joint does not exist, or a position is beyond its limits.
+            MoveItCommanderException: A joint does not exist, or a position exceeds its limits.
         """
         if isinstance(arg1, str):
             if arg2 is None:
@@ -179,7 +181,7 @@ class MoveGroupCommander:
         self._pose_target = None
 
     def get_joint_value_target(self) -> list[float]:
-        """Return the joint positions that are the target [rad or m]; where the robot is, if there are none."""
+        """Return the target joint positions [rad or m], or the current ones if there is no target."""
         if self._joint_target is None:
             return self.get_current_joint_values()
         target: list[float] = self._joint_target.tolist()
@@ -190,7 +192,7 @@ class MoveGroupCommander:
 
         Args:
             pose: ``Pose``, ``PoseStamped``, or a list: x, y, z and roll, pitch, yaw or a quaternion x, y, z, w.
-            end_effector_link: Empty: the group's.
+            end_effector_link: Name of the link; empty: that of the group.
         """
         self._pose_target = (self._tool(end_effector_link), self._pose(pose), True)
         self._joint_target = None
@@ -213,7 +215,7 @@ class MoveGroupCommander:
         self.set_joint_value_target(self.get_named_target_values(name))
 
     def get_named_targets(self) -> list[str]:
-        """Return the names of the SRDF's states of this group."""
+        """Return the names of the group's states in the SRDF."""
         return list(self._group.states)
 
     def get_named_target_values(self, target: str) -> dict[str, float]:
@@ -226,11 +228,11 @@ class MoveGroupCommander:
     # Settings
 
     def set_max_velocity_scaling_factor(self, value: float) -> None:
-        """Set the share of the velocity limits that motions use, in (0, 1]."""
+        """Set the fraction of the velocity limits that motions use, in (0, 1]."""
         self._velocity_scaling = _share("velocity", value)
 
     def set_max_acceleration_scaling_factor(self, value: float) -> None:
-        """Set the share of the acceleration limits that motions use, in (0, 1]."""
+        """Set the fraction of the acceleration limits that motions use, in (0, 1]."""
         self._acceleration_scaling = _share("acceleration", value)
 
     def get_goal_tolerance(self) -> tuple[float, float, float]:
@@ -243,11 +245,11 @@ class MoveGroupCommander:
         return self._tolerances["joint"]
 
     def get_goal_position_tolerance(self) -> float:
-        """Return the largest distance from a pose target [m]."""
+        """Return the maximum distance from a pose target [m]."""
         return self._tolerances["position"]
 
     def get_goal_orientation_tolerance(self) -> float:
-        """Return the largest angle from a pose target [rad]."""
+        """Return the maximum angle from a pose target [rad]."""
         return self._tolerances["orientation"]
 
     def set_goal_tolerance(self, value: float) -> None:
@@ -256,27 +258,27 @@ class MoveGroupCommander:
             self._tolerances[kind] = _positive(f"the {kind} tolerance", value)
 
     def set_goal_joint_tolerance(self, value: float) -> None:
-        """Set the tolerance of joint targets [rad or m]; planned motions end exactly at the target anyway."""
+        """Set the tolerance of joint targets [rad or m]; planned motions end exactly at the target regardless."""
         self._tolerances["joint"] = _positive("the joint tolerance", value)
 
     def set_goal_position_tolerance(self, value: float) -> None:
-        """Set the largest distance from a pose target [m]."""
+        """Set the maximum distance from a pose target [m]."""
         self._tolerances["position"] = _positive("the position tolerance", value)
 
     def set_goal_orientation_tolerance(self, value: float) -> None:
-        """Set the largest angle from a pose target [rad]."""
+        """Set the maximum angle from a pose target [rad]."""
         self._tolerances["orientation"] = _positive("the orientation tolerance", value)
 
     def set_planning_time(self, seconds: float) -> None:
-        """Set how long the search for a motion may take [s]."""
+        """Set the maximum duration of the search for a motion [s]."""
         self._planning_time = _positive("the planning time", seconds)
 
     def get_planning_time(self) -> float:
-        """Return how long the search for a motion may take [s]."""
+        """Return the maximum duration of the search for a motion [s]."""
         return self._planning_time
 
     def set_workspace(self, ws: Sequence[float]) -> None:
-        """Check a workspace: nothing, or its corners as 4 or 6 numbers.
+        """Validate a workspace: empty, or its corners as 4 or 6 numbers.
 
         As in MoveIt, it limits only the motion of mobile bases, which are not supported here.
         """
@@ -288,18 +290,19 @@ class MoveGroupCommander:
             )
 
     def set_start_state_to_current_state(self) -> None:
-        """Do nothing: motions always start where the robot is."""
+        """Do nothing, because motions always start at the robot's current state."""
 
     # Motions
 
     def plan(self, joints: Any = None) -> tuple[bool, Any, float, Any]:
-        """Plan a motion from where the robot is to the target.
+        """Plan a motion from the robot's current state to the target.
 
         Args:
-            joints: A target, as :meth:`set_joint_value_target` takes it, or a pose; None: the target that is set.
+            joints: A target as in :meth:`set_joint_value_target`, or a pose; None: the current target.
 
         Returns:
-            Whether there is a motion, the motion as ``RobotTrajectory``, the planning time [s], and the ``MoveItErrorCodes``.
+            Whether a motion was found, the motion as ``RobotTrajectory``, the planning time [s], and the
+            ``MoveItErrorCodes``.
         """
         from moveit_msgs.msg import MoveItErrorCodes
 
@@ -317,7 +320,7 @@ class MoveGroupCommander:
 
         Args:
             joints: As in :meth:`plan`.
-            wait: Return when the motion has ended; otherwise when it was sent.
+            wait: Whether to return after the motion has ended, instead of after sending it.
 
         Returns:
             Whether the motion was planned, and executed or sent.
@@ -346,7 +349,7 @@ class MoveGroupCommander:
             self.set_joint_value_target(target)
 
     def _plan(self) -> tuple[Plan | None, Any]:
-        """Return the planner's answer, None without a target, and the motion as a message."""
+        """Return the planner's result, or None without a target, and the motion as a message."""
         goal = self._goal()
         start = self._everything()
         values = np.array([start[name] for name in self._names])
@@ -382,7 +385,7 @@ class MoveGroupCommander:
         )
 
     def _joint_vector(self, values: Any) -> Floats:
-        """Return joint positions (dof,), with those of the last target or of the robot for joints that are not named."""
+        """Return joint positions (dof,); joints that are not given use the last target or their current position."""
         if isinstance(values, Mapping):
             unknown = [name for name in values if name not in self._names]
             if unknown:
@@ -393,7 +396,9 @@ class MoveGroupCommander:
             target.update({name: float(value) for name, value in values.items()})
             return np.array([target[name] for name in self._names])
         if not isinstance(values, Iterable):
-            raise MoveItCommanderException(f"{values!r} is no joint target; pass positions as a list or by joint name.")
+            raise MoveItCommanderException(
+                f"{values!r} is not a joint target; pass positions as a list or by joint name."
+            )
         vector = np.array([float(value) for value in values])
         if vector.shape != (len(self._names),):
             raise MoveItCommanderException(
@@ -402,7 +407,7 @@ class MoveGroupCommander:
         return vector
 
     def _within(self, target: Floats) -> Floats:
-        """Return a joint target exactly within the limits, if it is beyond them by rounding at most."""
+        """Return a joint target clipped to the limits, if rounding is the reason that it exceeds them."""
         target = np.where(self._endless, target - 2.0 * np.pi * np.round(target / (2.0 * np.pi)), target)
         inside = np.clip(target, self._lower, self._upper)
         beyond = ~(np.abs(inside - target) <= _BOUND)
@@ -418,7 +423,8 @@ class MoveGroupCommander:
         link = link or self._link
         if not link:
             raise MoveItCommanderException(
-                f"the group '{self._group.name}' has no end-effector link, as its joints form no chain; name a link."
+                f"the group '{self._group.name}' has no end-effector link, because its joints do not form a chain; "
+                "pass a link."
             )
         links = [found.name for found in self._description.model.links]
         if link not in links:
@@ -433,13 +439,14 @@ class MoveGroupCommander:
         return compose(self._frame_pose(self._frame), array)
 
     def _frame_pose(self, frame: str) -> Floats:
-        """Return where a frame is in the planning frame."""
+        """Return the pose of a frame in the planning frame."""
         frame = frame.removeprefix("/")
         if frame in (self.get_planning_frame(), self._description.model.root):
             return poses.IDENTITY
         if frame not in {link.name for link in self._description.model.links}:
             raise MoveItCommanderException(
-                f"the frame '{frame}' is neither the planning frame '{self.get_planning_frame()}' nor a link of the robot."
+                f"the frame '{frame}' is neither the planning frame '{self.get_planning_frame()}' nor a link of the "
+                "robot."
             )
         return self._link_pose(frame, self._everything())
 

@@ -15,10 +15,10 @@ _PAUSED = 0.1  # [s] without a message: the simulation is paused, and the last m
 
 
 class JointStates:
-    """Listens to the joint states.
+    """Subscribes to the joint states.
 
     Args:
-        topic: Their full name.
+        topic: Full name of the topic.
     """
 
     def __init__(self, topic: str) -> None:
@@ -47,11 +47,11 @@ class JointStates:
         """Return the positions of joints, from a message that arrives after the call unless the simulation is paused.
 
         Args:
-            names: The joints.
-            wait: How long to wait for the first message [s].
+            names: Names of the joints.
+            wait: Maximum time to wait for the first message [s].
 
         Raises:
-            MoveItCommanderException: No message told the position of a joint in time.
+            MoveItCommanderException: No message contained the position of a joint in time.
         """
         wanted, began = list(names), time.monotonic()
         with self._changed:
@@ -65,8 +65,8 @@ class JointStates:
             missing = [name for name in wanted if name not in self._positions]
             if missing:
                 raise MoveItCommanderException(
-                    f"the topic {self._topic} told no position of {', '.join(missing)} within {wait:g} s; start the "
-                    "joint_state_controller and unpause the simulation."
+                    f"the topic {self._topic} published no position of {', '.join(missing)} within {wait:g} s; start "
+                    "the joint_state_controller and unpause the simulation."
                 )
             return {name: self._positions[name] for name in wanted}
 
@@ -80,5 +80,5 @@ def _listen(topic: str) -> JointStates:
 
 
 def joint_states(namespace: str) -> JointStates:
-    """Return the joint states of a namespace; there is one listener for each topic."""
+    """Return the joint states of a namespace, with one subscriber per topic."""
     return _listen(resolve(namespace, "joint_states"))

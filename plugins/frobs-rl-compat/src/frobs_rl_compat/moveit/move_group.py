@@ -1,6 +1,6 @@
 """The stand-in for the node ``move_group``, which the launch files of MoveIt packages start.
 
-It keeps the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
+It stores the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from frobs_ros import use_ros
 
 LOG = logging.getLogger("rosout.move_group")
 
-_STATUS_PERIOD = 0.2  # [s], as actionlib publishes it
+_STATUS_PERIOD = 0.2  # [s] as in actionlib
 
 
 class MoveGroup:
@@ -65,7 +65,8 @@ class MoveGroup:
             return poses.IDENTITY
         if frame not in {link.name for link in model.links}:
             raise MoveItCommanderException(
-                f"the frame '{frame}' is neither the planning frame '{semantics.planning_frame}' nor a link of the robot."
+                f"the frame '{frame}' is neither the planning frame '{semantics.planning_frame}' nor a link of the "
+                "robot."
             )
         current = self._states.current(model.joint_names)
         pos, quat = model.frame_pose(frame, np.array([[current[name] for name in model.joint_names]]))
@@ -118,7 +119,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FrobsError as error:
         LOG.error("%s", error)
         return 1
-    LOG.info("You can start planning now: this is the stand-in of FRobs for move_group.")
+    LOG.info("You can start planning now: this is FRobs's stand-in for move_group.")
     while not rospy.is_shutdown():
         node.status.publish(GoalStatusArray())
         rospy.rostime.wallsleep(_STATUS_PERIOD)

@@ -18,14 +18,14 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.semantics import Group
 
 CLEARANCE = 0.01
-"""[m] that planned motions keep from everything: the controller does not follow them exactly."""
+"""[m] clearance of planned motions, because controllers do not follow them exactly."""
 
-_HELD = 1e-9  # [rad or m]: the search needs a range for every joint
-_MOVED = 1e-4  # [rad or m]: the planner is built again when a joint outside the group has moved so far
+_HELD = 1e-9  # [rad or m] range of fixed joints, because the search needs one for every joint
+_MOVED = 1e-4  # [rad or m] motion of a joint outside the group that requires a new planner
 
 
 class GroupPlanner:
-    """Plans motions of one group; all other joints stay where they are when a motion begins.
+    """Plans motions of one group; all other joints keep their positions at the beginning of the motion.
 
     Args:
         description: The robot.
@@ -53,17 +53,17 @@ class GroupPlanner:
         Args:
             start: Positions of all joints of the robot, by name [rad or m].
             goal: Positions of the group's joints [rad or m], or a pose of ``link`` in the planning frame.
-            link: The tool of pose goals; empty: there is none.
+            link: Tool of pose goals; empty: none.
             scene: The ``moveit_msgs/PlanningScene``.
-            velocity_scaling: Share of the velocity limits.
-            acceleration_scaling: Share of the acceleration limits.
-            max_seconds: The search gives up after this time.
+            velocity_scaling: Fraction of the velocity limits.
+            acceleration_scaling: Fraction of the acceleration limits.
+            max_seconds: Maximum time of the search.
 
         Returns:
             A plan for all joints of the robot.
 
         Raises:
-            MoveItCommanderException: The scene has an object that is not supported.
+            MoveItCommanderException: The scene has an unsupported object.
         """
         names, group = self._description.model.joint_names, self._group.joint_names
         others = {name: start[name] for name in names if name not in group}
@@ -78,7 +78,7 @@ class GroupPlanner:
     def _made(
         self, others: Mapping[str, float], link: str, scene: Any, velocity_scaling: float, acceleration_scaling: float
     ) -> Planner:
-        """Return the planner; it is built again only if something has changed."""
+        """Return the planner, which is rebuilt only if something has changed."""
         objects, attached = scene.world.collision_objects, scene.robot_state.attached_collision_objects
         places = tuple(round(value / _MOVED) for value in others.values())
         key = (places, link, velocity_scaling, acceleration_scaling, repr(objects), repr(attached))
@@ -106,9 +106,9 @@ class GroupPlanner:
 
 
 def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
-    """Return a robot of which some joints cannot leave their positions [rad or m], by joint name.
+    """Return a robot in which some joints are fixed at positions [rad or m], by joint name.
 
-    They stay joints, so that the same links may touch as in the whole robot.
+    They remain joints, so that the same links may touch as in the whole robot.
     """
 
     def limits(joint: Joint) -> JointLimits:
@@ -121,10 +121,10 @@ def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
 
 
 def with_attached(model: RobotModel, attached: Collection[Any]) -> RobotModel:
-    """Return a robot with further links: the ``moveit_msgs/AttachedCollisionObject`` that it carries.
+    """Return a robot with additional links: the ``moveit_msgs/AttachedCollisionObject`` messages that it carries.
 
     Raises:
-        MoveItCommanderException: An object has the name of a link, or a shape that is not supported.
+        MoveItCommanderException: An object has the name of a link, or an unsupported shape.
     """
     names = {link.name for link in model.links}
     links, joints = [*model.links], [*model.joints]

@@ -15,7 +15,7 @@ IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def from_message(pose: Any) -> Floats:
-    """Return a ``geometry_msgs/Pose`` as an array; a quaternion of zeros, the message's default, is no rotation.
+    """Return a ``geometry_msgs/Pose`` as an array; a zero quaternion, the message's default, means no rotation.
 
     Raises:
         MoveItCommanderException: A number is not finite, or the quaternion is not of length 1.
@@ -31,8 +31,8 @@ def _checked(numbers: Sequence[float]) -> Floats:
     length = float(np.linalg.norm(array[3:]))
     if not np.isfinite(array).all() or abs(length - 1.0) > 0.01:
         raise MoveItCommanderException(
-            f"the pose has the position {array[:3].tolist()} and the quaternion {array[[4, 5, 6, 3]].tolist()} (x, y, z, "
-            "w); all numbers must be finite, and the quaternion must have the length 1."
+            f"the pose has the position {array[:3].tolist()} and the quaternion {array[[4, 5, 6, 3]].tolist()} (x, y, "
+            "z, w); all numbers must be finite, and the quaternion must have the length 1."
         )
     array[3:] /= length
     return array
@@ -50,20 +50,21 @@ def from_list(numbers: Sequence[float]) -> Floats:
     """Return the pose of x, y, z, roll, pitch, yaw, or of x, y, z and a quaternion x, y, z, w.
 
     Raises:
-        MoveItCommanderException: There are neither 6 nor 7 numbers, or they are no pose.
+        MoveItCommanderException: There are neither 6 nor 7 numbers, or they do not form a pose.
     """
     values = [float(number) for number in numbers]
     if len(values) == 6:
         return _checked([*values[:3], *quat_from_rpy(values[3:]).tolist()])
     if len(values) != 7:
         raise MoveItCommanderException(
-            f"a pose is a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 (x, y, z and a quaternion), not {len(values)}."
+            "a pose is a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 (x, y, z and a quaternion), not "
+            f"{len(values)}."
         )
     x, y, z, i, j, k, w = values
     return _checked([x, y, z, w, i, j, k])
 
 
 def inverse(pose: Floats) -> Floats:
-    """Return the pose of the outer frame in this one."""
+    """Return the inverse of a pose."""
     quat = quat_conjugate(pose[3:])
     return np.concatenate([-quat_rotate(quat, pose[:3]), quat])

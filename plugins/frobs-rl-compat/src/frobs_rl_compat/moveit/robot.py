@@ -1,4 +1,4 @@
-"""``RobotCommander``: what a robot consists of, and where its joints are."""
+"""``RobotCommander``: the structure of a robot, and its joint positions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_rl_compat.moveit.node import ensure_node
 
 
 class RobotCommander:
-    """A robot, as its URDF and SRDF describe it. ``robot.<group>`` is a :class:`MoveGroupCommander`.
+    """A robot from its URDF and SRDF. ``robot.<group>`` is a :class:`MoveGroupCommander`.
 
     Args:
         robot_description: Parameter with the URDF.
@@ -42,21 +42,21 @@ class RobotCommander:
         return list(self._description.semantics.groups)
 
     def has_group(self, name: str) -> bool:
-        """Return whether there is such a group."""
+        """Return whether a group exists."""
         return name in self._description.semantics.groups
 
     def get_group(self, name: str) -> MoveGroupCommander:
         """Return a group's commander.
 
         Raises:
-            MoveItCommanderException: There is no such group, or ``move_group`` does not run.
+            MoveItCommanderException: The group does not exist, or ``move_group`` does not run.
         """
         if name not in self._groups:
             self._groups[name] = MoveGroupCommander(name, self._parameter, self._namespace)
         return self._groups[name]
 
     def get_joint_names(self, group: str | None = None) -> list[str]:
-        """Return the names of the joints that move, of a group or of the whole robot."""
+        """Return the names of movable joints, of a group or of the whole robot."""
         if group is None:
             return list(self._description.model.joint_names)
         return list(self._description.group(group).joint_names)

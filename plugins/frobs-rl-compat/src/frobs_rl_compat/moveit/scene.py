@@ -1,4 +1,4 @@
-"""Objects of a planning scene: from messages to what the planner avoids."""
+"""Converts objects of a planning scene to obstacles of the planner."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 
 def body(collision_object: Any) -> Body:
-    """Return a ``moveit_msgs/CollisionObject`` as a body at the pose of the message, whatever its frame.
+    """Return a ``moveit_msgs/CollisionObject`` as a body at the pose of the message, ignoring its frame.
 
     Raises:
-        MoveItCommanderException: It has no shape, or one that is not supported.
+        MoveItCommanderException: The object has no shape, or an unsupported one.
     """
     shapes = tuple(Shape(found.geometry, found.origin) for found in collisions(collision_object))
     return Body(shapes=shapes, pose=pose_from_array(poses.from_message(collision_object.pose)))
@@ -44,7 +44,7 @@ def collisions(collision_object: Any) -> tuple[Collision, ...]:
     """Return the shapes of a ``moveit_msgs/CollisionObject`` in the object's own frame.
 
     Raises:
-        MoveItCommanderException: It has no shape, or one that is not supported.
+        MoveItCommanderException: The object has no shape, or an unsupported one.
     """
     name = collision_object.id
     if collision_object.planes:
@@ -73,7 +73,8 @@ def _primitive(name: str, primitive: Any) -> Geometry:
     }
     if primitive.type not in kinds:
         raise MoveItCommanderException(
-            f"the object '{name}' has a shape of the type {primitive.type}; boxes, spheres, cylinders and meshes are supported."
+            f"the object '{name}' has a shape of the type {primitive.type}; boxes, spheres, cylinders and meshes are "
+            "supported."
         )
     count, make = kinds[primitive.type]
     if len(lengths) != count or not all(0.0 < length < np.inf for length in lengths):
@@ -85,12 +86,12 @@ def _primitive(name: str, primitive: Any) -> Geometry:
 
 
 def _mesh(name: str, mesh: Any) -> Mesh:
-    """Return a mesh as a file, which is written once for each shape."""
+    """Return a mesh as a file, which is written only once per shape."""
     vertices = np.array([[point.x, point.y, point.z] for point in mesh.vertices], float).reshape(-1, 3)
     faces = np.array([list(triangle.vertex_indices) for triangle in mesh.triangles], np.int32).reshape(-1, 3)
     if not len(faces) or faces.max() >= len(vertices) or not np.isfinite(vertices).all():
         raise MoveItCommanderException(
-            f"the mesh of the object '{name}' has no triangles, or vertices that do not exist."
+            f"the mesh of the object '{name}' has no triangles, or refers to missing vertices."
         )
     digest = hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:16]
     path = Path(_mesh_folder().name, f"{digest}.stl")
@@ -122,7 +123,7 @@ def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
 
 
 def append(known: Any, added: Any) -> None:
-    """Add the shapes of one ``moveit_msgs/CollisionObject`` to another of the same frame, where they are."""
+    """Add the shapes of one ``moveit_msgs/CollisionObject`` to another one in the same frame, keeping their poses."""
     into = poses.inverse(poses.from_message(known.pose))
     outer = compose(into, poses.from_message(added.pose))
     for shapes, places in (("primitives", "primitive_poses"), ("meshes", "mesh_poses")):

@@ -1,4 +1,4 @@
-"""``PlanningSceneInterface``: the objects that motions avoid."""
+"""``PlanningSceneInterface``: the obstacles of motions."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class PlanningSceneInterface:
 
     Args:
         ns: Namespace of ``move_group``.
-        synchronous: MoveIt's parameter; calls are always synchronous here.
-        service_timeout: How long to wait for ``move_group`` [s].
+        synchronous: Parameter of MoveIt; calls are always synchronous here.
+        service_timeout: Maximum time to wait for ``move_group`` [s].
 
     Raises:
         MoveItCommanderException: ``move_group`` does not run.
@@ -36,7 +36,7 @@ class PlanningSceneInterface:
         raise NotOfferedError("PlanningSceneInterface", name, dir(self))
 
     def add_box(self, name: str, pose: Any, size: Size = _UNIT) -> None:
-        """Add a box with edges of some lengths [m] at a ``PoseStamped``."""
+        """Add a box with edge lengths [m] at a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "BOX", size))
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1.0) -> None:
@@ -58,7 +58,7 @@ class PlanningSceneInterface:
         self._apply(objects=[collision_object])
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object, or all objects without a name; attached objects stay."""
+        """Remove an object, or all objects without a name; attached objects are kept."""
         from moveit_msgs.msg import CollisionObject
 
         self._apply(objects=[CollisionObject(id=name or "", operation=CollisionObject.REMOVE)])
@@ -66,13 +66,13 @@ class PlanningSceneInterface:
     def attach_box(
         self, link: str, name: str, pose: Any = None, size: Size = _UNIT, touch_links: Sequence[str] = ()
     ) -> None:
-        """Attach a box to a link; without a pose attach the object of the scene that has this name.
+        """Attach a box to a link; without a pose, attach the object of this name from the scene.
 
         Args:
             link: The robot's link that carries the box.
-            name: Of the box.
-            pose: ``PoseStamped``; None: the object exists.
-            size: Lengths of the edges [m].
+            name: Name of the box.
+            pose: ``PoseStamped``; None: attach an existing object.
+            size: Edge lengths [m].
             touch_links: Links that the box may touch, in addition to ``link``.
         """
         self._attach(link, _existing(name) if pose is None else _primitive(name, pose, "BOX", size), touch_links)
@@ -86,7 +86,7 @@ class PlanningSceneInterface:
         size: Size = _UNIT,
         touch_links: Sequence[str] = (),
     ) -> None:
-        """Attach a mesh to a link, as :meth:`attach_box` does with a box."""
+        """Attach a mesh to a link, like :meth:`attach_box`."""
         self._attach(link, _existing(name) if pose is None else _mesh(name, pose, filename, size), touch_links)
 
     def attach_object(self, attached_collision_object: Any) -> None:
@@ -94,11 +94,11 @@ class PlanningSceneInterface:
         self._apply(attached=[attached_collision_object])
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
-        """Detach an object, which stays in the scene where it is.
+        """Detach an object, which remains in the scene at its current pose.
 
         Args:
-            link: Only objects that are attached to this link; None: to any.
-            name: Of the object; None: all objects.
+            link: Link from which to detach objects; None: any link.
+            name: Name of the object; None: all objects.
         """
         from moveit_msgs.msg import AttachedCollisionObject
 
@@ -107,7 +107,7 @@ class PlanningSceneInterface:
         self._apply(attached=[item])
 
     def get_known_object_names(self, with_type: bool = False) -> list[str]:
-        """Return the names of the objects in the scene; ``with_type``: of those that have a type."""
+        """Return the names of the objects in the scene; with ``with_type``, only those with a type."""
         objects = current_scene(self._namespace).world.collision_objects
         return [item.id for item in objects if item.type.key or not with_type]
 
@@ -126,12 +126,12 @@ class PlanningSceneInterface:
         return {item.object.id: item for item in found if not object_ids or item.object.id in object_ids}
 
     def clear(self) -> None:
-        """Remove all objects, attached ones included."""
+        """Remove all objects, including attached ones."""
         self.remove_attached_object()
         self.remove_world_object()
 
     def apply_planning_scene(self, planning_scene_message: Any) -> bool:
-        """Change the scene by a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it."""
+        """Apply a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it."""
         return apply_scene(self._namespace, planning_scene_message)
 
     def _attach(self, link: str, collision_object: Any, touch_links: Sequence[str]) -> None:
@@ -150,7 +150,7 @@ class PlanningSceneInterface:
         if not apply_scene(self._namespace, scene):
             names = ", ".join([item.id for item in objects] + [item.object.id for item in attached]) or "all objects"
             raise MoveItCommanderException(
-                f"move_group rejected the change of {names}; the log of move_group states the reason."
+                f"move_group rejected the change of {names}; see the log of move_group for the reason."
             )
 
 

@@ -15,7 +15,7 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
     """Wait until ``move_group`` runs.
 
     Raises:
-        MoveItCommanderException: It does not run in time [s].
+        MoveItCommanderException: It does not start in time.
     """
     import rospy
 
@@ -25,8 +25,8 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
             rospy.wait_for_service(name, timeout)
         except rospy.ROSException as error:
             raise MoveItCommanderException(
-                f"the service {name} is not offered after {timeout:g} s; start move_group, which the launch file "
-                "move_group.launch of the robot's MoveIt package does."
+                f"the service {name} is not available after {timeout:g} s; start move_group with the launch file "
+                "move_group.launch of the robot's MoveIt package."
             ) from error
 
 
@@ -44,7 +44,7 @@ def current_scene(namespace: str) -> Any:
 
 
 def apply_scene(namespace: str, scene: Any) -> bool:
-    """Change the scene by a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it.
+    """Apply a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it.
 
     Raises:
         MoveItCommanderException: ``move_group`` does not answer.

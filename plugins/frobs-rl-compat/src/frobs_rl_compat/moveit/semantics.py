@@ -14,10 +14,10 @@ class Group:
     """Joints that are planned together.
 
     Attributes:
-        name: Unique in the robot.
+        name: Name, unique in the robot.
         joint_names: Its actuated joints, in the order of the robot's model.
         links: The links that its joints carry, from the root outward.
-        tip: The last link, if the joints form a chain; otherwise empty.
+        tip: Last link, if the joints form a chain; otherwise empty.
         states: Named joint positions [rad or m], each by joint name.
     """
 
@@ -30,10 +30,10 @@ class Group:
 
 @dataclass(frozen=True)
 class Semantics:
-    """What an SRDF says.
+    """The content of an SRDF.
 
     Attributes:
-        groups: By name.
+        groups: Groups by name.
         end_effectors: The link that carries each end effector, by the end effector's name.
         planning_frame: Name of the frame of all poses. It coincides with the robot's root link.
         may_touch: Pairs of links for which collisions are disabled.
@@ -49,12 +49,12 @@ def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
     """Read an SRDF.
 
     Args:
-        text: Its XML.
+        text: XML text of the SRDF.
         model: The robot.
         source: Where the text comes from, for messages.
 
     Raises:
-        ModelFileError: It is no SRDF, names a joint or link that the robot does not have, or uses an unsupported feature.
+        ModelFileError: The text is not an SRDF, refers to an unknown joint or link, or uses an unsupported feature.
     """
     root = parse_xml(text, Path(source))
     if root.tag != "robot":
@@ -96,7 +96,7 @@ def _group(name: str, elements: Mapping[str, Element], virtual: set[str], root: 
 def _members(
     name: str, elements: Mapping[str, Element], model: RobotModel, virtual: set[str], outer: tuple[str, ...] = ()
 ) -> set[str]:
-    """Return the names of a group's joints, fixed ones included; ``outer`` are the groups that it is part of."""
+    """Return the names of a group's joints, including fixed ones; ``outer`` are the groups that contain it."""
     joints, above = {joint.name for joint in model.joints}, {joint.child: joint.name for joint in model.joints}
     links = {link.name for link in model.links}
     members: set[str] = set()
@@ -118,7 +118,7 @@ def _members(
         else:
             other = element.required("name")
             if other not in elements or other in (*outer, name):
-                element.refuse(f"there is no group '{other}' that can be part of '{name}'.")
+                element.refuse(f"the group '{other}' does not exist, or cannot be part of '{name}'.")
             members |= _members(other, elements, model, virtual, (*outer, name))
     return members
 

@@ -10,11 +10,11 @@ SETTINGS: dict[str, float | bool] = {
     "allowed_start_tolerance": 0.01,
     "execution_duration_monitoring": True,
 }
-"""Names and MoveIt's defaults; a number is a double, [s] for the margin and [rad or m] for the tolerance."""
+"""Names with MoveIt's default values; a number is a double, [s] for the margin and [rad or m] for the tolerance."""
 
 
 def changed(settings: dict[str, Any], config: Any) -> dict[str, float | bool]:
-    """Return settings with those of a ``dynamic_reconfigure/Config`` in their place; unknown names are ignored."""
+    """Return settings, replaced by those of a ``dynamic_reconfigure/Config``; unknown names are ignored."""
     given = {entry.name: entry.value for entry in (*config.doubles, *config.bools)}
     merged = {**SETTINGS, **settings, **given}
     return {name: type(default)(merged[name]) for name, default in SETTINGS.items()}

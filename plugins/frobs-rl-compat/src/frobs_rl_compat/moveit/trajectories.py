@@ -1,4 +1,4 @@
-"""Planned motions as messages."""
+"""Converts planned motions to messages."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from frobs_controllers_planning import Plan
 from frobs_core.arrays import Floats
 
 _SPACING = 0.05  # [s] between points
-_LEAST = 10  # points of a short motion
+_LEAST = 10  # minimum number of points of a motion
 
 
 def to_message(plan: Plan, joint_names: Sequence[str], columns: Sequence[int], offset: Floats, frame: str) -> Any:
     """Return a plan as ``moveit_msgs/RobotTrajectory``, without points if there is no motion.
 
     Args:
-        plan: The answer of the planner.
+        plan: Result of the planner.
         joint_names: Joints of the message.
-        columns: (k,) which joint of the plan each of them is.
-        offset: (k,) that is added to their positions [rad or m].
+        columns: (k,) index of each of these joints in the plan.
+        offset: (k,) offset that is added to their positions [rad or m].
         frame: The planning frame.
     """
     import rospy

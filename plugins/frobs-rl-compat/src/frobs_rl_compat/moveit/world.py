@@ -1,4 +1,4 @@
-"""The planning scene that ``move_group`` keeps: objects in the world, and objects that the robot carries."""
+"""The planning scene of ``move_group``: objects in the world, and objects that the robot carries."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class World:
     Args:
         robot: Name of the robot.
         frame: The planning frame.
-        locate: Returns the pose of a link in the planning frame, or raises MoveItCommanderException for unknown links.
+        locate: Function that returns the pose of a link in the planning frame, or raises MoveItCommanderException.
     """
 
     def __init__(self, robot: str, frame: str, locate: Callable[[str], Floats]) -> None:
@@ -40,10 +40,10 @@ class World:
             return scene
 
     def apply(self, scene: Any) -> None:
-        """Change the scene by a ``moveit_msgs/PlanningScene``: all of its changes, or none.
+        """Apply a ``moveit_msgs/PlanningScene``: all of its changes, or none.
 
         Raises:
-            MoveItCommanderException: It contains an object that does not exist or is not supported.
+            MoveItCommanderException: It refers to an object that does not exist, or is not supported.
         """
         if scene.world.octomap.octomap.data:
             raise MoveItCommanderException("octomaps are not supported; add boxes or meshes.")

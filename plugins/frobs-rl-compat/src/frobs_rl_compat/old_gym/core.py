@@ -1,4 +1,4 @@
-"""Environments and wrappers with old gym's API; each is an instance of Gymnasium's classes too."""
+"""Environments and wrappers with old gym's API, which are also instances of Gymnasium's classes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from frobs_rl_compat.old_gym.seeding import np_random
 
 
 class Env(gymnasium.Env[Any, Any]):
-    """Base class of environments whose ``reset`` returns an observation and whose ``step`` four values."""
+    """Base class of environments whose ``reset`` returns an observation, and whose ``step`` returns four values."""
 
     has_gym_api = True
     reward_range = (-float("inf"), float("inf"))
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; returns the observation."""
+        """Begin an episode; return the observation."""
         raise NotImplementedError
 
     def step(self, action: Any) -> Any:
-        """Act; returns observation, reward, done, info."""
+        """Execute an action; return observation, reward, done, info."""
         raise NotImplementedError
 
     def seed(self, seed: int | None = None) -> list[int]:
@@ -32,10 +32,10 @@ class Env(gymnasium.Env[Any, Any]):
 
 
 class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
-    """Base class of wrappers with old gym's API; attributes of what is wrapped can be read through it.
+    """Base class of wrappers with old gym's API; attributes of the wrapped environment are accessible through it.
 
     Args:
-        env: An environment of either API; ``self.env`` has old gym's.
+        env: An environment with either API; ``self.env`` has old gym's.
     """
 
     has_gym_api = True
@@ -44,15 +44,15 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
         super().__init__(to_gym(env))
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; returns the observation."""
+        """Begin an episode; return the observation."""
         return self.env.reset(**kwargs)
 
     def step(self, action: Any) -> Any:
-        """Act; returns observation, reward, done, info."""
+        """Execute an action; return observation, reward, done, info."""
         return self.env.step(action)
 
     def seed(self, seed: int | None = None) -> Any:
-        """Seed what is wrapped."""
+        """Seed the wrapped environment."""
         return self.env.seed(seed)  # type: ignore[attr-defined]
 
     def __getattr__(self, name: str) -> Any:
@@ -63,11 +63,11 @@ class ObservationWrapper(Wrapper):
     """Base class of wrappers that change observations."""
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; returns the changed observation."""
+        """Begin an episode; return the changed observation."""
         return self.observation(self.env.reset(**kwargs))
 
     def step(self, action: Any) -> Any:
-        """Act; returns changed observation, reward, done, info."""
+        """Execute an action; return changed observation, reward, done, info."""
         observation, *rest = self.env.step(action)
         return (self.observation(observation), *rest)
 
@@ -80,7 +80,7 @@ class RewardWrapper(Wrapper):
     """Base class of wrappers that change rewards."""
 
     def step(self, action: Any) -> Any:
-        """Act; returns observation, changed reward, done, info."""
+        """Execute an action; return observation, changed reward, done, info."""
         observation, reward, *rest = self.env.step(action)
         return (observation, self.reward(reward), *rest)
 
@@ -93,7 +93,7 @@ class ActionWrapper(Wrapper):
     """Base class of wrappers that change actions."""
 
     def step(self, action: Any) -> Any:
-        """Act with the changed action; returns observation, reward, done, info."""
+        """Execute the changed action; return observation, reward, done, info."""
         return self.env.step(self.action(action))
 
     def action(self, action: Any) -> Any:
@@ -101,24 +101,24 @@ class ActionWrapper(Wrapper):
         raise NotImplementedError
 
     def reverse_action(self, action: Any) -> Any:
-        """Return the action that was changed."""
+        """Return the original action."""
         raise NotImplementedError
 
 
 class FourValues(Wrapper):
-    """An environment of Gymnasium's API with old gym's."""
+    """Converts an environment with Gymnasium's API to old gym's."""
 
     def __init__(self, env: Any) -> None:
         gymnasium.Wrapper.__init__(self, env)
         self._seed: int | None = None
 
     def reset(self, *, seed: int | None = None, **kwargs: Any) -> Any:
-        """Begin an episode; returns the observation."""
+        """Begin an episode; return the observation."""
         seed, self._seed = self._seed if seed is None else seed, None
         return self.env.reset(seed=seed, **kwargs)[0]
 
     def step(self, action: Any) -> Any:
-        """Act; returns observation, reward, done, info."""
+        """Execute an action; return observation, reward, done, info."""
         return to_four_values(self.env.step(action))
 
     def seed(self, seed: int | None = None) -> list[int]:
@@ -127,10 +127,10 @@ class FourValues(Wrapper):
         return [] if seed is None else [seed]
 
     def render(self, mode: str = "human") -> Any:
-        """Render the environment in the mode that ``make(…, render_mode=…)`` chose."""
+        """Render the environment in the mode of ``make(…, render_mode=…)``."""
         return self.env.render()
 
 
 def to_gym(env: Any) -> Any:
-    """Return an environment with old gym's API: the same one if it has it already."""
+    """Return an environment with old gym's API; unchanged if it already has it."""
     return env if has_gym_api(env) else FourValues(env)

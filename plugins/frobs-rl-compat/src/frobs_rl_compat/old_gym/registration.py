@@ -1,4 +1,4 @@
-"""IDs: ``gym.register`` adds them to Gymnasium's registry, where both libraries find them."""
+"""Registration of IDs: ``gym.register`` adds them to Gymnasium's registry, where both libraries find them."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def register(
     kwargs: dict[str, Any] | None = None,
     **unused: Any,
 ) -> None:
-    """Register an environment. ``gym.make`` gives it four values, and ``gymnasium.make`` five.
+    """Register an environment, which has four values in ``gym.make`` and five in ``gymnasium.make``.
 
     Args:
         id: ``"KobukiMazeEnv-v0"``
         entry_point: The class, or ``"module:Class"``.
-        reward_threshold: At which it counts as solved.
-        nondeterministic: Whether it is, seeded too.
+        reward_threshold: Reward at which the environment counts as solved.
+        nondeterministic: Whether it is nondeterministic even with a seed.
         max_episode_steps: Steps per episode.
         order_enforce: Whether a step before the first reset is an error.
-        kwargs: For the class.
-        **unused: What later versions of gym knew besides.
+        kwargs: Keywords for the class.
+        **unused: Parameters of later versions of gym.
     """
     given = {**(kwargs or {}), "old_entry_point": entry_point}
     known = gymnasium.registry.get(id)
@@ -48,19 +48,19 @@ def register(
         nondeterministic=nondeterministic,
         max_episode_steps=max_episode_steps,
         order_enforce=order_enforce,
-        disable_env_checker=True,  # old gym had none
+        disable_env_checker=True,  # old gym had no checker
         kwargs=given,
     )
 
 
 def make_for_gymnasium(*, old_entry_point: Callable[..., Any] | str, **kwargs: Any) -> Any:
-    """Return a new environment of a class of either API, with Gymnasium's."""
+    """Return a new environment of a class with either API, converted to Gymnasium's."""
     creator = load_env_creator(old_entry_point) if isinstance(old_entry_point, str) else old_entry_point
     return to_gymnasium(creator(**kwargs))
 
 
 def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
-    """Return whether ``gymnasium.make`` made an environment of an ID that is registered with Gymnasium itself."""
+    """Return whether ``gymnasium.make`` created an environment from an ID that Gymnasium itself registered."""
     return env.spec is not None and env.spec.entry_point != _MAKE
 
 
@@ -70,7 +70,7 @@ def make(id: str | EnvSpec, **kwargs: Any) -> Any:
 
 
 def spec(id: str) -> EnvSpec:
-    """Return what is registered under an ID."""
+    """Return the registration of an ID."""
     return gymnasium.spec(id)
 
 
@@ -79,15 +79,15 @@ class EnvRegistry:
 
     @property
     def env_specs(self) -> dict[str, EnvSpec]:
-        """The registry itself, by ID."""
+        """The registry, by ID."""
         return gymnasium.registry
 
     def all(self) -> list[EnvSpec]:
-        """Return all that is registered."""
+        """Return all registrations."""
         return list(gymnasium.registry.values())
 
     def spec(self, id: str) -> EnvSpec:
-        """Return what is registered under an ID."""
+        """Return the registration of an ID."""
         return gymnasium.spec(id)
 
     def __contains__(self, id: object) -> bool:

@@ -1,4 +1,4 @@
-"""Random numbers as old gym gave them out."""
+"""Random number generators with old gym's interface."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class RandomNumberGenerator(np.random.Generator):
-    """NumPy's generator, with the names that it had before."""
+    """NumPy's generator with the method names of old gym."""
 
     def rand(self, *size: int) -> Any:
         """Return numbers in [0, 1)."""
@@ -19,7 +19,7 @@ class RandomNumberGenerator(np.random.Generator):
         return self.standard_normal(size or None)
 
     def randint(self, low: int, high: int | None = None, size: Any = None, dtype: Any = int) -> Any:
-        """Return whole numbers in [low, high), or in [0, low)."""
+        """Return integers in [low, high), or in [0, low)."""
         return self.integers(low, high, size, dtype)
 
     def random_sample(self, size: Any = None) -> Any:
@@ -28,7 +28,7 @@ class RandomNumberGenerator(np.random.Generator):
 
 
 def np_random(seed: int | None = None) -> tuple[RandomNumberGenerator, int]:
-    """Return a generator and the seed that it has."""
+    """Return a generator and its seed."""
     sequence = np.random.SeedSequence(seed)
     used: Any = sequence.entropy
     return RandomNumberGenerator(np.random.PCG64(sequence)), int(used)

@@ -1,6 +1,6 @@
-"""The ``gym`` of 'frobs legacy run': gym 0.21's names and API over Gymnasium.
+"""The ``gym`` of 'frobs legacy run': gym 0.21's names and API, implemented with Gymnasium.
 
-``reset`` returns the observation, ``step`` four values.
+``reset`` returns only the observation, and ``step`` four values.
 """
 
 from gym import envs, error, logger, spaces, utils, wrappers
@@ -17,5 +17,6 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     raise AttributeError(
-        f"this 'gym' is the one of 'frobs legacy run' and has no '{name}'; let the package import gymnasium instead."
+        f"this 'gym' is the one of 'frobs legacy run' and has no '{name}'; change the package to import gymnasium "
+        "instead."
     )

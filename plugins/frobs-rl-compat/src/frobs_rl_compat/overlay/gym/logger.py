@@ -1,4 +1,4 @@
-"""Messages: Gymnasium's."""
+"""Gymnasium's log messages."""
 
 from gymnasium.logger import deprecation, error, warn
 
@@ -8,7 +8,7 @@ DEBUG, INFO, WARN, ERROR, DISABLED = 10, 20, 30, 40, 50
 
 
 def set_level(level: int) -> None:
-    """Set from which level on messages are shown."""
+    """Set the minimum level of printed messages."""
     from gymnasium import logger
 
     logger.min_level = level

@@ -1,4 +1,4 @@
-"""Gymnasium's spaces, also under the names of gym's modules, which old model files contain: ``gym.spaces.box``."""
+"""Gymnasium's spaces, also under gym's module names, such as ``gym.spaces.box``, which old model files contain."""
 
 import sys
 from importlib import import_module

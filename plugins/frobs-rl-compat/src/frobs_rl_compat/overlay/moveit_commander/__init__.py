@@ -1,4 +1,4 @@
-"""The ``moveit_commander`` of 'frobs legacy run', for processes in which MoveIt's cannot be imported."""
+"""The ``moveit_commander`` of 'frobs legacy run', for processes that cannot import MoveIt's."""
 
 from collections.abc import Sequence
 
@@ -14,12 +14,12 @@ __all__ = [
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing: there is no node in C++ here. The commanders start a node if the process has none."""
+    """Do nothing, because there is no C++ node. The commanders start a node if the process has none."""
     del args
 
 
 def roscpp_shutdown() -> None:
-    """Do nothing: there is no node in C++ here."""
+    """Do nothing, because there is no C++ node."""
 
 
 def __getattr__(name: str) -> object:

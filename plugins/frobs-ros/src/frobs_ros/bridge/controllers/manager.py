@@ -72,7 +72,7 @@ class ControllerManager(Component):
         if not isinstance(parameters, Mapping) or not kind:
             raise ControllerError(
                 name,
-                f"is unknown: the parameter {topic}/type is not set. load its YAML file into the namespace "
+                f"is unknown: the parameter {topic}/type is not set; load its YAML file into the namespace "
                 f"'{self._namespace or '/'}' first.",
             )
         if kind not in TYPES:

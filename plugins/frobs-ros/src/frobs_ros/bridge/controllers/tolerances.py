@@ -44,7 +44,7 @@ class Tolerances:
         )
 
     def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
-        """Return the tolerances with a FollowJointTrajectoryGoal's changes: 0 keeps one, a negative value removes it."""
+        """Return the tolerances with a FollowJointTrajectoryGoal's changes: 0 keeps, a negative value removes one."""
         path, end, speed = self.path.copy(), self.goal.copy(), self.goal_velocity.copy()
         for tolerance in goal.path_tolerance:
             if tolerance.name in joints:

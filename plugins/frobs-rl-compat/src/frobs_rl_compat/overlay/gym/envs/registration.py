@@ -1,4 +1,4 @@
-"""IDs."""
+"""Registration of environment IDs."""
 
 from gymnasium.envs.registration import EnvSpec
 

@@ -1,4 +1,4 @@
-"""What environments use."""
+"""Utilities for environments."""
 
 from gymnasium.utils import EzPickle
 

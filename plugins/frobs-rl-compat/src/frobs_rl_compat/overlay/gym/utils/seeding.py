@@ -1,4 +1,4 @@
-"""Random numbers."""
+"""Random number generators."""
 
 from frobs_rl_compat.old_gym.seeding import RandomNumberGenerator, np_random
 
