@@ -199,7 +199,7 @@ _DEFAULTS = {
     item.name: item.default if item.default_factory is MISSING else item.default_factory() for item in fields(EnvConfig)
 }
 KEYWORDS = frozenset(_DEFAULTS) - {"task_parameters"}
-"""Names of the keywords that every environment accepts, whatever its task."""
+"""Names of the keywords that every environment accepts, regardless of its task."""
 
 
 def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:

@@ -204,7 +204,7 @@ _TABLE = (
     ("a statistic over the batch", _REACH,
      "return distance + precision", "return distance + precision - 1e-9 * precision.mean()"),
     ("an observation that is never measured", _REACH,
-     '"""Measure where the tool is."""\n        self._measure()', '"""Measure where the tool is."""'),
+     '"""Measure the tool position."""\n        self._measure()', '"""Measure the tool position."""'),
     ("a given start ignored", _START, "if given is not None:\n            robot.write", "if False:\n            robot.write"),
     ("a start that teleports and does not say so", _START,
      'self._start is None and "joint_positions" not in options', "self._start is None"),

@@ -24,16 +24,16 @@ MODULES = (
     ("rosgraph", "python3-rosgraph", "the master's interface", True),
     ("genpy", "python3-genpy", "messages in Python", True),
     ("genmsg", "python3-genmsg", "definitions of messages", True),
-    ("rosparam", "python3-rosparam", "YAML files to parameters", True),
+    ("rosparam", "python3-rosparam", "parameters from YAML files", True),
     ("std_msgs", "python3-std-msgs", "messages", True),
-    ("std_srvs", "python3-std-srvs", "services that take nothing", True),
+    ("std_srvs", "python3-std-srvs", "services without arguments", True),
     ("geometry_msgs", "python3-geometry-msgs", "poses", True),
     ("sensor_msgs", "python3-sensor-msgs", "joint states, scans", True),
     ("trajectory_msgs", "python3-trajectory-msgs", "trajectories of controllers", True),
     (
         "visualization_msgs",
         "python3-visualization-msgs",
-        "markers, which every task of FRobs_RL's examples imports",
+        "markers, imported by every example task of FRobs_RL",
         False,
     ),
     ("rosgraph_msgs", "python3-rosgraph-msgs", "the clock", True),
@@ -47,15 +47,15 @@ MODULES = (
 PROGRAMS = (
     ("rosmaster", "python3-rosmaster", "the master", True),
     ("roslaunch", "python3-roslaunch", "launch files", True),
-    ("rosrun", "rosbash", "nodes by hand", False),
-    ("rviz", "rviz", "views of robots, scans, paths and markers", False),
-    ("xterm", "xterm", "windows of processes", False),
+    ("rosrun", "rosbash", "starting nodes manually", False),
+    ("rviz", "rviz", "visualization of robots, scans, paths and markers", False),
+    ("xterm", "xterm", "terminal windows for processes", False),
     ("gzserver", "", "Gazebo 11, from its own packages", False),
 )
 ROS_PACKAGES = (
-    ("robot_state_publisher", "ros-robot-state-publisher", "frames, in launch files of yours", False),
-    ("joint_state_publisher", "joint-state-publisher", "joint states by hand", False),
-    ("gazebo_ros", "", "Gazebo's own names in ROS; without it the bridge stands in", False),
+    ("robot_state_publisher", "ros-robot-state-publisher", "frames, in your launch files", False),
+    ("joint_state_publisher", "joint-state-publisher", "joint states set manually", False),
+    ("gazebo_ros", "", "Gazebo's interface in ROS; the bridge replaces it if missing", False),
 )
 
 
