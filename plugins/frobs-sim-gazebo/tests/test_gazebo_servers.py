@@ -72,14 +72,14 @@ def test_models_come_and_go_by_name_and_what_is_wrong_is_refused_by_name(gazebo:
     try:
         assert server.version.startswith("11.")
         spawn(server, "ball")
-        with pytest.raises(SimulationError, match="'ball' is there already"):
+        with pytest.raises(SimulationError, match="'ball' already exists"):
             spawn(server, "ball")
         assert server.call(Op.MODELS) == b"ball\n"
         server.call(Op.REMOVE, protocol.text("ball"))
         assert server.call(Op.MODELS) == b""
         with pytest.raises(SimulationError, match="no model 'ball'"):
             server.call(Op.REMOVE, protocol.text("ball"))
-        with pytest.raises(SimulationError, match="ended too early"):
+        with pytest.raises(SimulationError, match="is too short"):
             server.call(Op.SETUP, b"123")
         spawn(server, "ball")
     finally:

@@ -15,7 +15,7 @@ Channel::Channel(int _socket) : socket(_socket)
   {
     pollfd watched{_socket, POLLRDHUP, 0};
     while (poll(&watched, 1, -1) < 0 && errno == EINTR) {}
-    _exit(0);  // nobody is left to serve; a server that computes would not notice by itself
+    _exit(0);  // the client has ended; a busy server would not notice
   }).detach();
 }
 

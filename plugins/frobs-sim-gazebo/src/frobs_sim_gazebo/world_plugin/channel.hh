@@ -7,10 +7,10 @@
 
 namespace frobs
 {
-/// Frames of u32 size, u8 operation or verdict, body. Nothing listens: the socket came with the process.
+/// Frames of u32 size, u8 operation or verdict, body. The inherited socket needs no listening port.
 class Channel
 {
-  /// Take the socket over, and end this process as soon as the other end is closed, whatever it is busy with.
+  /// Take over the socket, and end this process as soon as the other end is closed, even during a computation.
   public: explicit Channel(int _socket);
 
   /// Wait for a request.

@@ -14,21 +14,21 @@ namespace frobs
 {
 class Contacts
 {
-  /// Learn which shapes there are and between which of them contacts are told.
+  /// Set the shapes, and the pairs whose contacts are reported.
   ///
-  /// \return Names of the models that the shapes are parts of.
+  /// \return Names of the models that contain the shapes.
   public: std::set<std::string> Load(Reader &_message, const gazebo::physics::WorldPtr &_world);
 
-  /// Look at the contacts of the step that has been made.
+  /// Record the contacts of the last step.
   public: void Collect(const gazebo::physics::WorldPtr &_world);
 
   public: void Clear();
 
-  /// Append for each whether it was there (0 or 1), the largest normal force, and the mean total force on the first
-  /// side in the world [N].
+  /// Append for each contact whether it occurred (0 or 1), the largest normal force, and the mean total force on the
+  /// first side in the world [N].
   public: void Write(Writer &_state) const;
 
-  /// A shape by its place in the layout.
+  /// A shape by its index in the layout.
   public: gazebo::physics::CollisionPtr Shape(uint32_t _index) const { return this->shapes.at(_index); }
 
   private: struct Declared

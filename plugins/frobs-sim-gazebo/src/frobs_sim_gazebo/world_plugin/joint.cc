@@ -13,7 +13,7 @@ namespace
 /// [rad/s or m/s] below which dry friction is a damper: a joint at rest creeps under load, but does not chatter.
 const double STICKING = 1e-3;
 
-/// Share of a limit's violation that one step takes back.
+/// Fraction of a limit violation that one step corrects.
 const double LIMIT_ERP = 0.2;
 }
 
@@ -78,7 +78,7 @@ void Joint::Drive()
   double force = saturated ? this->effort : spring;
   if (this->position <= this->lower || this->position >= this->upper)
   {
-    // ODE has one row for a stop or a damper, and against a stop a joint hardly moves.
+    // ODE has one row for either a stop or a damper; at a stop, a joint hardly moves.
     force = std::min(this->limit, std::max(-this->limit, force));
     const double low = this->position <= this->lower ? this->raw + this->lower - this->position : -dInfinity;
     const double high = this->position >= this->upper ? this->raw + this->upper - this->position : dInfinity;

@@ -10,7 +10,7 @@ namespace frobs
 ///
 /// The drive law is effort = clip(command - kp q - kd v, +-limit). Its spring is a force; its damping is a row of ODE's own
 /// equations, J v + cfm e = 0 with cfm = 1 / damping, so that it is implicit in the velocity at the step's end, contacts
-/// included. ODE offers that row as a joint stop whose two ends are one.
+/// included. ODE provides that row as a joint stop with equal limits.
 class Joint
 {
   public: Joint(const gazebo::physics::ModelPtr &_model, const std::string &_name, const std::string &_child);
@@ -18,13 +18,13 @@ class Joint
   /// Read position and velocity; positions do not wrap.
   public: void Read();
 
-  /// Say where the joint was put: ODE tells angles only up to whole turns.
+  /// Set the position after a teleport: ODE reports angles only up to whole turns.
   public: void PutAt(double _position);
 
-  /// Set what moves the joint in the next step.
+  /// Set the command of the joint for the next step.
   public: void Drive();
 
-  /// Make the joint be at a position after the next step, whatever it takes.
+  /// Force the joint to a position in the next step.
   public: void Follow(double _target);
 
   public: double lower = 0, upper = 0;

@@ -1,7 +1,7 @@
-// A Gazebo 11 world that does what one client says, in lock-step.
+// A Gazebo 11 world that one client controls in lock-step.
 //
-// Requests are served inside Gazebo's own loop, at the beginning of an update: while none asks for a step, the loop waits
-// there, so that time stands, nothing is computed, and everything is read and written between two steps.
+// Requests are served inside Gazebo's own loop, at the beginning of an update. The loop waits there until a request
+// asks for a step, so the time is paused, nothing is computed, and all data is read and written between two steps.
 
 #include <gazebo/common/Plugin.hh>
 #include <gazebo/common/Events.hh>
@@ -24,7 +24,7 @@ class WorldPlugin : public gazebo::WorldPlugin
     const char *socket = std::getenv("FROBS_GAZEBO_FD");
     if (!socket)
     {
-      gzerr << "frobs_world: FROBS_GAZEBO_FD names no socket; this world is started by frobs-sim-gazebo.\n";
+      gzerr << "frobs_world: FROBS_GAZEBO_FD is not a socket; this world is started by frobs-sim-gazebo.\n";
       return;
     }
     this->gazebo = _world;
@@ -68,7 +68,7 @@ class WorldPlugin : public gazebo::WorldPlugin
     }
   }
 
-  /// Look whether all models that were spawned are there; Gazebo takes new ones a few times a second.
+  /// Check whether all spawned models exist; Gazebo adds new ones a few times per second.
   private: bool HaveCome()
   {
     for (const auto &name : this->awaited)
@@ -79,7 +79,7 @@ class WorldPlugin : public gazebo::WorldPlugin
       {
         this->awaited.clear();
         this->gazebo->SetPhysicsEnabled(true);
-        this->channel->Refuse("Gazebo did not take model '" + name + "'; its log may say why");
+        this->channel->Refuse("Gazebo did not add model '" + name + "'; see its log");
         return true;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -91,7 +91,7 @@ class WorldPlugin : public gazebo::WorldPlugin
     return true;
   }
 
-  /// Serve a request; return whether Gazebo's loop has to go on for it.
+  /// Serve a request; return whether it requires Gazebo's loop to continue.
   private: bool Serve(Op _op, Reader _message)
   {
     std::string answer;
@@ -129,7 +129,7 @@ class WorldPlugin : public gazebo::WorldPlugin
       names.push_back(_message.Text());
       texts.push_back(_message.Text());
       if (this->gazebo->ModelByName(names.back()))
-        throw std::runtime_error("a model '" + names.back() + "' is there already");
+        throw std::runtime_error("a model '" + names.back() + "' already exists");
     }
     for (const auto &text : texts)
       this->gazebo->InsertModelString(text);
@@ -145,7 +145,7 @@ class WorldPlugin : public gazebo::WorldPlugin
     if (!model)
       throw std::runtime_error("there is no model '" + _name + "'");
     if (this->world->Holds(_name))
-      throw std::runtime_error("model '" + _name + "' is part of the simulation and stays as long as it");
+      throw std::runtime_error("model '" + _name + "' is part of the simulation and cannot be deleted");
     this->gazebo->RemoveModel(model);
   }
 
@@ -161,7 +161,7 @@ class WorldPlugin : public gazebo::WorldPlugin
   {
     const uint32_t steps = _message.Count(), rows = _message.Count(), joints = _message.Count();
     if (steps == 0 || rows == 0)
-      throw std::runtime_error("a request of no steps, or without a command");
+      throw std::runtime_error("the request has no steps or no command");
     this->world->Begin(steps, _message.Numbers(rows * joints), rows);
     this->world->BeforeStep();
     this->stepping = true;

@@ -1,4 +1,4 @@
-// Rays: how far it is to what collides.
+// Rays: distances to colliding shapes.
 #pragma once
 
 #include <gazebo/physics/physics.hh>
@@ -8,9 +8,9 @@
 
 namespace frobs
 {
-/// Return the distance along each ray [m], and the range where nothing is met.
+/// Return the distance along each ray [m], or the range if it hits nothing.
 ///
-/// \param _blindTo Name of a model that is not seen, or nothing.
+/// \param _blindTo Name of a model that rays ignore, or empty.
 std::vector<double> Cast(const gazebo::physics::WorldPtr &_world, const std::vector<double> &_origins,
     const std::vector<double> &_directions, double _range, const std::string &_blindTo);
 }

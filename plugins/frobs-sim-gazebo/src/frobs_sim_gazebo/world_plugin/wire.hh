@@ -1,4 +1,4 @@
-// How numbers and names lie in a message: packed, little-endian, a string as its length (u32) and bytes.
+// Encoding of numbers and names in a message: packed, little-endian, a string as its length (u32) and bytes.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ enum class Op : uint8_t
   MODELS = 17,
 };
 
-/// Takes a message apart; what it does not hold is an error.
+/// Decodes a message; missing data is an error.
 class Reader
 {
   public: explicit Reader(std::string _data) : data(std::move(_data)) {}
@@ -72,7 +72,7 @@ class Reader
   private: const char *Take(size_t _size)
   {
     if (_size > this->data.size() - this->at)
-      throw std::runtime_error("a message ended too early");
+      throw std::runtime_error("a message is too short");
     const char *begin = this->data.data() + this->at;
     this->at += _size;
     return begin;
@@ -82,7 +82,7 @@ class Reader
   private: size_t at = 0;
 };
 
-/// Puts a message together.
+/// Encodes a message.
 class Writer
 {
   public: template <typename T> void Put(const T &_value)

@@ -12,7 +12,7 @@ namespace frobs
 namespace
 {
 const double FASTEST = 1e6;  // [rad/s or m/s] beyond which a world has diverged
-const int MOST_CONTACTS = 8;  // that are asked for to know whether two shapes are in each other
+const int MOST_CONTACTS = 8;  // requested to check whether two shapes overlap
 }
 
 gazebo::physics::ModelPtr World::Model(const std::string &_name) const
@@ -73,7 +73,7 @@ void World::Layout(Reader &_message)
       throw std::runtime_error("model '" + model + "' has no moving link '" + name + "'");
     if (stands)
     {
-      // Contacts between two things that nothing moves would be equations without unknowns.
+      // Contacts between two immovable bodies would be equations without unknowns.
       for (const auto &shape : link->GetCollisions())
       {
         shape->SetCategoryBits(GZ_FIXED_COLLIDE);
@@ -112,7 +112,7 @@ std::string World::Part(Reader &_message)
       }
       if (deepest > 0)
       {
-        // Gazebo lets bodies pass that a joint connects; this joint does nothing else.
+        // Gazebo disables collisions of bodies that a joint connects; this joint has no other effect.
         dJointAttach(dJointCreateNull(dBodyGetWorld(one), nullptr), one, other);
         pairs.Put(i);
         pairs.Put(j);
@@ -148,7 +148,7 @@ void World::Write(Reader &_message)
     dBodySetAngularVel(body, s[10], s[11], s[12]);
     dBodySetForce(body, 0, 0, 0);
     dBodySetTorque(body, 0, 0, 0);
-    gazebo::physics::ODELink::MoveCallback(body);  // so that Gazebo itself, its sensors and windows know
+    gazebo::physics::ODELink::MoveCallback(body);  // updates Gazebo itself, its sensors and windows
   }
   for (auto &joint : this->joints)
   {
@@ -272,7 +272,7 @@ bool World::Sound() const
     const dReal *linear = dBodyGetLinearVel(body), *angular = dBodyGetAngularVel(body);
     for (int i = 0; i < 3; ++i)
     {
-      if (!(std::abs(linear[i]) < FASTEST && std::abs(angular[i]) < FASTEST))  // also of what is no number
+      if (!(std::abs(linear[i]) < FASTEST && std::abs(angular[i]) < FASTEST))  // also true for NaN
         return false;
     }
   }

@@ -1,4 +1,4 @@
-// What a simulation knows of its Gazebo world: bodies, joints, contacts, pushes.
+// A simulation's access to its Gazebo world: bodies, joints, contacts, forces.
 #pragma once
 
 #include <gazebo/physics/physics.hh>
@@ -15,7 +15,7 @@
 
 namespace frobs
 {
-/// Everything that happens in one physics step, and what is read and written between steps.
+/// Executes physics steps, and reads and writes the state between steps.
 class World
 {
   public: explicit World(const gazebo::physics::WorldPtr &_world) : world(_world) {}
@@ -23,21 +23,21 @@ class World
   /// Set the physics timestep and gravity.
   public: void Setup(Reader &_message);
 
-  /// Learn which joints, bodies and contacts the messages mean, in which order.
+  /// Set the joints, bodies and contacts of the messages, in order.
   public: void Layout(Reader &_message);
 
-  /// Whether the layout has a part of a model, which must then stay.
+  /// Whether the layout contains a part of a model, which then cannot be deleted.
   public: bool Holds(const std::string &_model) const { return this->models.count(_model) > 0; }
 
-  /// Let links of a model pass through each other that are in each other now; answer with the pairs.
+  /// Disable collisions between links of a model that currently overlap; respond with the pairs.
   public: std::string Part(Reader &_message);
 
   public: void Gains(Reader &_message);
 
-  /// Put bodies somewhere at once, and say at which positions their joints then are.
+  /// Teleport bodies, and set the resulting positions of their joints.
   public: void Write(Reader &_message);
 
-  /// Put a static model somewhere.
+  /// Teleport a static model.
   public: void Place(Reader &_message);
 
   public: std::string Rays(Reader &_message);
@@ -50,16 +50,16 @@ class World
 
   public: void Friction(Reader &_message);
 
-  /// Forget contacts, pushes and efforts, and that numbers blew up.
+  /// Clear contacts, forces and efforts, and the divergence flag.
   public: void Clear();
 
-  /// Begin a request of steps: the commands, a row or one for each step.
+  /// Begin a request of steps: one row of commands, or one row per step.
   public: void Begin(uint32_t _steps, std::vector<double> _commands, uint32_t _rows);
 
   /// Set the forces of the next physics step.
   public: void BeforeStep();
 
-  /// Look at what the step did; return whether another one is to be made.
+  /// Evaluate the last step; return whether another one follows.
   public: bool AfterStep();
 
   public: std::string State();
