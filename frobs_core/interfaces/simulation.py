@@ -143,8 +143,8 @@ class Simulation(ABC):
         The function may read the state and command robots. Applied wrenches act in all physics steps. Contacts and
         force-torque sensors afterwards cover the whole control step.
 
-        decimation: Number of physics steps.
-            decimation: Physics steps.
+        Args:
+            decimation: Number of physics steps.
             update: The function.
         """
         contacts, wrenches = [], list(self.wrenches)

@@ -155,7 +155,7 @@ class CollisionChecker:
             joint_positions: (dof,) [rad or m]
 
         Returns:
-            False if something touches there.
+            Whether no pair touches there.
         """
         self.begin_anywhere()
         if self.is_free(joint_positions):
