@@ -147,8 +147,7 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
 
     Returns:
         By joint name: [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1. Joints that
-            mimic it
-        are included, multiplied by the square of their multiplier.
+        mimic it are included, multiplied by the square of their multiplier.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))

@@ -33,8 +33,7 @@ _COLUMNS = {
 def training_job(config: RunConfig, run_dir: Path) -> Job:
     """Return the job that trains a run, or continues the run that is in the folder.
 
-    Its result is a mapping with ``run``, ``environment``, ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``,
-    ``reward`` and ``length``.
+    Its result is described in :func:`frobs_train.train_seeds`.
     """
     return Job(
         name=f"seed {config.seed}",

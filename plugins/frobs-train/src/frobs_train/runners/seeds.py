@@ -46,8 +46,8 @@ def train_seeds(
             are complete are not trained again.
 
     Yields:
-        The outcome of each seed as soon as it is known; the result is described in
-        :func:`frobs_train.runners.jobs.training_job`.
+        The outcome of each seed as soon as it is known. Its result is a mapping with ``run``, ``environment``,
+        ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``, ``reward`` and ``length``.
 
     Raises:
         RunExistsError: A run folder exists.
