@@ -35,7 +35,7 @@ def test_a_scene_that_is_wrong_is_told_of_before_a_gazebo_is_looked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FROBS_GAZEBO_ROOT", str(tmp_path))
-    with pytest.raises(ConfigurationError, match="names 'nobody'"):
+    with pytest.raises(ConfigurationError, match="refers to 'nobody'"):
         GazeboSimulation({}, Scene(contacts={"c": Contact(first="nobody")}), num_envs=1, physics_timestep=0.002)
 
 

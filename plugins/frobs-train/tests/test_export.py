@@ -265,7 +265,7 @@ def test_what_is_neither_a_run_nor_a_bundle_is_named(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="is no folder"):
         open_run_or_bundle(tmp_path / "missing")
     (tmp_path / "text").write_text("hello")
-    with pytest.raises(BundleError, match="no policy bundle"):
+    with pytest.raises(BundleError, match="not a policy bundle"):
         open_run_or_bundle(tmp_path / "text")
 
 

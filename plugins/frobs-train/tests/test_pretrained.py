@@ -78,7 +78,7 @@ def test_an_id_without_one_names_those_that_have_one(ship: Ship) -> None:
         ("acme_policies:missing.frobs", "cannot be read"),
         ("acme_absent:reach.frobs", "not a file in an installed package"),
         ("reach.frobs", "not a file in an installed package"),
-        ("acme_policies:__init__.py", "no policy bundle"),
+        ("acme_policies:__init__.py", "not a policy bundle"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_named(ship: Ship, pretrained: str, reason: str) -> None:

@@ -63,7 +63,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "nothing_offered": ("loads", lambda _: EMPTY, "provides no record"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
     "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "which slows down every command"),
-    "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is offered by"),
+    "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is provided by"),
     "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints during its import: hello"),
     "complains": (
         "import_is_silent",
@@ -118,7 +118,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "entry_point_of_another_kind": ("entry_points_load", change(":TASK", ":ALGORITHM"), "not a subclass of Task"),
     "taken_name": ("names_are_free", change('name="kit_algorithm"', 'name="ppo"'), "frobs-algos-sb3"),
     "no_summary": ("summaries_are_one_line", change('"a task"', '""'), "has no summary"),
-    "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "no short line"),
+    "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "is not a short line"),
     "no_install_hint": ("summaries_are_one_line", change("pip install kit", ""), "install_hint"),
     "id_without_version": ("environments_are_complete", change("Reach-v0", "Reach"), "namespace/Name-v0"),
     "unknown_controller": ("environments_are_complete", change("joint_delta_position", "magic"), "magic"),
@@ -130,7 +130,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "policy_is_something_else": (
         "pretrained_policies_fit",
         change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:errors.py'"),
-        "no policy bundle",
+        "not a policy bundle",
     ),
     "tuned_file_missing": ("tuned_settings_exist", change("errors.py", "tuned.yaml"), "the file does not exist"),
 }

@@ -64,6 +64,8 @@ def train_seeds(
     try:
         root.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RunError(f"the folder {root} cannot be made: {error.strerror}; choose another with --run-dir.") from error
+        raise RunError(
+            f"the folder {root} cannot be created: {error.strerror}; choose another with --run-dir."
+        ) from error
     jobs = [training_job(config.model_copy(update={"seed": seed}), path) for seed, path in folders.items()]
     yield from runner.run(jobs, root, on_progress)

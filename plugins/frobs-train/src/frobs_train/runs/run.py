@@ -79,7 +79,7 @@ class Run:
             shutil.rmtree(aside, ignore_errors=True)  # of a process of this number that was killed
             aside.mkdir(parents=True)
         except OSError as error:
-            raise RunError(f"the run folder {path} cannot be made: {error.strerror}; choose another.") from error
+            raise RunError(f"the run folder {path} cannot be created: {error.strerror}; choose another.") from error
         try:
             write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
             write_history(aside, config)
