@@ -38,6 +38,9 @@ class LazyCommand(TyperCommand):
         app.command(self.name, help=help_text(function), context_settings=settings)(function)
         command = typer.main.get_command(app)
         assert isinstance(command, TyperCommand)
+        for parameter in command.params:
+            if getattr(parameter, "is_flag", False):
+                parameter.metavar = ""  # a flag has no value; typer would show "<bool>"
         return command
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
