@@ -16,8 +16,8 @@ class A2CConfig(OnPolicyConfig):
     """Settings of A2C; the defaults are those of stable-baselines3.
 
     Attributes:
-        use_rms_prop: Whether the optimiser is RMSprop, where ``policy_kwargs`` names no other.
-        rms_prop_eps: Added to its deviations.
+        use_rms_prop: Whether the optimizer is RMSprop, unless ``policy_kwargs`` names another one.
+        rms_prop_eps: Constant that is added to RMSprop's denominator.
     """
 
     learning_rate: Schedule = 7e-4

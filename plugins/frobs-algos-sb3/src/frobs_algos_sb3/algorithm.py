@@ -1,4 +1,4 @@
-"""What all algorithms of stable-baselines3 have in common."""
+"""The base class of all algorithms of stable-baselines3."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ _FIXED = (
 """Settings on which networks, optimizers or buffers depend, so that they cannot change during training."""
 
 FORMAT = 2
-"""Of the files that :meth:`SB3Algorithm.save` writes."""
+"""Version of the file format that :meth:`SB3Algorithm.save` writes."""
 
 
 class SB3Algorithm(Algorithm):
-    """Base class; a subclass names its model and its settings.
+    """Base class; a subclass sets the model's class and its settings.
 
     Attributes:
-        name: Name in the record.
-        config_model: Accepted settings.
+        name: Name in the algorithm's record.
+        config_model: Model of the accepted settings.
         model_class: Class in stable-baselines3.
         model: Instance of that class.
-        venv: The environment as stable-baselines3 sees it, without the normalizer.
-        normalizer: Scales observations and rewards if the settings say so.
+        venv: The environment as stable-baselines3 sees it, before normalization.
+        normalizer: Wrapper that normalizes observations and rewards; None: the settings request no normalization.
     """
 
     name: ClassVar[str]
@@ -62,7 +62,7 @@ class SB3Algorithm(Algorithm):
     normalizer: VecNormalize | None
 
     _pause: state.Pause | None
-    _sampling: state.Arrays | None  # what predictions are drawn from
+    _sampling: state.Arrays | None  # random state of sampled predictions
     _callback: MonitorCallback | None
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
@@ -72,11 +72,11 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Check settings and fill in the defaults."""
+        """Validate settings and add the defaults."""
         return cls._settings(config).model_dump(mode="json")
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Learn until ``steps`` environment steps were taken."""
+        """Train until ``steps`` environment steps were taken."""
         if not self.venv.can_step:
             raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
         left = steps - self.model.num_timesteps
@@ -114,7 +114,7 @@ class SB3Algorithm(Algorithm):
         last_state: tuple[np.ndarray[Any, Any], ...] | None,
         episode_start: Mask | None,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return drawn actions and the next state; the generators of the training are left alone."""
+        """Return sampled actions and the next state, without changing the random state of training."""
         training = self._draws()
         if self._sampling is not None:
             self._restore_draws(self._sampling)
@@ -125,7 +125,7 @@ class SB3Algorithm(Algorithm):
             self._restore_draws(training)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write what predicts, and what it takes to learn on beside it."""
+        """Write the policy, and everything that is needed to continue training."""
         at_start = self._callback is not None and self._callback.at_start
         pause = self._pause or state.Pause(self._draws(), at_start)
         self._write_policy(folder, pause.at_start)
@@ -137,14 +137,14 @@ class SB3Algorithm(Algorithm):
             replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
 
     def save_policy(self, folder: Path) -> None:
-        """Write what predicts: ``algorithm.json``, the networks and the normaliser."""
+        """Write the policy only: ``algorithm.json``, the networks and the normalizer."""
         self._write_policy(folder, at_start=False)
 
     def forget_episodes(self) -> None:
-        """Begin with a reset: what is kept of the last step is of episodes that are no more."""
+        """Discard data about unfinished episodes, so that training begins with a reset."""
         self.model._last_obs = None
         truncate = getattr(getattr(self.model, "replay_buffer", None), "truncate_last_trajectory", None)
-        if truncate is not None:  # hindsight replay: its last episodes end where they were
+        if truncate is not None:  # hindsight replay: end its unfinished episodes here
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 truncate()
@@ -171,12 +171,12 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote; with an environment, to train on from there."""
+        """Read a folder that :meth:`save` wrote; with an environment, training can continue."""
         return cls._load(folder, env, None)
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Read what :meth:`save` wrote, and continue with other settings; the networks must stay the same."""
+        """Read a folder that :meth:`save` wrote, to continue with other settings for the same networks."""
         return cls._load(folder, env, config)
 
     @classmethod
@@ -206,7 +206,7 @@ class SB3Algorithm(Algorithm):
         return algorithm
 
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods that make up a training run, as ``frobs bench ID --training`` times them."""
+        """Return the methods that ``frobs bench ID --training`` times, by part of a training run."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy
@@ -220,7 +220,7 @@ class SB3Algorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # its tracer is heavy
+        from frobs_algos_sb3.onnx import export_graph  # deferred: importing the tracer is slow
 
         return export_graph(self._policy_graph, self.model.device)
 
@@ -239,7 +239,7 @@ class SB3Algorithm(Algorithm):
         self._config, self._seed, self._scale = config, seed, scale
         self._pause, self._sampling, self._callback = None, None, None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
-        space_to_json(self.observation_space)  # refuses what could not be learned from
+        space_to_json(self.observation_space)  # raises an error for unsupported spaces
         self._check_action_space(self.action_space)
         self._set_threads(config)
         self.venv = VectorEnvAdapter(env)
@@ -254,7 +254,7 @@ class SB3Algorithm(Algorithm):
                 clip_reward=config.clip_reward,
                 gamma=config.gamma,
             )
-        # Not by the model itself: it would also give the environment this seed.
+        # Do not pass the seed to the model: the model would also seed the environment with it.
         set_random_seed(seed, using_cuda=config.device != "cpu")
         self.action_space.seed(seed)
         self._env = self.normalizer or adapted
@@ -262,11 +262,11 @@ class SB3Algorithm(Algorithm):
         self.model.set_logger(Logger(folder=None, output_formats=[]))
 
     def _adapt(self, venv: VecEnv) -> VecEnv:
-        """Return the environment with observations that the networks can take."""
+        """Return the environment, with observations converted to a form that the networks accept."""
         return venv
 
     def _policy(self) -> str:
-        """Return the name of the policy that fits the observations."""
+        """Return the name of the policy class for the observation space."""
         if isinstance(self.observation_space, spaces.Dict):
             return "MultiInputPolicy"
         return "CnnPolicy" if is_image_space(self.observation_space) else "MlpPolicy"
@@ -275,7 +275,7 @@ class SB3Algorithm(Algorithm):
         th.set_num_threads(config.torch_threads)
 
     def _model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the model's class but for policy and environment."""
+        """Return the keywords of the model's class, except policy and environment."""
         kwargs = self._config.model_kwargs()
         if self._scale is not None and self._config.policy_kwargs.features_extractor_class in (
             None,
@@ -288,11 +288,11 @@ class SB3Algorithm(Algorithm):
         return kwargs
 
     def _seen(self, observation: Observation) -> Observation:
-        """Return an observation of the environment as the policy gets it."""
+        """Convert observations of the environment to those that the policy receives."""
         return observation if self.normalizer is None else self.normalizer.normalize_obs(observation)
 
     def _draws(self) -> state.Arrays:
-        """Return the state of what the training draws from."""
+        """Return the state of all random number generators of the training run."""
         return state.draws(self.model)
 
     def _restore_draws(self, arrays: state.Arrays) -> None:
@@ -302,18 +302,18 @@ class SB3Algorithm(Algorithm):
         storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
 
     def _read_networks(self, folder: Path) -> None:
-        """Raise CheckpointError if the file cannot be used."""
+        """Load the weights, or raise CheckpointError if the file is damaged or does not fit."""
         try:
             self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
         except RuntimeError as error:
             raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
 
     def _write_learning(self, folder: Path) -> None:
-        """Write the optimizers, and what is learned outside of the policy."""
+        """Write the optimizers, and learned values that are not part of the policy."""
         storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
 
     def _read_learning(self, folder: Path) -> None:
-        """Raise CheckpointError if the file cannot be used."""
+        """Load the optimizers, or raise CheckpointError if the file is damaged or does not fit."""
         try:
             state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
         except (RuntimeError, ValueError) as error:
@@ -348,14 +348,14 @@ class SB3Algorithm(Algorithm):
                 replay.read(buffer, folder / "replay")
 
     def _begin(self) -> None:
-        """Set what must be set last: what is drawn from, once everything that draws has been built."""
+        """Restore the random state when training starts, after everything that uses random numbers was built."""
         if self._pause is not None:
             self._restore_draws(self._pause.arrays)
             self._pause = None
 
 
 def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return what the observation terms suggest to multiply a flat observation by, or None."""
+    """Return the factors for a flat observation that the observation terms suggest, or None."""
     scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None

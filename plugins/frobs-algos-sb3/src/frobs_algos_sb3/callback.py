@@ -1,4 +1,4 @@
-"""Telling a run's monitor how the learning goes."""
+"""Reports the progress of training to the monitor of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from frobs_core.interfaces import TrainingMonitor
 
 
-class Stopped(Exception):  # noqa: N818  # no error: the monitor wants no more
+class Stopped(Exception):  # noqa: N818  # not an error: the monitor ended training
     """Ends ``learn`` at the start of a rollout, where the algorithm could continue exactly."""
 
 
@@ -20,8 +20,8 @@ class MonitorCallback(BaseCallback):
     Args:
         name: Name of the algorithm.
         monitor: The monitor of the run.
-        begin: Called once at the start of the first rollout, before anything is drawn.
-        save: The algorithm's method.
+        begin: Called once at the start of the first rollout, before any random number is drawn.
+        save: The ``save`` method of the algorithm.
 
     Attributes:
         at_start: Whether the algorithm is at the start of a rollout.
@@ -60,7 +60,7 @@ class MonitorCallback(BaseCallback):
         return True
 
     def report(self) -> bool:
-        """Tell what was learned since the last time; return whether to go on."""
+        """Report the metrics since the last call; return whether to continue."""
         self._reported = self.model.num_timesteps
         values = self.model.logger.name_to_value
         metrics = {f"{self._name}/{key.partition('/')[2]}": float(value) for key, value in values.items()}

@@ -11,21 +11,21 @@ from frobs_algos_sb3.settings import Fraction, SampleFrequency, Schedule, Settin
 
 
 class SB3Config(Settings):
-    """What every algorithm takes.
+    """Settings that every algorithm accepts.
 
     Attributes:
-        learning_rate: Of every optimiser.
+        learning_rate: Learning rate of every optimizer.
         gamma: Discount per control step.
-        policy_kwargs: The networks.
-        scale_observation: Whether observations are multiplied by what the task suggests, where it suggests something
-            and they are not normalised.
-        normalize_observation: Whether observations are scaled by their running mean and deviation.
-        normalize_reward: Whether rewards are scaled by the running deviation of the discounted return.
-        clip_observation: What scaled observations are clipped to.
-        clip_reward: What scaled rewards are clipped to.
-        torch_threads: Threads of PyTorch, and of JAX for the algorithms of sbx. One is fastest for small networks and does
-            not compete with the simulator.
-        device: Where the networks are: ``cpu``, ``cuda``, …
+        policy_kwargs: Settings of the networks.
+        scale_observation: Whether to multiply observations by the task's suggested factors, if it suggests any and
+            observations are not normalized.
+        normalize_observation: Whether to normalize observations by their running mean and deviation.
+        normalize_reward: Whether to divide rewards by the running deviation of the discounted return.
+        clip_observation: Limit of the absolute values of normalized observations.
+        clip_reward: Limit of the absolute values of normalized rewards.
+        torch_threads: Number of threads of PyTorch, and of JAX for the algorithms of sbx. One is fastest for small
+            networks and does not compete with the simulator.
+        device: Device of the networks: ``cpu``, ``cuda``, …
     """
 
     learning_rate: Schedule = 3e-4
@@ -58,18 +58,18 @@ _OURS = (
 
 
 class OnPolicyConfig(SB3Config):
-    """What every on-policy algorithm takes.
+    """Settings that every on-policy algorithm accepts.
 
     Attributes:
-        n_steps: Steps of each environment in an iteration.
-        gae_lambda: Between one-step advantages (0) and whole returns (1).
-        normalize_advantage: Whether advantages are scaled in each batch.
-        ent_coef: Weight of the entropy.
+        n_steps: Steps of each environment per iteration.
+        gae_lambda: Weight between one-step advantages (0) and whole returns (1).
+        normalize_advantage: Whether to normalize the advantages of each batch.
+        ent_coef: Weight of the entropy in the loss.
         vf_coef: Weight of the value loss.
-        max_grad_norm: What gradients are clipped to.
-        use_sde: State-dependent exploration (gSDE).
-        sde_sample_freq: Steps between two draws of its matrix; −1: at the start of an iteration.
-        policy_kwargs: The networks.
+        max_grad_norm: Norm to which gradients are clipped.
+        use_sde: Whether to use state-dependent exploration (gSDE).
+        sde_sample_freq: Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration.
+        policy_kwargs: Settings of the networks.
     """
 
     n_steps: PositiveInt = 2048

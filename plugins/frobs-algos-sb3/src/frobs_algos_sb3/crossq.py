@@ -1,4 +1,4 @@
-"""CrossQ: batch normalisation in the place of target networks."""
+"""CrossQ: batch normalization instead of target networks."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class CrossQConfig(EntropyConfig, OffPolicyConfig):
     """Settings of CrossQ; the defaults are those of sb3-contrib.
 
     Attributes:
-        policy_delay: Gradient steps of the critics for each one of the actor.
-        action_noise: Added to actions while experience is collected; None: nothing.
-        policy_kwargs: The networks.
+        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
+        action_noise: Noise that is added to actions during data collection; None: no noise.
+        policy_kwargs: Settings of the networks.
     """
 
     learning_rate: Schedule = 1e-3

@@ -17,13 +17,13 @@ class DQNConfig(OffPolicyConfig):
     """Settings of DQN; the defaults are those of stable-baselines3.
 
     Attributes:
-        tau: How far the target network follows in an update.
+        tau: Share of the new weights in an update of the target network.
         target_update_interval: Steps, over all environments, between updates of the target network.
-        exploration_fraction: Part of the training in which exploration falls.
+        exploration_fraction: Fraction of the training steps during which the probability of random actions decreases.
         exploration_initial_eps: Probability of a random action at the start.
-        exploration_final_eps: Probability of a random action from then on.
-        max_grad_norm: What gradients are clipped to.
-        policy_kwargs: The network.
+        exploration_final_eps: Probability of a random action after that.
+        max_grad_norm: Norm to which gradients are clipped.
+        policy_kwargs: Settings of the network.
     """
 
     learning_rate: Schedule = 1e-4

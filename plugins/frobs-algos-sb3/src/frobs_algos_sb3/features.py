@@ -1,4 +1,4 @@
-"""What goes into the networks."""
+"""Feature extractors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ScaledFlattenExtractor(FlattenExtractor):
         self.register_buffer("scale", th.tensor(scale, dtype=th.float32))
 
     def forward(self, observations: th.Tensor) -> th.Tensor:
-        """Scale."""
+        """Return the scaled observations."""
         assert isinstance(self.scale, th.Tensor)
         scaled: th.Tensor = super().forward(observations) * self.scale
         return scaled

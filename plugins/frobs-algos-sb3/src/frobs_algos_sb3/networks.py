@@ -1,4 +1,4 @@
-"""Settings of the networks: ``policy_kwargs`` of stable-baselines3, with names in the place of Python classes."""
+"""Settings of the networks: ``policy_kwargs`` of stable-baselines3, with names instead of Python classes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_
 from frobs_algos_sb3.settings import Fraction, Settings
 
 Widths = list[PositiveInt]
-"""Of the hidden layers, from the first to the last."""
+"""Widths of the hidden layers, from the first to the last."""
 
 Activation = Literal["relu", "tanh", "elu", "selu", "gelu", "silu", "leaky_relu"]
 Extractor = Literal["FlattenExtractor", "CombinedExtractor", "NatureCNN"]
@@ -28,15 +28,16 @@ ACTIVATIONS = {
 
 
 class NetworkConfig(Settings):
-    """What the networks of every algorithm take.
+    """Settings that the networks of every algorithm accept.
 
     Attributes:
         net_arch: Widths of the hidden layers.
-        activation_fn: Between the layers.
-        features_extractor_class: What comes before the layers; None: what fits the observations.
-        normalize_images: Whether pixels are divided by 255.
-        optimizer_class: The optimiser, as PyTorch names it; None: stable-baselines3's choice, Adam as a rule.
-        optimizer_kwargs: Its further settings: ``eps``, ``weight_decay``, ``betas``, …; None: stable-baselines3's.
+        activation_fn: Activation function between the layers.
+        features_extractor_class: Features extractor in front of the layers; None: the default for the observation
+            space.
+        normalize_images: Whether to divide pixels by 255.
+        optimizer_class: PyTorch's name of the optimizer; None: the default of stable-baselines3, usually Adam.
+        optimizer_kwargs: Other settings of the optimizer: ``eps``, ``weight_decay``, ``betas``, …; None: the defaults.
     """
 
     net_arch: Any = None
@@ -61,17 +62,18 @@ class NetworkConfig(Settings):
 
 
 class ActorCriticConfig(NetworkConfig):
-    """The networks of an on-policy algorithm.
+    """Settings of the networks of an on-policy algorithm.
 
     Attributes:
         net_arch: Widths of the hidden layers, for both networks or as a mapping (``pi``, ``vf``).
-        activation_fn: Between the layers.
-        share_features_extractor: Whether actor and critic share what comes before the layers.
-        ortho_init: Whether weights start orthogonal.
-        log_std_init: Logarithm of the standard deviation that exploration starts with.
-        full_std: With state-dependent exploration: a deviation for each pair of feature and action, or each feature.
-        use_expln: With state-dependent exploration: keep deviations from growing fast.
-        squash_output: With state-dependent exploration: tanh on the actions.
+        activation_fn: Activation function between the layers.
+        share_features_extractor: Whether actor and critic share the features extractor.
+        ortho_init: Whether the initial weights are orthogonal matrices.
+        log_std_init: Logarithm of the initial standard deviation of the actions.
+        full_std: With state-dependent exploration: one deviation per pair of feature and action instead of one per
+            feature.
+        use_expln: With state-dependent exploration: limit the growth of deviations.
+        squash_output: With state-dependent exploration: apply tanh to the actions.
     """
 
     net_arch: Widths | dict[Literal["pi", "vf"], Widths] = Field(default=[64, 64])
@@ -85,13 +87,13 @@ class ActorCriticConfig(NetworkConfig):
 
 
 class RecurrentActorCriticConfig(ActorCriticConfig):
-    """The networks of a recurrent on-policy algorithm.
+    """Settings of the networks of a recurrent on-policy algorithm.
 
     Attributes:
         lstm_hidden_size: Width of the recurrent layers.
-        n_lstm_layers: How many.
-        shared_lstm: Whether the critic uses the actor's; then ``enable_critic_lstm`` must be false.
-        enable_critic_lstm: Whether the critic has recurrent layers of its own.
+        n_lstm_layers: Number of recurrent layers.
+        shared_lstm: Whether the critic uses the actor's recurrent layers; requires ``enable_critic_lstm: false``.
+        enable_critic_lstm: Whether the critic has its own recurrent layers.
     """
 
     lstm_hidden_size: PositiveInt = 256
@@ -107,18 +109,18 @@ class RecurrentActorCriticConfig(ActorCriticConfig):
 
 
 class QNetworkConfig(NetworkConfig):
-    """The network of DQN."""
+    """Settings of the network of DQN."""
 
     net_arch: Widths = Field(default=[64, 64])
 
 
 class DeterministicConfig(NetworkConfig):
-    """The networks of DDPG and TD3.
+    """Settings of the networks of DDPG and TD3.
 
     Attributes:
         net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
-        n_critics: How many critics.
-        share_features_extractor: Whether actor and critics share what comes before the layers.
+        n_critics: Number of critics.
+        share_features_extractor: Whether actor and critics share the features extractor.
     """
 
     net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[400, 300])
@@ -127,12 +129,12 @@ class DeterministicConfig(NetworkConfig):
 
 
 class SquashedGaussianConfig(DeterministicConfig):
-    """The networks of SAC.
+    """Settings of the networks of SAC.
 
     Attributes:
-        log_std_init: With state-dependent exploration: logarithm of the deviation that it starts with.
-        use_expln: With state-dependent exploration: keep deviations from growing fast.
-        clip_mean: With state-dependent exploration: what the mean of the actions is clipped to before tanh.
+        log_std_init: With state-dependent exploration: logarithm of the initial standard deviation.
+        use_expln: With state-dependent exploration: limit the growth of deviations.
+        clip_mean: With state-dependent exploration: limit of the absolute mean of the actions before tanh.
     """
 
     net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[256, 256])
@@ -142,23 +144,23 @@ class SquashedGaussianConfig(DeterministicConfig):
 
 
 class QuantileConfig(SquashedGaussianConfig):
-    """The networks of TQC.
+    """Settings of the networks of TQC.
 
     Attributes:
-        n_quantiles: Of the returns, for each critic.
+        n_quantiles: Number of quantiles of the return per critic.
     """
 
     n_quantiles: PositiveInt = 25
 
 
 class BatchNormConfig(SquashedGaussianConfig):
-    """The networks of CrossQ.
+    """Settings of the networks of CrossQ.
 
     Attributes:
         net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
-        batch_norm: Whether the layers' inputs are normalised.
-        batch_norm_momentum: How fast the statistics follow.
-        batch_norm_eps: Added to variances.
+        batch_norm: Whether to normalize the inputs of the layers.
+        batch_norm_momentum: Share of the new batch in an update of the running statistics.
+        batch_norm_eps: Constant that is added to variances.
         renorm_warmup_steps: Gradient steps before the running statistics are used.
     """
 

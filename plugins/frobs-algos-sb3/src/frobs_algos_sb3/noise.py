@@ -1,4 +1,4 @@
-"""Noise that is added to actions while experience is collected."""
+"""Noise that is added to actions during data collection."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from frobs_core.errors import ParameterValueError
 
 
 class ActionNoiseConfig(Settings):
-    """Noise on actions, which are scaled to [−1, 1].
+    """Settings of the noise on actions, which are scaled to [−1, 1].
 
     Attributes:
-        type: ``normal``: drawn anew in each step; ``ornstein_uhlenbeck``: wanders, and begins anew with each episode.
-        mean: For all components of the action, or one for each.
-        sigma: Standard deviation, for all components of the action, or one for each.
-        theta: Of ``ornstein_uhlenbeck``: how fast it returns to the mean.
-        dt: Of ``ornstein_uhlenbeck``: its step of time.
+        type: ``normal``: independent in each step; ``ornstein_uhlenbeck``: correlated in time, and reset in each
+            episode.
+        mean: Mean, one for all action components or one per component.
+        sigma: Standard deviation, one for all action components or one per component.
+        theta: Rate at which ``ornstein_uhlenbeck`` returns to the mean.
+        dt: Time step of ``ornstein_uhlenbeck``.
     """
 
     type: Literal["normal", "ornstein_uhlenbeck"] = "normal"
@@ -37,7 +38,7 @@ class ActionNoiseConfig(Settings):
     dt: PositiveFloat = 1e-2
 
     def build(self, num_envs: int, size: int) -> ActionNoise:
-        """Return the noise for so many environments and ``size`` action components."""
+        """Return the noise for ``num_envs`` environments and ``size`` action components."""
         mean, sigma = (self._spread(name, size) for name in ("mean", "sigma"))
         if self.type == "normal":
             base: ActionNoise = NormalActionNoise(mean, sigma)
@@ -59,29 +60,29 @@ class ActionNoiseConfig(Settings):
 
 
 class BatchedNormal(VectorizedActionNoise):
-    """Normal noise of many environments in one draw; mean and deviation are (k,)."""
+    """Normal noise for all environments in one draw; mean and deviation are (k,)."""
 
     def __init__(self, base_noise: ActionNoise, n_envs: int, mean: Floats, sigma: Floats) -> None:
         super().__init__(base_noise, n_envs)
         self._mean, self._sigma = mean, sigma
 
     def __call__(self) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
-        """Draw, (n_envs, k)."""
-        drawn = np.random.normal(self._mean, self._sigma, (self.n_envs, len(self._mean)))  # noqa: NPY002  # SB3's own
+        """Draw noise, (n_envs, k)."""
+        drawn = np.random.normal(self._mean, self._sigma, (self.n_envs, len(self._mean)))  # noqa: NPY002  # SB3's RNG
         return drawn.astype(np.float32)
 
     def reset(self, indices: Iterable[int] | None = None) -> None:
-        """Nothing is kept between draws."""
+        """Do nothing: the noise has no state."""
 
 
 def noise_state(noise: ActionNoise | None) -> Floats | None:
-    """Return what wandering noise keeps between draws, (num_envs, k); None: there is nothing."""
+    """Return the state of correlated noise, (num_envs, k), or None for noise without state."""
     noises = _correlated(noise)
     return np.stack([noise_process.noise_prev for noise_process in noises]) if noises else None
 
 
 def restore_noise(noise: ActionNoise | None, state: Floats) -> None:
-    """Let wandering noise go on from a state."""
+    """Restore the state of correlated noise."""
     for noise_process, row in zip(_correlated(noise), state, strict=True):
         noise_process.noise_prev = row.copy()
 

@@ -1,4 +1,4 @@
-"""What the off-policy algorithms have in common: settings, noise, the replay buffer."""
+"""Settings, action noise and replay buffer that the off-policy algorithms share."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
 
 
 class TrainFrequency(Settings):
-    """How much is collected between two rounds of learning.
+    """The amount of data that is collected between two rounds of learning.
 
     Attributes:
-        frequency: How many.
-        unit: ``step``: of every environment; ``episode``: with one environment only.
+        frequency: Number of steps or episodes.
+        unit: ``step``: steps of every environment; ``episode``: episodes, only with one environment.
     """
 
     frequency: PositiveInt = 1
@@ -33,15 +33,15 @@ class TrainFrequency(Settings):
 
 
 class ReplayBufferConfig(Settings):
-    """Where experience is kept.
+    """Settings of the replay buffer.
 
     Attributes:
-        type: ``standard``, or ``her``: hindsight replay, for goal-conditioned environments; None: hindsight replay
-            where the environment can compute the reward of another goal.
-        handle_timeout_termination: Whether a time limit is told apart from an end.
-        n_sampled_goal: Of hindsight replay: steps with another goal for each one with its own.
-        goal_selection_strategy: Of hindsight replay: which goals of the same episode: those reached later, the last,
-            or any.
+        type: ``standard``, or ``her``: hindsight replay, for goal-conditioned environments; None: hindsight replay if
+            the environment can compute the reward of another goal.
+        handle_timeout_termination: Whether to bootstrap the final value of episodes that a time limit ends.
+        n_sampled_goal: With hindsight replay: number of steps with another goal per step with the original goal.
+        goal_selection_strategy: With hindsight replay: which goals of the episode are used: later ones, the last, or
+            any.
     """
 
     type: Literal["standard", "her"] | None = None
@@ -51,18 +51,20 @@ class ReplayBufferConfig(Settings):
 
 
 class OffPolicyConfig(SB3Config):
-    """What every off-policy algorithm takes.
+    """Settings that every off-policy algorithm accepts.
 
     Attributes:
-        buffer_size: Steps that the replay buffer holds, over all environments.
-        learning_starts: Steps with random actions before learning; with hindsight replay never fewer than until the
-            first episodes can have ended.
-        batch_size: Steps in a gradient step.
+        buffer_size: Number of steps that the replay buffer holds, over all environments.
+        learning_starts: Steps with random actions before learning, over all environments. With hindsight replay,
+            learning never starts before the first episodes can have ended.
+        batch_size: Steps per gradient step.
         train_freq: Steps of every environment between two rounds of learning, or ``{frequency, unit}``.
-        gradient_steps: In a round of learning; −1: as many as steps were collected, over all environments.
-        n_steps: Rewards that are added up before the value of the next state.
-        optimize_memory_usage: Keep each observation once; needs ``handle_timeout_termination: false``.
-        replay_buffer: Where experience is kept.
+        gradient_steps: Gradient steps per round of learning; −1: as many as steps were collected, over all
+            environments.
+        n_steps: Number of rewards that are summed before the value of the next state is added.
+        optimize_memory_usage: Whether to store each observation only once; requires ``handle_timeout_termination:
+            false``.
+        replay_buffer: Settings of the replay buffer.
     """
 
     buffer_size: PositiveInt = 1_000_000
@@ -81,7 +83,7 @@ class OffPolicyConfig(SB3Config):
         return self
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the algorithm's class in stable-baselines3, but for noise and replay buffer."""
+        """Return the keywords of the algorithm's class in stable-baselines3, except noise and replay buffer."""
         kwargs = super().model_kwargs()
         del kwargs["replay_buffer"]
         kwargs.pop("action_noise", None)
@@ -91,12 +93,12 @@ class OffPolicyConfig(SB3Config):
 
 
 class ContinuousConfig(OffPolicyConfig):
-    """What the off-policy algorithms with continuous actions take.
+    """Settings that the off-policy algorithms with continuous actions accept.
 
     Attributes:
-        tau: How far target networks follow in an update.
-        action_noise: Added to actions while experience is collected; None: nothing.
-        policy_kwargs: The networks.
+        tau: Share of the new weights in an update of the target networks.
+        action_noise: Noise that is added to actions during data collection; None: no noise.
+        policy_kwargs: Settings of the networks.
     """
 
     tau: Fraction = 0.005
@@ -105,12 +107,12 @@ class ContinuousConfig(OffPolicyConfig):
 
 
 class ExploringConfig(Settings):
-    """State-dependent exploration (gSDE) of an off-policy algorithm.
+    """Settings of state-dependent exploration (gSDE) of an off-policy algorithm.
 
     Attributes:
-        use_sde: Whether to explore so.
-        sde_sample_freq: Steps between two draws of its matrix; −1: at the start of an iteration.
-        use_sde_at_warmup: Whether to explore so before learning starts, in the place of random actions.
+        use_sde: Whether to use gSDE.
+        sde_sample_freq: Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration.
+        use_sde_at_warmup: Whether to use gSDE instead of random actions before learning starts.
     """
 
     use_sde: bool = False
@@ -142,7 +144,7 @@ class OffPolicy(SB3Algorithm):
             }
             kwargs["learning_starts"] = max(kwargs["learning_starts"], self._first_episodes())
         with warnings.catch_warnings():
-            # More environments than steps between target updates: an update in each step is what there can be.
+            # There are more environments than steps between target updates. One update per step is the maximum.
             warnings.filterwarnings("ignore", "The number of environments used is greater than the target")
             return super()._make_model(policy, **kwargs)  # type: ignore[return-value]
 
@@ -178,11 +180,11 @@ class OffPolicy(SB3Algorithm):
         return possible and chosen != "standard"
 
     def _first_episodes(self) -> int:
-        """Return after how many steps, over all environments, the first episodes have ended; 0: nobody knows."""
+        """Return after how many steps, over all environments, the first episodes have ended; 0: unknown."""
         longest = self.venv.max_episode_steps
         if longest is None:
             return 0
-        # An episode counts once it has ended, and no more once its first step is overwritten.
+        # An episode can be sampled from its end until its first step is overwritten.
         if self._config.buffer_size // self.venv.num_envs < 2 * longest:
             raise ParameterValueError(
                 "buffer_size",

@@ -1,4 +1,4 @@
-"""Policies of stable-baselines3 as ONNX graphs, from the raw observation to the action that the environment takes."""
+"""Export policies of stable-baselines3 as ONNX graphs, from the raw observation to the environment's action."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     import onnx
 
 OPSET = 18
-"""Of ONNX: old enough for the runtimes of a robot, new enough for every operator that is used here."""
+"""Version of ONNX's operator set: supported by runtimes on robots, and with all operators that are needed here."""
 
 _NEEDED = ("onnx", "onnxscript")
-_BATCH = 2  # of the example: 0 and 1 mean something special to the tracer
+_BATCH = 2  # batch size of the example; the tracer treats 0 and 1 specially
 
 
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
-    """Return the graph of a model's deterministic policy; the same model gives the same bytes.
+    """Return the graph of a model's deterministic policy; the same model yields the same bytes.
 
-    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. Only the training mode of the
-    model changes.
+    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. Of the model, only the
+    training mode changes.
 
     Args:
         model: The model.
-        normalizer: That of the observations.
-        space: Of the observations in the environment.
+        normalizer: Normalizer of the observations, if any.
+        space: Observation space of the environment.
     """
     return export_graph(lambda: policy_graph(model, normalizer, space), model.device)
 
@@ -46,8 +46,8 @@ def export_graph(build: Callable[[], PolicyGraph], device: th.device | None = No
     """Return the ONNX graph of a policy.
 
     Args:
-        build: Returns the policy as a module.
-        device: Where the module's networks belong; None: on the processor.
+        build: Function that returns the policy as a module.
+        device: Device to which the networks return afterwards; None: CPU.
 
     Raises:
         MissingDependencyError: ONNX is not installed.
@@ -73,7 +73,7 @@ def policy_graph(model: BaseAlgorithm, normalizer: VecNormalize | None, space: s
 def observation_inputs(
     model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]
 ) -> dict[str, ObservationInput]:
-    """Return what each part of the observation goes through, by its key; ``""`` where it is one array."""
+    """Return the preprocessing of each part of the observation by its key; ``""`` if the observation is one array."""
     seen = model.policy.observation_space
     if isinstance(space, spaces.Dict):
         assert isinstance(seen, spaces.Dict)
@@ -90,7 +90,7 @@ def _trace(graph: PolicyGraph) -> onnx.ModelProto:
             tuple(examples.values()),
             input_names=list(examples),
             output_names=graph.output_names(),
-            # The graph takes *args, which the tracer sees as one argument: a tuple with a shape for each member.
+            # The graph takes *args. The tracer sees them as one argument: a tuple with a shape for each member.
             dynamic_shapes=(tuple({0: batch} for _ in examples),),
             opset_version=OPSET,
             dynamo=True,
@@ -103,7 +103,7 @@ def _trace(graph: PolicyGraph) -> onnx.ModelProto:
 
 
 def _clean(proto: onnx.ModelProto) -> bytes:
-    """Return the bytes of a graph without what the tracer notes about the machine that it ran on."""
+    """Return the bytes of a graph, without the tracer's notes about the machine on which it ran."""
     import onnx
 
     for owner in (proto, proto.graph, *proto.graph.node, *proto.graph.input, *proto.graph.output):
@@ -119,7 +119,7 @@ def _clean(proto: onnx.ModelProto) -> bytes:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep to itself what the tracer says about packages that it does not need and Python that it uses."""
+    """Suppress the tracer's messages about optional packages and deprecated Python."""
     logger = logging.getLogger("torch.onnx")
     others = [logger, logging.getLogger("onnxscript"), logging.getLogger("onnx_ir")]
     before = [(other, other.level) for other in others]

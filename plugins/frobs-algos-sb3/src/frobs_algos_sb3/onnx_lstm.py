@@ -1,4 +1,4 @@
-"""One step of an LSTM in plain arithmetic, which every runtime knows and which takes any number of environments."""
+"""One LSTM step in basic arithmetic, which every runtime supports for any number of environments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frobs_core.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):
-    """Advances the state of an LSTM by one step; where an episode starts, from zero."""
+    """Advances the state of an LSTM by one step; the state is zero at the start of an episode."""
 
     def __init__(self, lstm: nn.LSTM) -> None:
         super().__init__()
@@ -29,10 +29,10 @@ class LstmStep(nn.Module):
         """Return the output (batch, hidden_size), and the next hidden and cell state.
 
         Args:
-            features: (batch, …)
-            hidden: (batch, layers, hidden_size)
-            cell: (batch, layers, hidden_size)
-            start: (batch,) bool: where an episode starts.
+            features: (batch, …) inputs.
+            hidden: (batch, layers, hidden_size) hidden state.
+            cell: (batch, layers, hidden_size) cell state.
+            start: (batch,) bool, True at the start of an episode.
         """
         kept = 1.0 - start.float()[:, None]
         hiddens, cells = [], []
@@ -47,7 +47,7 @@ class LstmStep(nn.Module):
 
 
 def _linear(lstm: nn.LSTM, name: str) -> nn.Linear:
-    """Return the product with one of the LSTM's matrices, and its bias, as a layer."""
+    """Return the multiplication by one of the LSTM's matrices, and its bias, as a layer."""
     weight = getattr(lstm, f"weight_{name}")
     layer = nn.Linear(weight.shape[1], weight.shape[0], bias=lstm.bias)
     layer.weight = weight

@@ -1,4 +1,4 @@
-"""What an observation goes through before a network sees it, as part of the graph."""
+"""Preprocessing of observations as part of the graph."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class ObservationInput(nn.Module):
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
         """Return floats, (batch, …)."""
-        if self.normalized:  # in double precision, as NumPy does it: a mean may be large beside its deviation
+        if self.normalized:  # double precision like NumPy: a mean may be large relative to its deviation
             assert isinstance(self.mean, th.Tensor)
             assert isinstance(self.deviation, th.Tensor)
             scaled = (observation.double() - self.mean) / self.deviation
@@ -75,7 +75,7 @@ class ObservationInput(nn.Module):
 
 
 def one_hot(index: th.Tensor, n: int) -> th.Tensor:
-    """Return (batch, n) floats: 1 where the column's number is that of the row."""
+    """Return (batch, n) floats: 1 in the column whose number equals the row's index, else 0."""
     return (index.long().unsqueeze(-1) == th.arange(n)).float()
 
 

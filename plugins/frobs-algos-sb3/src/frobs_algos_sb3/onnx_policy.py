@@ -1,4 +1,4 @@
-"""Policies of stable-baselines3 as modules that can be traced: what ``predict`` does with ``deterministic=True``."""
+"""Policies of stable-baselines3 as traceable modules, equivalent to ``predict`` with ``deterministic=True``."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class PolicyGraph(nn.Module):
     """A policy from observation to action.
 
     Args:
-        network: From the preprocessed observation to the mode of the action, or the scores of choices.
-        inputs: What each part of the observation goes through first, by key.
-        action_space: Of the environment.
-        squashed: Whether the network's output is in [−1, 1], between the bounds of the action.
+        network: Network from the preprocessed observation to the mode of the action or the scores of choices.
+        inputs: Preprocessing of each part of the observation, by key.
+        action_space: Action space of the environment.
+        squashed: Whether the network's output is in [−1, 1] and must be scaled to the bounds of the action.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class PolicyGraph(nn.Module):
 
     @property
     def lstm(self) -> LstmStep | None:
-        """What carries the state from step to step; None: nothing does."""
+        """The LSTM step that updates the policy's state; None: the policy is not recurrent."""
         found = getattr(self.network, "lstm", None)
         return found if isinstance(found, LstmStep) else None
 
     def examples(self, batch: int) -> dict[str, th.Tensor]:
-        """Return inputs of the right shapes and types, by their names."""
+        """Return inputs with the right shapes and types, by name."""
         found: dict[str, th.Tensor] = {}
         for key, part in zip(self.keys, self.observation_inputs, strict=True):
             assert isinstance(part, ObservationInput)
@@ -60,7 +60,7 @@ class PolicyGraph(nn.Module):
         return found
 
     def output_names(self) -> list[str]:
-        """Return the names of what :meth:`forward` returns."""
+        """Return the names of the outputs of :meth:`forward`."""
         names = ["action"] if isinstance(self.action_space, spaces.Box) else ["action", "scores"]
         return names if self.lstm is None else [*names, "next_state/0", "next_state/1"]
 
@@ -79,7 +79,7 @@ class PolicyGraph(nn.Module):
             choices = th.split(raw, space.nvec.tolist(), dim=-1)
             return th.stack([choice.argmax(dim=-1) for choice in choices], dim=-1), raw
         if isinstance(space, spaces.MultiBinary):
-            return (raw > 0.0).to(th.int8), raw  # logits: a probability above one half
+            return (raw > 0.0).to(th.int8), raw  # logits: positive for probabilities above one half
         assert isinstance(self.low, th.Tensor)
         assert isinstance(self.high, th.Tensor)
         action = raw.reshape(-1, *self.low.shape)
@@ -110,7 +110,7 @@ class ActorCritic(nn.Module):
 
 
 class StochasticActor(nn.Module):
-    """The mode of SAC's actor, and of those that are built like it."""
+    """The mode of the actor of SAC and related algorithms."""
 
     def __init__(self, actor: Any) -> None:
         super().__init__()
@@ -122,19 +122,19 @@ class StochasticActor(nn.Module):
 
 
 class Features(nn.Module):
-    """Features and a network behind them: the actor of TD3, the values of DQN."""
+    """A features extractor followed by a network: the actor of TD3, the values of DQN."""
 
     def __init__(self, features: nn.Module, network: nn.Module) -> None:
         super().__init__()
         self.features, self.network = features, network
 
     def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
-        """Return what the network says."""
+        """Return the network's output."""
         return (self.network(self.features(observation)),)
 
 
 def network_of(model: BaseAlgorithm) -> nn.Module:
-    """Return the network that decides, found by the parts of the policy; PolicyExportError: the kind is unknown."""
+    """Return the network that selects actions, found by the policy's parts; raise PolicyExportError if unknown."""
     policy: Any = model.policy
     if isinstance(policy, ActorCriticPolicy):
         return ActorCritic(policy)

@@ -17,7 +17,7 @@ _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
 def _for_arms(**files: str) -> dict[str, str]:
-    """Return the files of manipulation tasks by ID, the same for all arms."""
+    """Return the files of manipulation tasks by ID; they are the same for all arms."""
     return {f"{arm}{task}": file for task, file in files.items() for arm in _ARMS_WITH_GRIPPERS}
 
 
@@ -49,7 +49,7 @@ def _contrib(name: str, cls: str, summary: str, action_spaces: tuple[str, ...]) 
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithms."""
+    """Return the records of the algorithms."""
     return [
         _record(
             "ppo",

@@ -19,11 +19,11 @@ class PPOConfig(OnPolicyConfig):
     """Settings of PPO; the defaults are those of stable-baselines3.
 
     Attributes:
-        batch_size: Steps in a gradient step.
-        n_epochs: How often an iteration's steps are gone through.
-        clip_range: Of the ratio of probabilities.
-        clip_range_vf: Of the change of values; None: no clipping.
-        target_kl: Divergence at which an iteration's learning ends early; None: never.
+        batch_size: Steps per gradient step.
+        n_epochs: Number of passes over the steps of an iteration.
+        clip_range: Range around 1 in which the ratio of probabilities is not clipped.
+        clip_range_vf: Range to which the change of values is clipped; None: no clipping.
+        target_kl: Divergence at which the updates of an iteration end early; None: never.
     """
 
     batch_size: Annotated[int, Field(ge=2)] = 64
@@ -52,5 +52,5 @@ class PPO(SB3Algorithm):
         if steps < 2:
             raise ParameterValueError("num_envs × n_steps", 1, "at least 2", f"algorithm '{self.name}'")
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "You have specified a mini-batch size")  # it works: a smaller last batch
+            warnings.filterwarnings("ignore", "You have specified a mini-batch size")  # the last batch is just smaller
             return super()._make_model(policy, **kwargs)

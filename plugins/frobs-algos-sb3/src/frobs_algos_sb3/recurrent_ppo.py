@@ -1,4 +1,4 @@
-"""Proximal policy optimization with a memory."""
+"""Proximal policy optimization with recurrent networks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RecurrentPPOConfig(PPOConfig):
 
 
 class RecurrentPPO(PPO):
-    """Proximal policy optimization with recurrent layers: give ``predict`` its state and where episodes start."""
+    """PPO with recurrent layers; pass ``predict`` the state and the starts of episodes."""
 
     name: ClassVar[str] = "recurrent_ppo"
     config_model: ClassVar[type[SB3Config]] = RecurrentPPOConfig

@@ -1,4 +1,4 @@
-"""Replay buffers on disk, in blocks: a block that has not changed since the last time is not written again."""
+"""Replay buffers on disk, in blocks: unchanged blocks are not written again."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from frobs_algos_sb3 import storage
 from frobs_core.errors import CheckpointError
 
 BLOCK_STEPS = 16_384
-"""Steps in a block, over all environments."""
+"""Steps per block, over all environments."""
 
 BLOCK_BYTES = 2**25
-"""What a block is kept below where steps are large, as pictures are."""
+"""Maximum size of a block, which matters if steps are large, such as images."""
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> None:
-    """Write a replay buffer into a new folder: ``index.json``, and a file for each block.
+    """Write a replay buffer into a new folder: ``index.json`` and one file per block.
 
-    Blocks that equal those in ``previous`` become hard links, or copies if the disk has no links.
+    Blocks that equal those in ``previous`` become hard links, or copies if the file system does not support links.
     """
     folder.mkdir()
     arrays = _arrays(buffer)
@@ -74,13 +74,13 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
 
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:
-    """Return views of all that a buffer holds, (rows, num_envs, …) each."""
+    """Return views of all arrays of a buffer, (rows, num_envs, …) each."""
     found: Arrays = {}
     names = ["observations", "next_observations", "actions", "rewards", "dones", "timeouts"]
     if isinstance(buffer, HerReplayBuffer):
         names += ["ep_start", "ep_length"]
     for name in names:
-        value = getattr(buffer, name, None)  # there are no next observations where memory is saved
+        value = getattr(buffer, name, None)  # with optimized memory usage there are no next observations
         if isinstance(value, dict):
             found |= {f"{name}/{key}": array for key, array in value.items()}
         elif value is not None:
@@ -89,10 +89,10 @@ def _arrays(buffer: ReplayBuffer) -> Arrays:
 
 
 def _rows(buffer: ReplayBuffer) -> int:
-    """Return how many rows count."""
+    """Return the number of rows in use."""
     if buffer.full:
         return int(buffer.buffer_size)
-    # Where memory is saved, the newest observation stands where the next step is going to.
+    # With optimized memory usage, the newest observation is stored in the row of the next step.
     return int(min(buffer.pos + buffer.optimize_memory_usage, buffer.buffer_size))
 
 
@@ -122,7 +122,7 @@ def _known_blocks(previous: Path) -> dict[int, str]:
 
 
 def _link(source: Path, target: Path) -> bool:
-    """Make ``target`` the same file as ``source``, or a copy; return whether it could be done."""
+    """Make ``target`` a hard link to ``source`` or a copy; return whether this succeeded."""
     try:
         os.link(source, target)
     except OSError:

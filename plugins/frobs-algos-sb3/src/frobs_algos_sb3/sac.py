@@ -25,15 +25,15 @@ def _check_coefficient(value: float | str) -> float | str:
 
 
 EntropyCoefficient = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_coefficient)]
-"""A number, or ``"auto"``: learned, beginning with 1, or with 0.1 where it is ``"auto_0.1"``."""
+"""A number, or ``"auto"``: learned, starting at 1; ``"auto_0.1"``: learned, starting at 0.1."""
 
 
 class EntropyConfig(ExploringConfig):
-    """The entropy of an off-policy algorithm.
+    """Settings of the entropy of an off-policy algorithm.
 
     Attributes:
-        ent_coef: Weight of the entropy; ``auto``: learned; ``auto_0.1``: beginning with 0.1.
-        target_entropy: What it is learned for; ``auto``: minus the number of the action's components.
+        ent_coef: Weight of the entropy; ``auto``: learned, starting at 1; ``auto_0.1``: learned, starting at 0.1.
+        target_entropy: Entropy for which the weight is learned; ``auto``: minus the number of action components.
     """
 
     ent_coef: EntropyCoefficient = "auto"

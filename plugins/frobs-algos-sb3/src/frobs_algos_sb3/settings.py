@@ -1,4 +1,4 @@
-"""What settings are made of: the base class, schedules, fractions."""
+"""Building blocks of settings: the base class, schedules, fractions."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def _check_schedule(value: float | str) -> float | str:
 
 
 Schedule = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_schedule)]
-"""A positive number, or ``"lin_3e-4"``: one that falls linearly to 0 over the training."""
+"""A positive number, or ``"lin_3e-4"``: a number that decreases linearly to 0 during training."""
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 SampleFrequency = Annotated[int, Field(ge=-1)]
-"""Steps between two draws of the matrix of state-dependent exploration; −1: at the start of an iteration."""
+"""Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration."""
 
 
 def schedule(value: float | str) -> float | Callable[[float], float]:
-    """Return what stable-baselines3 takes as a schedule: of the remaining part of the training, from 1 to 0."""
+    """Return a schedule for stable-baselines3: a number, or a function of the remaining progress, from 1 to 0."""
     if isinstance(value, str):
         start = float(value.removeprefix("lin_"))
         return lambda remaining: start * remaining
@@ -43,6 +43,6 @@ def schedule(value: float | str) -> float | Callable[[float], float]:
 
 
 class Settings(BaseModel):
-    """Base class: frozen, and unknown keys are errors."""
+    """Base class: frozen; unknown keys raise errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

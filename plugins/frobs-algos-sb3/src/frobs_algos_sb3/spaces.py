@@ -1,4 +1,4 @@
-"""Gymnasium spaces as JSON, so that a saved policy can be opened without its environment."""
+"""Conversion of Gymnasium spaces to JSON, so that saved policies can be opened without an environment."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import CheckpointError, IncompatibleSpaceError
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
-    """Return a space as JSON; raise IncompatibleSpaceError for a kind that no algorithm here supports."""
+    """Return a space as JSON, or raise IncompatibleSpaceError if no algorithm here supports its type."""
     dtype = None if space.dtype is None else np.dtype(space.dtype).name
     if isinstance(space, spaces.Box):
         return {"type": "Box", "low": space.low.tolist(), "high": space.high.tolist(), "dtype": dtype}

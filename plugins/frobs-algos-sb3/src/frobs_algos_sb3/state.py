@@ -1,4 +1,4 @@
-"""What a model of stable-baselines3 is made of beside its networks, as arrays and numbers."""
+"""The state of a stable-baselines3 model other than its networks, as arrays and numbers."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _COUNTERS = (
     "_current_progress_remaining",
     "exploration_rate",
 )
-"""Attributes of a model that count; not every model has all of them."""
+"""Counters of a model; not every model has all of them."""
 
 _LAST = ("_last_obs", "_last_original_obs", "_last_episode_starts")
 
 
 def optimizers(model: BaseAlgorithm) -> dict[str, th.optim.Optimizer]:
-    """Return a model's optimisers by name."""
+    """Return a model's optimizers by name."""
     owners = {"policy": model.policy, "actor": getattr(model, "actor", None), "critic": getattr(model, "critic", None)}
     found = {name: getattr(owner, "optimizer", None) for name, owner in owners.items()}
     found["ent_coef"] = getattr(model, "ent_coef_optimizer", None)
@@ -41,25 +41,25 @@ def optimizers(model: BaseAlgorithm) -> dict[str, th.optim.Optimizer]:
 
 
 def counters(model: BaseAlgorithm) -> dict[str, float]:
-    """Return what a model counts."""
+    """Return a model's counters."""
     return {name: getattr(model, name) for name in _COUNTERS if hasattr(model, name)}
 
 
 def restore_counters(model: BaseAlgorithm, saved: Mapping[str, float]) -> None:
-    """Let a model count on."""
+    """Restore a model's counters."""
     for name in counters(model):
         setattr(model, name, saved[name])
 
 
 def learning(model: BaseAlgorithm) -> dict[str, Any]:
-    """Return the states of a model's optimisers, and what is learned outside of its policy."""
+    """Return the states of a model's optimizers, and learned values that are not part of its policy."""
     states: dict[str, Any] = {name: optimizer.state_dict() for name, optimizer in optimizers(model).items()}
     coefficient = getattr(model, "log_ent_coef", None)
     return states if coefficient is None else {**states, "log_ent_coef": coefficient.detach()}
 
 
 def restore_learning(model: BaseAlgorithm, saved: Mapping[str, Any]) -> None:
-    """Give a model's optimisers their states back, and it what is learned outside of its policy."""
+    """Restore the states of a model's optimizers, and learned values that are not part of its policy."""
     for name, optimizer in optimizers(model).items():
         optimizer.load_state_dict(saved[name])
     coefficient = getattr(model, "log_ent_coef", None)
@@ -70,14 +70,14 @@ def restore_learning(model: BaseAlgorithm, saved: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Pause:
-    """State of everything that is drawn from when training continues."""
+    """State of all random number generators at the point where training continues."""
 
     arrays: Arrays  # generators, action noise, and matrices of state-dependent exploration
-    at_start: bool  # taken at the start of a rollout, whose matrices have been drawn
+    at_start: bool  # whether it was taken at the start of a rollout, after the matrices were drawn
 
 
 def draws(model: BaseAlgorithm) -> Arrays:
-    """Return the state of what is drawn from."""
+    """Return the state of all random number generators."""
     arrays = generators() | {"action_space": _generator_words(model.action_space.np_random)}
     arrays |= {name: getattr(owner, name).detach().cpu().numpy() for owner, name in _exploration(model)}
     noise = noise_state(model.action_noise)
@@ -85,7 +85,7 @@ def draws(model: BaseAlgorithm) -> Arrays:
 
 
 def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
-    """Set what is drawn from; nothing may be drawn between this and the continuation."""
+    """Restore the random number generators; draw nothing between this call and the continuation."""
     for owner, name in _exploration(model):
         setattr(owner, name, th.from_numpy(arrays[name].copy()).to(model.device))
     if "action_noise" in arrays:
@@ -95,7 +95,7 @@ def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
 
 
 def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:
-    """Return where the matrices of state-dependent exploration are: owner and attribute."""
+    """Return the owner and attribute name of each matrix of state-dependent exploration."""
     policy: Any = model.policy
     distribution = getattr(getattr(policy, "actor", None) or policy, "action_dist", None)
     if not isinstance(distribution, StateDependentNoiseDistribution):
@@ -104,9 +104,9 @@ def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:
 
 
 def _generator_words(generator: np.random.Generator) -> np.ndarray[Any, Any]:
-    """Return the state of a PCG64 as six words."""
+    """Return the state of a PCG64 generator as six words."""
     saved: Any = generator.bit_generator.state
-    assert saved["bit_generator"] == "PCG64"  # Gymnasium's
+    assert saved["bit_generator"] == "PCG64"  # Gymnasium's generator
     halves = [half for value in saved["state"].values() for half in (value >> 64, value & (2**64 - 1))]
     return np.array([*halves, saved["has_uint32"], saved["uinteger"]], np.uint64)
 
@@ -136,7 +136,7 @@ def generators() -> Arrays:
 
 
 def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Set the global generators; nothing may be drawn between this and the continuation."""
+    """Restore the global generators; draw nothing between this call and the continuation."""
     version, *words = arrays["python"].tolist()
     gauss = arrays["python_gauss"].tolist()
     random.setstate((version, tuple(words), gauss[0] if gauss else None))
@@ -148,7 +148,7 @@ def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
 
 
 def last_step(model: BaseAlgorithm) -> Arrays:
-    """Return what a model keeps from its last steps: observations, recurrent states, episodes."""
+    """Return the data that a model keeps from its last steps: observations, recurrent states, episodes."""
     arrays: Arrays = {}
     for name in _LAST:
         value = getattr(model, name)
@@ -168,7 +168,7 @@ def last_step(model: BaseAlgorithm) -> Arrays:
 
 
 def restore_last_step(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Give a model back what it kept from its last steps."""
+    """Restore the data that a model kept from its last steps."""
     for name in _LAST:
         items = {key.partition("/")[2]: value for key, value in arrays.items() if key.startswith(f"{name}/")}
         setattr(model, name, items or arrays.get(name))
@@ -184,7 +184,7 @@ def restore_last_step(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any,
 
 
 def normalizer_arrays(normalizer: VecNormalize) -> Arrays:
-    """Return the statistics of a normaliser."""
+    """Return the statistics of a normalizer."""
     arrays: Arrays = {"returns": np.asarray(normalizer.returns)}
     for name, statistics in _statistics(normalizer).items():
         arrays |= {
@@ -196,7 +196,7 @@ def normalizer_arrays(normalizer: VecNormalize) -> Arrays:
 
 
 def restore_normalizer(normalizer: VecNormalize, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Give a normaliser its statistics back."""
+    """Restore the statistics of a normalizer."""
     if arrays["returns"].shape == np.shape(normalizer.returns):
         normalizer.returns = arrays["returns"].copy()
     for name, statistics in _statistics(normalizer).items():

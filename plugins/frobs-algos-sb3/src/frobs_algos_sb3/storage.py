@@ -1,4 +1,4 @@
-"""Reading and writing state so that no file can execute anything: tensors, plain arrays, JSON."""
+"""Read and write state as tensors, plain arrays and JSON, so that no file can execute code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_core.errors import CheckpointError, UntrustedFileError
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON."""
+    """Write a value as JSON."""
     path.write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
 
 
@@ -33,14 +33,14 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def write_tensors(path: Path, value: Any) -> None:
-    """Write nested dictionaries of tensors and numbers; from memory, because PyTorch itself hides a full disk."""
+    """Write nested dictionaries of tensors and numbers, via memory because PyTorch hides errors of a full disk."""
     buffer = io.BytesIO()
     th.save(value, buffer)
     path.write_bytes(buffer.getbuffer())
 
 
 def read_tensors(path: Path) -> Any:
-    """Read what :func:`write_tensors` wrote; raise UntrustedFileError for other objects, CheckpointError for damage."""
+    """Read tensors from a file; raise UntrustedFileError for other objects, CheckpointError for damage."""
     data = _read_zip(path)
     try:
         return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
@@ -57,7 +57,7 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read what :func:`write_arrays` wrote; raise UntrustedFileError for Python objects, CheckpointError for damage."""
+    """Read arrays from a file; raise UntrustedFileError for Python objects, CheckpointError for damage."""
     data = _read_zip(path)
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:

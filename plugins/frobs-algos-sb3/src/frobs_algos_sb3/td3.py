@@ -16,9 +16,9 @@ class TD3Config(ContinuousConfig):
     """Settings of TD3; the defaults are those of stable-baselines3.
 
     Attributes:
-        policy_delay: Gradient steps of the critics for each one of the actor.
+        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
         target_policy_noise: Standard deviation of the noise on target actions.
-        target_noise_clip: What it is clipped to.
+        target_noise_clip: Limit of the absolute value of this noise.
     """
 
     learning_rate: Schedule = 1e-3

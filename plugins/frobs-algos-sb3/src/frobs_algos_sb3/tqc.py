@@ -17,7 +17,7 @@ class TQCConfig(SACConfig):
     """Settings of TQC; the defaults are those of sb3-contrib.
 
     Attributes:
-        top_quantiles_to_drop_per_net: How many of each critic's highest quantiles do not count.
+        top_quantiles_to_drop_per_net: Number of each critic's highest quantiles that are dropped.
     """
 
     top_quantiles_to_drop_per_net: NonNegativeInt = 2

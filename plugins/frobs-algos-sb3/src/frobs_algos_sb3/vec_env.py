@@ -1,4 +1,4 @@
-"""stable-baselines3's idea of a vector environment over Gymnasium's, without copying per environment."""
+"""Adapter from Gymnasium's vector environments to those of stable-baselines3, without copies per environment."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from frobs_core.errors import ConfigurationError
 
 _NOTHING: dict[str, Any] = {}
-"""The info of every environment whose episode goes on: shared, for nobody may write to it."""
+"""Info of every environment whose episode continues. It is shared, so do not write to it."""
 
 
 class VectorEnvAdapter(VecEnv):
-    """A ``gymnasium.vector.VectorEnv`` with same-step autoreset as stable-baselines3 expects it.
+    """A ``gymnasium.vector.VectorEnv`` with same-step autoreset as a vector environment of stable-baselines3.
 
-    Batched arrays are passed on without a copy. Only an environment whose episode has ended gets an info of its own:
-    ``terminal_observation``, ``TimeLimit.truncated``, ``is_success`` and ``episode`` if the environment has them, and
-    the rest of its last info.
+    Batched arrays are passed on without a copy. Only environments whose episode has ended get their own info. It has
+    ``terminal_observation``, ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success``
+    and ``episode`` if the environment provides them.
 
-    The environment keeps the seed of its last reset: :meth:`seed` before :meth:`reset` gives it another one.
+    The seed of the last reset stays in effect. To change it, call :meth:`seed` before :meth:`reset`.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
@@ -42,19 +42,19 @@ class VectorEnvAdapter(VecEnv):
 
     @property
     def can_step(self) -> bool:
-        """Whether there is an environment at all, or only its spaces."""
+        """Whether there is an environment, not only its spaces."""
         return not isinstance(self.env, NoEnvironment)
 
     @property
     def computes_reward(self) -> bool:
-        """Whether the reward of another goal can be asked for, as hindsight replay does."""
+        """Whether the environment can compute the reward of another goal, as hindsight replay requires."""
         single = self._single()
         owner = self._base if single is None else single[0].unwrapped
         return hasattr(owner, "compute_reward") or hasattr(getattr(owner, "task", None), "compute_reward")
 
     @property
     def max_episode_steps(self) -> int | None:
-        """After how many steps an episode is truncated at the latest; None: nobody knows."""
+        """Maximum number of steps per episode; None: unknown."""
         longest = getattr(self._base, "max_episode_steps", None)
         if longest is None and self._base.spec is not None:
             longest = self._base.spec.max_episode_steps
@@ -72,11 +72,11 @@ class VectorEnvAdapter(VecEnv):
         return first
 
     def step_async(self, actions: np.ndarray[Any, Any]) -> None:
-        """Take the actions."""
+        """Store the actions for :meth:`step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all environments."""
+        """Step all environments with these actions."""
         observation, rewards, terminated, truncated, info = self.env.step(self._actions)
         done = terminated | truncated
         infos = self._infos
@@ -84,7 +84,7 @@ class VectorEnvAdapter(VecEnv):
             infos = infos.copy()
             for index in np.flatnonzero(done).tolist():
                 infos[index] = self._final_info(info, index, bool(truncated[index] and not terminated[index]))
-        # stable-baselines3 adds the bootstrapped value to the rewards in place: they must be its own.
+        # stable-baselines3 adds the bootstrapped value to the rewards in place, so they must be a copy.
         return observation, rewards.astype(np.float32), done, infos
 
     def close(self) -> None:
@@ -92,14 +92,14 @@ class VectorEnvAdapter(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of each environment; of a native batch, the same one for all."""
+        """Return an attribute of each environment; in a native batch, all share one value."""
         single = self._single()
         if single is None:
             return [getattr(self._base, attr_name)] * len(self._ids(indices))
         return [single[index].get_wrapper_attr(attr_name) for index in self._ids(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute of each environment; of a native batch, for all at once."""
+        """Set an attribute of each environment; in a native batch, of all at once."""
         single = self._single()
         if single is None:
             setattr(self._base, attr_name, value)
@@ -110,9 +110,9 @@ class VectorEnvAdapter(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of each environment; of a native batch once, with one result for all.
+        """Call a method of each environment; in a native batch once, with one result for all.
 
-        ``compute_reward``, which hindsight replay calls with a batch of goals, is the task's.
+        ``compute_reward``, which hindsight replay calls with a batch of goals, is a method of the task.
         """
         single = self._single()
         if single is not None:
@@ -128,19 +128,19 @@ class VectorEnvAdapter(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
     ) -> list[bool]:
-        """Return whether each environment is wrapped so."""
+        """Return whether each environment has a wrapper of this class."""
         from stable_baselines3.common.env_util import is_wrapped
 
         single = self._single()
         return [single is not None and is_wrapped(single[index], wrapper_class) for index in self._ids(indices)]
 
     def get_images(self) -> Sequence[np.ndarray[Any, Any] | None]:
-        """Return a picture of each environment."""
+        """Return an image of each environment."""
         images: Any = self.env.render()
         return images or []
 
     def _single(self) -> Sequence[gym.Env[Any, Any]] | None:
-        """Return the single environments of a vector that steps them one by one."""
+        """Return the environments of a vector that steps them one by one, or None for a native batch."""
         return getattr(self._base, "envs", None)
 
     def _ids(self, indices: VecEnvIndices) -> Sequence[int]:
@@ -159,13 +159,13 @@ class VectorEnvAdapter(VecEnv):
             result["terminal_observation"] = {key: value[index] for key, value in batched.items()}
         else:
             result["terminal_observation"] = batched[index]
-        if "frobs/diverged" in result:  # there is no state beyond whose value could be trusted
+        if "frobs/diverged" in result:  # the physics diverged: do not bootstrap the final value
             result["TimeLimit.truncated"] = False
         return result
 
 
 class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
-    """Spaces alone, for a policy that only predicts."""
+    """An environment's spaces alone, for a policy that only predicts."""
 
     def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
@@ -184,7 +184,7 @@ def _row(info: Mapping[str, Any], index: int) -> dict[str, Any]:
 
 
 class _Everywhere:
-    """A mask of what has none."""
+    """A mask that is True everywhere, for keys without a mask."""
 
     def __getitem__(self, index: int) -> bool:
         return True

@@ -1,4 +1,4 @@
-"""What the six classes of FRobs_RL have in common."""
+"""The base class of FRobs_RL's six model classes."""
 
 from __future__ import annotations
 
@@ -27,33 +27,34 @@ _log = logging.getLogger("frobs")
 
 
 class BasicModel:
-    """A model of stable-baselines3 that a YAML file sets up, as in FRobs_RL.
+    """A model of stable-baselines3 that is configured by a YAML file, as in FRobs_RL.
 
-    Base class: a subclass names its algorithm.
+    Base class: each subclass sets its algorithm.
 
     Args:
         env: Any Gymnasium environment, or a vector environment of stable-baselines3.
-        save_model_path: Folder of the models. With ``load_trained``: the model.
-        log_path: Folder of the log folders.
-        load_trained: Open the model at ``save_model_path`` for predictions; no file is read, nothing is logged.
-        config_file_pkg: The package that holds the YAML file: of Python, or of ROS where ROS is. None: ``config_filename``
-            is a path.
+        save_model_path: Folder in which models are saved. With ``load_trained``: the model file.
+        log_path: Parent folder of the log folders.
+        load_trained: Open the model at ``save_model_path`` for predictions. No YAML file is read and nothing is
+            logged.
+        config_file_pkg: Package that contains the YAML file: a Python package or, if ROS is installed, a ROS package.
+            None: ``config_filename`` is a path.
         config_filename: The YAML file; None: ``<algorithm>_config.yaml``.
-        ns: Namespace on ROS's parameter server, where one runs.
-        on_existing: What to do about a log folder that exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
-        trust: Open models and replay buffers that could execute code.
+        ns: Namespace on ROS's parameter server, if one is running.
+        on_existing: Action if the log folder exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
+        trust: Open models and replay buffers even if they could execute code.
 
     Attributes:
         model: The model of stable-baselines3.
         env: The environment.
-        settings: The file as it was read; None for a trained model.
-        log_folder: Where this training logs; None before it was chosen.
+        settings: The settings in the file; None for a trained model.
+        log_folder: Log folder of this training run; None until it is chosen.
 
     Raises:
         ConfigurationError: A key, value, package or file cannot be used.
-        LogFolderExistsError: The log folder exists; it is a ValueError too.
-        UntrustedFileError: A model that is to be loaded needs ``trust``.
-        CheckpointError: A model that is to be loaded is damaged.
+        LogFolderExistsError: The log folder exists. This error is also a ValueError.
+        UntrustedFileError: Loading the model requires ``trust``.
+        CheckpointError: The model file is damaged.
     """
 
     algorithm: ClassVar[str]
@@ -94,23 +95,23 @@ class BasicModel:
         params = self.settings.params
         folder = log_folder(Path(log_path) / params.log_folder, on_existing)
         self.model = saved_model(self.settings, env, self._models, trust) if params.load_model else self._make()
-        self.log_folder = folder  # last: it is made once everything else stands
+        self.log_folder = folder  # last, so that an earlier error leaves no folder behind
         self.set_model_logger()
 
     @classmethod
     def load_trained(
         cls, model_path: Path | str, env: gym.Env[Any, Any] | VecEnv | None = None, *, trust: bool = False
     ) -> Self:
-        """Open a trained model for predictions; neither a YAML file nor a log folder is needed.
+        """Open a trained model for predictions, without a YAML file or a log folder.
 
         Args:
-            model_path: The model; ``.zip`` may be left out.
-            env: May be left out: the model knows its spaces.
-            trust: Open a model that could execute code.
+            model_path: The model file; ``.zip`` may be omitted.
+            env: The environment. Optional, because the model contains its spaces.
+            trust: Open the model even if it could execute code.
 
         Raises:
-            CheckpointError: It is missing, damaged, or of another algorithm.
-            UntrustedFileError: It needs ``trust``.
+            CheckpointError: The file is missing, damaged, or belongs to another algorithm.
+            UntrustedFileError: Opening the file requires ``trust``.
         """
         return cls(env, model_path, load_trained=True, trust=trust)
 
@@ -137,13 +138,13 @@ class BasicModel:
         return True
 
     def save_model(self) -> Path:
-        """Save the model as ``trained_model_name``, or with the time where such a file exists.
+        """Save the model as ``trained_model_name``; append the time if that file exists.
 
-        A model that was saved and has not learned since is not saved again. The replay buffer goes beside it if the file
-        says ``save_replay_buffer``.
+        A model that has not been trained since it was last saved is not saved again. With ``save_replay_buffer``, the
+        replay buffer is saved next to the model.
 
         Returns:
-            The file.
+            The path of the file.
 
         Raises:
             RunError: The model was opened for predictions.
@@ -163,14 +164,14 @@ class BasicModel:
         return path
 
     def save_replay_buffer(self) -> Path:
-        """Save the replay buffer beside the model that was saved last, as plain arrays.
+        """Save the replay buffer next to the last saved model, as plain arrays.
 
         Returns:
-            The file: ``<model>_replay_buffer.npz``.
+            The path of the file: ``<model>_replay_buffer.npz``.
 
         Raises:
             ConfigurationError: The algorithm has no replay buffer.
-            NotTrainedError: Nothing was trained and saved yet; it is a ValueError too.
+            NotTrainedError: No model was trained and saved yet. This error is also a ValueError.
             OSError: The disk is full, or the folder cannot be written.
         """
         self._training_settings()
@@ -183,7 +184,7 @@ class BasicModel:
         return path
 
     def set_model_logger(self) -> bool:
-        """Log to stdout, ``progress.csv`` and TensorBoard in the log folder; done already when the model is built.
+        """Log to stdout, ``progress.csv`` and TensorBoard in the log folder. A new model already does so.
 
         Returns:
             True.
@@ -199,18 +200,18 @@ class BasicModel:
         return True
 
     def check_env(self) -> bool:
-        """Return whether the environment is as stable-baselines3 wants it; the reason is logged where it is not."""
+        """Return whether the environment meets the requirements of stable-baselines3; log the reason if not."""
         from stable_baselines3.common.env_checker import check_env
 
         try:
             check_env(self.env, warn=True)  # type: ignore[arg-type]
-        except Exception as error:  # the environment's own code runs, and anything can come of it
+        except Exception as error:  # the environment's code runs and can raise anything
             _log.error("%s is not as stable-baselines3 wants it: %s", self.env, error)
             return False
         return True
 
     def close_env(self) -> bool:
-        """Close the environment and the logs; returns True."""
+        """Close the environment and the logs; return True."""
         if self._logging:
             self.model.logger.close()
         if self.env is not None:
@@ -227,13 +228,13 @@ class BasicModel:
         """Return the action for an observation.
 
         Args:
-            observation: One, or a batch.
-            state: Of a recurrent policy.
-            mask: Where episodes begin: what stable-baselines3 calls ``episode_start``.
-            deterministic: Take the policy's mode, or else sample.
+            observation: One observation or a batch.
+            state: State of a recurrent policy.
+            mask: Whether an episode begins, per environment; stable-baselines3 calls it ``episode_start``.
+            deterministic: Return the most probable action instead of a sample.
 
         Returns:
-            The action, and the state of a recurrent policy.
+            The action, and the next state of a recurrent policy.
         """
         return self.model.predict(observation, state=state, episode_start=mask, deterministic=deterministic)
 
@@ -244,7 +245,7 @@ class BasicModel:
         return new_model(self.settings, self.env)
 
     def _for_prediction(self, path: Path) -> BaseAlgorithm:
-        """Open a model without what only training needs; it must fit the environment, where there is one."""
+        """Open a model without data that only training needs; it must fit the environment, if there is one."""
         model = load_model(path, algorithm=self.algorithm, trust=self._trust)
         for name in ("observation_space", "action_space") if self.env is not None else ():
             written, real = getattr(model, name), getattr(self.env, name)
@@ -257,7 +258,7 @@ class BasicModel:
         save_model(self.model, path, {"frobs_rl": self.settings.model_dump(mode="json")})
 
     def _training_settings(self) -> FileSettings:
-        """Return the settings as they stand now."""
+        """Return the current settings."""
         if self.settings is None:
             raise RunError("this model was opened for predictions; build it with a YAML file to train or save it.")
         mapping = current_parameters(self._parameters, self._ns)
@@ -267,5 +268,5 @@ class BasicModel:
 
     @property
     def _learned(self) -> tuple[int, int]:
-        """What tells whether a model has learned since it was saved."""
+        """Return numbers that change whenever the model learns."""
         return self.model.num_timesteps, int(getattr(self.model, "_n_updates", 0))

@@ -11,17 +11,17 @@ Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Strict(BaseModel):
-    """Base class: frozen, and unknown keys are errors."""
+    """Base class: frozen; unknown keys raise errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class TrainFrequency(Strict):
-    """When an off-policy algorithm learns.
+    """The interval between rounds of learning of an off-policy algorithm.
 
     Attributes:
-        freq: After so many …
-        unit: … of these.
+        freq: Length of the interval in ``unit``.
+        unit: Unit of ``freq``: steps or episodes.
     """
 
     freq: PositiveInt = 20
@@ -29,10 +29,10 @@ class TrainFrequency(Strict):
 
 
 class Block(Strict):
-    """What every algorithm takes.
+    """Settings that every algorithm accepts.
 
     Attributes:
-        learning_rate: Of every optimiser.
+        learning_rate: Learning rate of every optimizer.
         gamma: Discount per step.
     """
 
@@ -40,7 +40,7 @@ class Block(Strict):
     gamma: Fraction = 0.99
 
     def attributes(self) -> dict[str, Any]:
-        """Return the keywords of the class in stable-baselines3."""
+        """Return the keywords of the algorithm's class in stable-baselines3."""
         found = self.model_dump()
         if "train_freq" in found:
             found["train_freq"] = (found["train_freq"]["freq"], found["train_freq"]["unit"])
@@ -48,7 +48,7 @@ class Block(Strict):
 
 
 class OnPolicyBlock(Block):
-    """What PPO and A2C share; the names are stable-baselines3's."""
+    """Settings that PPO and A2C share, with stable-baselines3's names."""
 
     n_steps: PositiveInt
     gae_lambda: Fraction
@@ -80,7 +80,7 @@ class A2CBlock(OnPolicyBlock):
 
 
 class OffPolicyBlock(Block):
-    """What the others share; the names are stable-baselines3's."""
+    """Settings that the off-policy algorithms share, with stable-baselines3's names."""
 
     buffer_size: PositiveInt = 1_000_000
     learning_starts: NonNegativeInt = 100
@@ -139,10 +139,10 @@ BLOCKS: Mapping[str, type[Block]] = {
     "sac": SACBlock,
     "td3": TD3Block,
 }
-"""By the algorithm's name; the block of the file is called ``<name>_params``."""
+"""Block class by the algorithm's name; the block of the file is called ``<name>_params``."""
 
 WITH_SDE = ("ppo", "a2c", "sac")
-"""Those that can explore by state-dependent noise."""
+"""Algorithms that support state-dependent exploration."""
 
 WITH_NOISE = ("ddpg", "td3", "sac")
-"""Those that can add noise to actions."""
+"""Algorithms that support action noise."""

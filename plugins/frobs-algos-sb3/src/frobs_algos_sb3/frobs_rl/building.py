@@ -1,4 +1,4 @@
-"""From a file's settings to a model of stable-baselines3."""
+"""Build models of stable-baselines3 from the settings of a file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Env = gym.Env[Any, Any] | VecEnv
 _log = logging.getLogger("frobs")
 
 _ONLY_NEW = ("use_rms_prop", "rms_prop_eps", "use_sde")
-"""What is part of a model's networks, which a saved model keeps."""
+"""Settings that determine the networks, so that a saved model keeps its own values."""
 
 _REAPPLIED = (
     "batch_size",
@@ -39,7 +39,7 @@ _REAPPLIED = (
     "vf_coef",
     "max_grad_norm",
 )
-"""What a file decides about a policy from imitation learning; the rest is as the policy's own file has it."""
+"""Settings that the file applies to an imitated policy; all others keep the values in the policy's own file."""
 
 
 def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
@@ -55,7 +55,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
-    """Return the model that ``model_name`` names, with every number of the file instead of its own."""
+    """Return the saved model ``model_name``, with the numbers in the file instead of the saved ones."""
     path = existing_model(folder, settings.params.model_name)
     attributes = {**settings.block.attributes(), **exploration(settings, env)}
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}
@@ -68,7 +68,7 @@ def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> 
 
 
 def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) -> BaseAlgorithm:
-    """Return a model that starts with a policy from imitation learning."""
+    """Return a model that is initialized with a policy from imitation learning."""
     attributes = settings.block.attributes()
     given = {key: value for key, value in attributes.items() if key in _REAPPLIED}
     return load_model(
@@ -77,7 +77,7 @@ def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) ->
 
 
 def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
-    """Return the keywords of noise; state-dependent exploration replaces noise on actions."""
+    """Return the keywords of exploration noise; state-dependent exploration replaces action noise."""
     found = settings.sde()
     if settings.algorithm in WITH_NOISE:
         found["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
@@ -96,7 +96,7 @@ def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
 
 
 def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
-    """Fill the replay buffer with what lies beside the model."""
+    """Load the replay buffer that is stored next to the model, if there is one."""
     arrays, pickled = (path.with_name(f"{path.stem}_replay_buffer{suffix}") for suffix in (".npz", ".pkl"))
     if arrays.is_file():
         assert model.replay_buffer is not None

@@ -1,4 +1,4 @@
-"""Where a package keeps its YAML files."""
+"""Finds the YAML files of packages."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""FRobs_RL's own name: its default files are here."""
+"""FRobs_RL's package name, which also stands for the default files."""
 
 DEFAULTS = Path(__file__).parent / "config"
-"""The folder of the default files."""
+"""Folder of the default files."""
 
 
 def find_config(package: str | None, filename: str | Path) -> Path:
-    """Return the path of a YAML file, or raise ConfigurationError that lists the existing files.
+    """Return the path of a YAML file, or raise a ConfigurationError that lists the existing files.
 
     Args:
-        package: A ROS package, with the file in its ``config`` folder, or a Python package, with the file there or
-            beside its modules. ``"frobs_rl"`` also means the default files. None: ``filename`` is a path.
+        package: A ROS package, with the file in its ``config`` folder, or a Python package, with the file in its
+            ``config`` folder or next to its modules. ``"frobs_rl"`` also means the default files. None: ``filename``
+            is a path.
         filename: The file; an absolute path is used directly.
     """
     if package is None or Path(filename).is_absolute():
@@ -46,7 +47,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
 
 
 def _ros_folders(package: str) -> list[Path]:
-    """Return the ``config`` folder of a ROS package, where ROS is and knows it."""
+    """Return the ``config`` folder of a ROS package, or an empty list if ROS or the package is missing."""
     try:
         import rospkg  # type: ignore[import-untyped,import-not-found,unused-ignore]
     except ImportError:
@@ -58,7 +59,7 @@ def _ros_folders(package: str) -> list[Path]:
 
 
 def _python_folders(package: str) -> list[Path]:
-    """Return where a Python package has files; it is not imported, for it may want ROS."""
+    """Return the folders of a Python package without importing it, because the import could require ROS."""
     try:
         spec = find_spec(package)
     except (ImportError, ValueError):

@@ -1,4 +1,4 @@
-"""Errors that FRobs_RL's users know as ValueError."""
+"""Errors that are also ValueErrors, as in FRobs_RL."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from frobs_core.errors import RunError
 
 
 class LogFolderExistsError(RunError, ValueError):
-    """The log folder is there already.
+    """The log folder already exists.
 
     Args:
         path: The folder.
@@ -23,4 +23,4 @@ class LogFolderExistsError(RunError, ValueError):
 
 
 class NotTrainedError(RunError, ValueError):
-    """Something was asked for that only a training makes."""
+    """The replay buffer cannot be saved before a model was trained and saved."""

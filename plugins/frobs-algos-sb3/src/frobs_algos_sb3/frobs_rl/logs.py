@@ -1,4 +1,4 @@
-"""The log folder of a training."""
+"""Log folders of training runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
 from frobs_core.errors import ParameterValueError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
-"""What to do about a log folder that is there already."""
+"""Actions if the log folder already exists."""
 
 CHOICES = ("error", "increment", "overwrite", "resume")
 
@@ -27,7 +27,7 @@ _OURS = ("progress.csv", "events.out.tfevents.*")
 
 
 def log_folder(path: Path, on_existing: str) -> Path:
-    """Return the folder to log into.
+    """Return the folder for the logs.
 
     If it exists, ``on_existing`` ``error`` raises LogFolderExistsError, ``increment`` returns the next free name
     (``TD3_2`` after ``TD3_1``), ``overwrite`` removes its logs, and ``resume`` continues them.
@@ -57,7 +57,7 @@ def _next_free(path: Path) -> Path:
 
 
 def make_logger(folder: Path) -> Logger:
-    """Return a logger to stdout, ``progress.csv`` and TensorBoard, which goes on with a file that is there."""
+    """Return a logger to stdout, ``progress.csv`` and TensorBoard, which appends to existing files."""
     table = folder / "progress.csv"
     if not table.exists():
         return configure(str(folder), ["stdout", "csv", "tensorboard"])
@@ -68,7 +68,7 @@ def make_logger(folder: Path) -> Logger:
 
 
 class ContinuedCSV(CSVOutputFormat):
-    """Appends to a table; stable-baselines3's own writer would start a new one. An incomplete last line is dropped."""
+    """Appends to an existing table, unlike stable-baselines3's writer. An incomplete last line is dropped."""
 
     def __init__(self, path: Path) -> None:
         text = path.read_text("utf-8")

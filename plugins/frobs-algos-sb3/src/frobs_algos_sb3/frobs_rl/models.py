@@ -1,4 +1,4 @@
-"""FRobs_RL's algorithms, each with a block of its own in the YAML file."""
+"""FRobs_RL's algorithms; each reads its own block of the YAML file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PPO and A2C, which can begin with what imitation learning has learned."""
+"""PPO and A2C, which can start with a policy from imitation learning."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from frobs_core.errors import MissingSettingError
 
 
 class OnPolicyModel(BasicModel):
-    """Base class of PPO and A2C, with the arguments of :class:`BasicModel` and two more.
+    """Base class of PPO and A2C: two more arguments than :class:`BasicModel`.
 
     Args:
         *args: Positional arguments of :class:`BasicModel`.
-        load_il_policy: Start with the policy at ``il_policy_path``.
-        il_policy_path: A model of the same algorithm from imitation learning.
+        load_il_policy: Start with the policy in ``il_policy_path``.
+        il_policy_path: Model file from imitation learning with the same algorithm.
         **kwargs: Keyword arguments of :class:`BasicModel`.
     """
 

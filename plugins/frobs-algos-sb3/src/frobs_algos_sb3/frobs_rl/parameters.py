@@ -1,6 +1,6 @@
-"""Where parameters come from: the YAML file, through ROS's parameter server where there is one.
+"""Parameters from the YAML file, passed through ROS's parameter server if one is running.
 
-This is the one place in which the class API meets ROS, and it imports nothing of it.
+Only this module of the class API uses the parameter server, and it imports no ROS package.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SERVERS = "frobs.parameter_servers"
 
 
 def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
-    """Read a YAML file, and copy it to a namespace (``"/"``, ``"/robot1"``) of the parameter server if one runs."""
+    """Read a YAML file; copy it to a namespace (``"/"``, ``"/robot1"``) of the parameter server if one is running."""
     mapping = load_yaml(path)
     server = parameter_server()
     if server is not None and isinstance(mapping.get(ROOT), Mapping):
@@ -28,7 +28,7 @@ def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
 
 
 def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]:
-    """Return the current parameters: they may have changed on the parameter server since :func:`load_parameters`."""
+    """Return the current parameters, which may have changed on the parameter server after :func:`load_parameters`."""
     server = parameter_server()
     if server is None:
         return mapping
@@ -41,9 +41,10 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 
 
 def parameter_server() -> Any:
-    """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server runs.
+    """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server is running.
 
-    Distributions provide functions that return one as entry points of the group ``frobs.parameter_servers``.
+    Other distributions register functions that return such an object in the entry-point group
+    ``frobs.parameter_servers``.
     """
     for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):
         server = entry.load()()

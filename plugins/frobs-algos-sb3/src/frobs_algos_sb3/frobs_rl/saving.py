@@ -1,4 +1,4 @@
-"""Names of models, and models that are saved while a training runs."""
+"""Names of model files, and models that are saved during training."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import ConfigurationError, nearest
 
 
 def free_name(path: Path) -> Path:
-    """Return the path, or one with the time where something lies there: ``trained_model_31_12_2026_23_59_59.zip``."""
+    """Return the path; append the time if it exists: ``trained_model_31_12_2026_23_59_59.zip``."""
     if not path.exists():
         return path
     stem = f"{path.stem}_{datetime.now().strftime('%d_%m_%Y_%H_%M_%S')}"
@@ -24,7 +24,7 @@ def free_name(path: Path) -> Path:
 
 
 def existing_model(folder: Path, name: str) -> Path:
-    """Return the path of a model to continue, or raise ConfigurationError that lists the existing models."""
+    """Return the path of a model to continue, or raise a ConfigurationError that lists the existing models."""
     path = folder / f"{name.removesuffix('.zip')}.zip"
     if not path.is_file():
         there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []
@@ -38,7 +38,7 @@ def existing_model(folder: Path, name: str) -> Path:
 
 
 class SaveEvery(BaseCallback):
-    """Saves a model every so many steps, as ``<prefix>_<steps>_steps.zip``; ``save`` writes it to a path."""
+    """Saves the model at regular intervals as ``<prefix>_<steps>_steps.zip``; ``save`` writes it to a path."""
 
     def __init__(self, steps: int, folder: Path, prefix: str, save: Callable[[Path], None]) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""FRobs_RL's YAML files: the key ``model_params`` and all that stands under it."""
+"""The settings in FRobs_RL's YAML files, below the key ``model_params``."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, merge
 
 ROOT = "model_params"
-"""The root key of the files."""
+"""Root key of the files."""
 
 ACTIVATIONS = {"relu": "ReLU", "tanh": "Tanh", "elu": "ELU", "selu": "SELU"}
-"""Name in the file to name in PyTorch."""
+"""PyTorch's name of each activation function, by its name in the file."""
 
 
 class PolicyParams(Strict):
-    """The networks of a new model; used where ``use_custom_policy`` says so.
+    """Settings of the networks of a new model, used if ``use_custom_policy`` is true.
 
     Attributes:
         net_arch: Widths of the hidden layers.
-        activation_fn: Between them; upper or lower case.
-        features_extractor_class: What comes before them.
-        optimizer_class: Of PyTorch.
+        activation_fn: Activation function between the layers; upper or lower case.
+        features_extractor_class: Features extractor in front of the layers.
+        optimizer_class: Name of an optimizer of PyTorch.
     """
 
     net_arch: list[PositiveInt] | dict[Literal["pi", "vf", "qf"], list[PositiveInt]] = Field(default=[400, 300])
@@ -43,7 +43,7 @@ class PolicyParams(Strict):
         return value.lower() if isinstance(value, str) else value
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of stable-baselines3; ConfigurationError: the features extractor is abstract."""
+        """Return ``policy_kwargs`` of stable-baselines3; raise ConfigurationError for an abstract extractor."""
         from stable_baselines3.common import torch_layers
         from torch import nn, optim
 
@@ -61,11 +61,11 @@ class PolicyParams(Strict):
 
 
 class SdeParams(Strict):
-    """State-dependent exploration.
+    """Settings of state-dependent exploration.
 
     Attributes:
-        sde_sample_freq: Steps between two draws of its matrix; −1: at the start of an iteration.
-        use_sde_at_warmup: Whether it explores before learning starts, too (SAC).
+        sde_sample_freq: Steps after which a new noise matrix is drawn; −1: only at the start of an iteration.
+        use_sde_at_warmup: Whether to also use it before learning starts (SAC).
     """
 
     sde_sample_freq: int = Field(default=-1, ge=-1)
@@ -73,11 +73,11 @@ class SdeParams(Strict):
 
 
 class ActionNoiseParams(Strict):
-    """Gaussian noise on actions in [−1, 1], the same for each component.
+    """Gaussian noise on actions in [−1, 1], equal for all components.
 
     Attributes:
-        mean: Its mean.
-        sigma: Its standard deviation.
+        mean: Mean of the noise.
+        sigma: Standard deviation of the noise.
     """
 
     mean: float = 0.0
@@ -85,25 +85,25 @@ class ActionNoiseParams(Strict):
 
 
 class ModelParams(Strict):
-    """What stands under ``model_params``, without the algorithm's own block.
+    """Settings under ``model_params``, except the algorithm's own block.
 
     Attributes:
-        training_steps: How long ``train`` trains.
-        save_freq: Steps between models that are saved meanwhile; 0: none.
-        save_prefix: Of their names.
+        training_steps: Number of steps per call of ``train``.
+        save_freq: Steps between models that are saved during training; 0: none.
+        save_prefix: Prefix of the names of these models.
         trained_model_name: Name of the model that is saved at the end.
-        save_replay_buffer: Whether the replay buffer is saved beside it.
-        load_model: Whether training goes on from ``model_name``.
-        model_name: A model in the folder of the models.
-        log_folder: Name of the folder of this training's logs.
-        log_interval: Episodes between logs; of PPO and A2C: iterations.
-        reset_num_timesteps: Whether each training counts its steps from 0.
-        use_custom_policy: Whether ``policy_params`` counts; only for new models.
-        policy_params: The networks.
-        use_sde: Whether to explore by state-dependent noise (PPO, A2C, SAC).
-        sde_params: How.
+        save_replay_buffer: Whether to save the replay buffer next to that model.
+        load_model: Whether to continue training the model ``model_name``.
+        model_name: Name of a model in the model folder.
+        log_folder: Name of the log folder of this training run.
+        log_interval: Episodes between log entries; for PPO and A2C: iterations.
+        reset_num_timesteps: Whether each call of ``train`` counts steps from 0.
+        use_custom_policy: Whether to use ``policy_params``; only for new models.
+        policy_params: Settings of the networks.
+        use_sde: Whether to use state-dependent exploration (PPO, A2C, SAC).
+        sde_params: Settings of state-dependent exploration.
         use_action_noise: Whether to add noise to actions (DDPG, TD3, SAC without ``use_sde``).
-        action_noise: Which.
+        action_noise: Settings of the action noise.
     """
 
     training_steps: PositiveInt = 5000
@@ -125,7 +125,7 @@ class ModelParams(Strict):
 
 
 class FileSettings(Strict):
-    """The settings of a file for one algorithm; ``unused`` lists keys without a meaning for it."""
+    """Settings in a file for one algorithm; ``unused`` lists the keys that have no effect on it."""
 
     algorithm: str
     params: ModelParams
@@ -133,7 +133,7 @@ class FileSettings(Strict):
     unused: tuple[str, ...] = ()
 
     def sde(self) -> dict[str, Any]:
-        """Return the keywords of state-dependent exploration; none if the algorithm does not support it."""
+        """Return the keywords of state-dependent exploration; empty if the algorithm does not support it."""
         if self.algorithm not in WITH_SDE:
             return {}
         params = self.params.sde_params.model_dump()
@@ -147,17 +147,17 @@ class FileSettings(Strict):
 
 
 def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
-    """Return the algorithms whose blocks a file has."""
+    """Return the algorithms that have a block in a file."""
     params = mapping.get(ROOT)
     return [name for name in BLOCKS if isinstance(params, Mapping) and f"{name}_params" in params]
 
 
 def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str = "the parameters") -> FileSettings:
-    """Check a file for one algorithm and fill in FRobs_RL's defaults; ``path`` is the name of the file in errors.
+    """Validate a file for one algorithm and add FRobs_RL's defaults; errors name the file ``path``.
 
     Raises:
-        ConfigFileError: ``model_params`` or the algorithm's block is missing, or a key or value cannot be used.
-        ConfigurationError: The same, if the mapping is not from a file.
+        ConfigFileError: ``model_params`` or the algorithm's block is missing, or a key or value is invalid.
+        ConfigurationError: The same problem, if the mapping does not come from a file.
     """
     given = mapping.get(ROOT)
     if not isinstance(given, Mapping):
@@ -190,7 +190,7 @@ def _defaults(algorithm: str) -> dict[str, Any]:
 
 
 def _unused(given: Mapping[str, Any], algorithm: str) -> list[str]:
-    """Return the keys of a file that the algorithm has no use for."""
+    """Return the keys of a file that have no effect on the algorithm."""
     found = []
     if algorithm not in WITH_SDE:
         found += [key for key in ("use_sde", "sde_params") if key in given]

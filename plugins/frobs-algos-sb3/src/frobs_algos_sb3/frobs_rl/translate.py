@@ -1,4 +1,4 @@
-"""From FRobs_RL's YAML files to a run's configuration, for ``frobs train --config``."""
+"""Translate FRobs_RL's YAML files into a run's configuration, for ``frobs train --config``."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ELSEWHERE = (
     "log_interval",
     "reset_num_timesteps",
 )
-"""Keys whose part the run folder has: where things go, and how they are called."""
+"""Keys that the run folder replaces: paths and names."""
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the keys of :class:`frobs_train.RunConfig` that a file of FRobs_RL means, and a note.
+    """Return the equivalent keys of :class:`frobs_train.RunConfig` for a file of FRobs_RL, and a note.
 
-    The note lists in one line the keys that have no meaning for a run; it may be empty. ConfigFileError means that a
-    key or value cannot be used, or that the file continues a model.
+    The note lists in one line the keys that have no meaning for a run. It may be empty. A ConfigFileError is raised if
+    a key or value is invalid, or if the file continues a saved model.
     """
     settings = read_settings(mapping, algorithm, path)
     params = settings.params
@@ -48,7 +48,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
 
 
 def algorithm_config(settings: FileSettings) -> dict[str, Any]:
-    """Return the settings of the algorithm ``frobs train`` knows; observations go to the networks as they are."""
+    """Return the settings of the algorithm in ``frobs train``; observations are passed to the networks unchanged."""
     params = settings.params
     config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
     if "train_freq" in config:
@@ -58,8 +58,8 @@ def algorithm_config(settings: FileSettings) -> dict[str, Any]:
         config["action_noise"] = params.action_noise.model_dump() if settings.has_action_noise() else None
     if params.use_custom_policy:
         policy = params.policy_params
-        policy.to_kwargs()  # refuses what is abstract
+        policy.to_kwargs()  # raises an error for abstract classes
         config["policy_kwargs"] = policy.model_dump()
-        if policy.features_extractor_class == "FlattenExtractor":  # what vectors get anyway
+        if policy.features_extractor_class == "FlattenExtractor":  # the default for vectors
             del config["policy_kwargs"]["features_extractor_class"]
     return config

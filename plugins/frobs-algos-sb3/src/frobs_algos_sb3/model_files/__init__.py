@@ -1,4 +1,4 @@
-"""Model files of stable-baselines3, opened without executing anything that they hold."""
+"""Model files of stable-baselines3, opened without executing code in them."""
 
 from frobs_algos_sb3.model_files.archive import ModelArchive, read_archive
 from frobs_algos_sb3.model_files.buffers import read_replay_buffer, write_replay_buffer

@@ -1,8 +1,8 @@
-"""The zip file of a model: its plain JSON and its tensors, and never its pickles.
+"""The zip file of a model: read its plain JSON and its tensors, but not its pickles.
 
-stable-baselines3 writes each attribute of a model into the JSON file ``data``: as it is where JSON can hold it, else as a
-pickle in base64 under ``:serialized:``, with readable text beside it. The pickles stay text here. Tensors are read by
-PyTorch with ``weights_only``, which builds tensors, numbers and containers, and nothing else.
+stable-baselines3 writes each attribute of a model into the JSON file ``data``. If JSON cannot represent a value, the
+file contains a pickle in base64 under ``:serialized:``, next to readable text. This module never unpickles them.
+PyTorch reads the tensors with ``weights_only``, which builds only tensors, numbers and containers.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from frobs_core.errors import CheckpointError, UntrustedFileError
 from frobs_core.files import read_limited
 
 MAX_FILE_BYTES = 2**32
-"""Largest model file."""
+"""Maximum size of a model file."""
 
 MAX_JSON_BYTES = 64 * 2**20
-"""Largest ``data``: pictures among the attributes make it some megabytes."""
+"""Maximum size of ``data``; images among the attributes take some megabytes."""
 
 MAX_MEMBERS = 64
-"""Most files in an archive: stable-baselines3 writes at most eight."""
+"""Maximum number of files in an archive; stable-baselines3 writes at most eight."""
 
 MAX_GROWTH = 20
-"""How many times larger than the file its contents may be: what stable-baselines3 writes is not compressed."""
+"""Maximum ratio of uncompressed to compressed size; stable-baselines3 does not compress."""
 
 _NAME = re.compile(r"^[A-Za-z_][A-Za-z0-9_.]*$")
 _INNER_NAME = re.compile(r"^(?!/)(?!.*\.\.)[A-Za-z0-9_./-]+$")
@@ -49,21 +49,21 @@ class ModelArchive:
 
     path: Path  # the file
     content: bytes  # its bytes
-    data: Mapping[str, Any]  # the JSON without every ``:serialized:``
-    pickled: frozenset[str]  # keys of ``data`` whose value is a pickle
+    data: Mapping[str, Any]  # the JSON without ``:serialized:`` entries
+    pickled: frozenset[str]  # keys of ``data`` whose value is pickled
     tensors: Mapping[str, Any]  # state dictionary of each part: ``policy``, ``policy.optimizer``, …
-    version: str  # of stable-baselines3
+    version: str  # version of stable-baselines3
 
 
 def read_archive(path: Path | str) -> ModelArchive:
-    """Read a model file; nothing that it holds is executed, and nothing is written to the disk.
+    """Read a model file without executing code in it or writing to disk.
 
     Args:
-        path: The file; ``.zip`` is added where it is missing.
+        path: The file; a missing ``.zip`` is added.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or so made that opening it would fill the memory.
-        UntrustedFileError: What should be tensors is something else.
+        CheckpointError: The file is missing or damaged, or opening it would exhaust the memory.
+        UntrustedFileError: A tensor file contains other objects.
     """
     path = find_file(path)
     try:
@@ -83,12 +83,12 @@ def read_archive(path: Path | str) -> ModelArchive:
         known_version = "_stable_baselines3_version" in names
         version = _member(path, archive, "_stable_baselines3_version")[:64] if known_version else b""
     for name in _VARIABLES:
-        tensors.pop(name.removesuffix(".pth"), None)  # only checked: the loader reads them once more
+        tensors.pop(name.removesuffix(".pth"), None)  # only checked: the loader reads them again
     return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
 
 
 def find_file(path: Path | str, suffix: str = ".zip") -> Path:
-    """Return the file, whose suffix may be missing in the path, or raise CheckpointError."""
+    """Return the path of the file, with the suffix added if it is missing, or raise CheckpointError."""
     path = Path(path)
     for candidate in (path, path.with_name(path.name + suffix)):
         if candidate.is_file():
@@ -97,7 +97,7 @@ def find_file(path: Path | str, suffix: str = ".zip") -> Path:
 
 
 def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
-    """Return the model file with the tensors of the old one and plain JSON: no pickle can be in it."""
+    """Return a copy of the model file with the same tensors and plain JSON, so that it cannot contain pickles."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
         new.writestr("data", json.dumps(dict.fromkeys(keys)))
@@ -109,7 +109,7 @@ def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
 
 
 def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], part: str = "") -> zipfile.ZipFile:
-    """Open an archive whose directory has been looked at."""
+    """Open an archive after checking its directory."""
     where = f"{path}{f' ({part})' if part else ''}"
     try:
         archive = zipfile.ZipFile(file)
@@ -160,7 +160,7 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
         _open(path, io.BytesIO(content), len(content), _INNER_NAME, name).close()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a strange file: what is wrong with it is said below
+            warnings.simplefilter("ignore")  # warnings about the file; problems are reported below
             value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise UntrustedFileError(path, f"'{name}' in it holds objects that only Python code can build") from error
@@ -173,7 +173,7 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
 
 
 def _walk(value: Any) -> list[th.Tensor]:
-    """Return every tensor in nested containers."""
+    """Return all tensors in nested containers."""
     if isinstance(value, th.Tensor):
         return [] if value.layout != th.strided else [value]
     if isinstance(value, Mapping):

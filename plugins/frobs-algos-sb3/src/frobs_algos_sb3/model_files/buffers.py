@@ -15,20 +15,20 @@ from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFile
 from frobs_core.files import write_aside
 
 FORMAT = 1
-"""Of the files."""
+"""Version of the file format."""
 
 _FIELDS = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 
 
 def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
-    """Write the filled part of a replay buffer, aside and renamed.
+    """Write the filled part of a replay buffer atomically: to a temporary file, which is then renamed.
 
     Args:
-        buffer: Of stable-baselines3: flat or with dictionaries.
-        path: Ends in ``.npz``.
+        buffer: Buffer of stable-baselines3, with flat or dictionary observations.
+        path: Path of the file; ends in ``.npz``.
 
     Raises:
-        ConfigurationError: It is a kind that keeps more than arrays.
+        ConfigurationError: The buffer's class keeps more than arrays.
         OSError: The disk is full, or the folder cannot be written.
     """
     if type(buffer) not in (ReplayBuffer, DictReplayBuffer) or buffer.optimize_memory_usage:
@@ -44,15 +44,15 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
 
 
 def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
-    """Fill a model's replay buffer with what :func:`write_replay_buffer` wrote; the newest, where it holds less.
+    """Fill a model's replay buffer from a file; a buffer with less capacity gets the newest steps.
 
     Args:
-        buffer: Of the same spaces and number of environments.
-        path: The file.
+        buffer: Buffer with the same spaces and number of environments.
+        path: File that :func:`write_replay_buffer` wrote.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or does not fit the buffer; the buffer is as it was.
-        UntrustedFileError: It is a pickle, or holds Python objects.
+        CheckpointError: The file is missing, damaged, or does not fit the buffer. The buffer is unchanged.
+        UntrustedFileError: The file is a pickle or contains Python objects.
     """
     saved = _read(path)
     own = _arrays(buffer)
@@ -70,7 +70,7 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         raise CheckpointError(f"{path} is damaged: the next step would go to {following} of {count}.")
     if count <= capacity and (count == capacity or following == count):
         order, start = np.arange(count), following % capacity
-    else:  # it had another capacity: the newest that fit, oldest first
+    else:  # another capacity: the newest steps that fit, oldest first
         order = (following + np.arange(count))[-capacity:] % count
         start = len(order) % capacity
     for name, whole in own.items():
@@ -79,7 +79,7 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
 
 
 def _arrays(buffer: ReplayBuffer) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the arrays of a buffer, those of its dictionaries too."""
+    """Return the arrays of a buffer, including those of dictionary observations."""
     found: dict[str, np.ndarray[Any, Any]] = {}
     for name in _FIELDS:
         value = getattr(buffer, name)

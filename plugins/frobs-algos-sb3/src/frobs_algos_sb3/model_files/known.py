@@ -1,4 +1,4 @@
-"""The classes that a model file may name: algorithms, policies and what they are made of."""
+"""The classes that a model file may name: algorithms, policies and their parts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALGORITHMS: Mapping[str, str] = {
     "recurrent_ppo": "sb3_contrib:RecurrentPPO",
     "crossq": "sb3_contrib:CrossQ",
 }
-"""Name to ``"module:class"``."""
+"""Class as ``"module:class"``, by the algorithm's name."""
 
 _POLICIES: Mapping[str, tuple[str, ...]] = {
     "stable_baselines3.common.policies": ("ActorCriticPolicy", "ActorCriticCnnPolicy", "MultiInputActorCriticPolicy"),
@@ -79,7 +79,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
 
 
 def identify(data: Mapping[str, Any]) -> str | None:
-    """Return the name of the algorithm whose attributes these are, or None: no file says it."""
+    """Return the name of the algorithm to which attributes belong, or None; no file contains the name."""
     policy = data.get("policy_class")
     module = policy.get("__module__") if isinstance(policy, dict) else None
     if module in _OF_MODULE:
@@ -98,9 +98,9 @@ def identify(data: Mapping[str, Any]) -> str | None:
 
 
 def policy_class(value: Any) -> type[Any]:
-    """Return the policy class that a pickle names in its readable text, or raise Unreadable if it is not a known one.
+    """Return the policy class that a pickle's readable text names; raise Unreadable if the class is not a known one.
 
-    The text names a class's module, and the class itself only in the name of its constructor.
+    The text contains the class's module, and the class itself only in the name of its constructor.
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None

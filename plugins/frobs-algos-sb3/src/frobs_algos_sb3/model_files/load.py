@@ -1,4 +1,4 @@
-"""Opening a model."""
+"""Open model files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from frobs_algos_sb3.model_files.text import Unreadable
 from frobs_core.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
 
 _NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
-"""Without these there is no policy."""
+"""Attributes without which the policy cannot be built."""
 
 _GYM_MODULES = (
     "", ".spaces", ".spaces.box", ".spaces.dict", ".spaces.discrete", ".spaces.multi_binary", ".spaces.multi_discrete",
@@ -36,7 +36,7 @@ _GYM_MODULES = (
 """Modules of gym that the pickles of a model name."""
 
 _FAILURES = (RuntimeError, ValueError, KeyError, TypeError, AttributeError, IndexError, AssertionError, MemoryError)
-"""What stable-baselines3 raises for parts that do not fit each other."""
+"""Exceptions that stable-baselines3 raises for parts that do not fit each other."""
 
 
 def load_model(
@@ -49,25 +49,26 @@ def load_model(
     defaults: Mapping[str, Any] | None = None,
     **overrides: Any,
 ) -> BaseAlgorithm:
-    """Open a model file of stable-baselines3 or sb3-contrib; nothing that it holds is executed.
+    """Open a model file of stable-baselines3 or sb3-contrib without executing code in it.
 
     Args:
-        path: The file; ``.zip`` may be left out.
-        env: To train on in; None: for predictions. Schedules, noise and such that only training needs are read where they
-            can be, and missed only where an environment is given.
-        algorithm: Its name, as in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`; None: the file tells.
-        trust: Open it with stable-baselines3's own loader, which executes what the file holds.
-        device: Where the networks go.
-        defaults: Attributes to be used where the file's own cannot be read.
-        **overrides: Attributes of the model to be used instead of the file's: ``learning_rate=1e-3``.
+        path: The file; ``.zip`` may be omitted.
+        env: Environment for further training; None: predictions only. Without an environment, attributes that only
+            training needs (schedules, noise, …) may be unreadable.
+        algorithm: Name in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`; None: identify the algorithm from the
+            file.
+        trust: Open the file with stable-baselines3's own loader, which executes code in the file.
+        device: Device of the networks.
+        defaults: Attributes for which the file's own value cannot be read.
+        **overrides: Attributes that replace those in the file: ``learning_rate=1e-3``.
 
     Returns:
-        The model, of the class that the algorithm has in stable-baselines3.
+        The model, an instance of the algorithm's class in stable-baselines3.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or of another algorithm.
-        ConfigurationError: The environment's spaces are not the model's, or an override does not fit.
-        UntrustedFileError: Something that is needed can only be had by executing the file.
+        CheckpointError: The file is missing, damaged, or belongs to another algorithm.
+        ConfigurationError: The environment's spaces differ from those of the model, or an override is invalid.
+        UntrustedFileError: A required attribute can only be read by executing code in the file.
     """
     archive = read_archive(path)
     name = algorithm or known.identify(archive.data)
@@ -96,7 +97,7 @@ def load_model(
 def _load_trusted(
     archive: ModelArchive, cls: type[BaseAlgorithm], env: Any, device: str, overrides: Mapping[str, Any]
 ) -> BaseAlgorithm:
-    """Let stable-baselines3 open the file, with its pickles; spaces of gym become Gymnasium's."""
+    """Open the file with stable-baselines3's loader, including its pickles; replace spaces of gym by Gymnasium's."""
     unshared = copy_shared_layers(archive)
     objects = {} if unshared is archive else {"policy_kwargs": policy_kwargs(unshared.data["policy_kwargs"], unshared)}
     with _gym_as_gymnasium():
@@ -117,14 +118,14 @@ def _gym_as_gymnasium() -> Iterator[None]:
 
 
 def _check_algorithm(archive: ModelArchive, name: str) -> None:
-    """Refuse a file of another algorithm; DDPG is a TD3, and either opens the other's."""
+    """Raise an error if the file belongs to another algorithm. DDPG and TD3 can open each other's files."""
     real = known.identify(archive.data)
     if real is not None and real != name and {real, name} != {"td3", "ddpg"}:
         raise CheckpointError(f"{archive.path} is a model of '{real}', not of '{name}'.")
 
 
 def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
-    """Take the environment's spaces, which are exact, if they are what the file says."""
+    """Use the environment's exact spaces if they match those in the file."""
     for key, real in (("observation_space", env.observation_space), ("action_space", env.action_space)):
         written = found.values.get(key)
         if written is not None and not same_space(written, real):
@@ -134,12 +135,12 @@ def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
 
 
 def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any], training: bool) -> None:
-    """Put defaults where nothing could be read; refuse where nothing may be missing."""
+    """Use defaults for unreadable attributes; raise an error if a required one is missing."""
     for key in [key for key in found.unreadable if key in defaults]:
         found.values[key] = defaults[key]
         del found.unreadable[key]
     space = found.values.get("action_space")
-    if "target_entropy" in found.unreadable and space is not None:  # only one that was left to 'auto' is ever pickled
+    if "target_entropy" in found.unreadable and space is not None:  # only 'auto' values are pickled
         found.values["target_entropy"] = -float(np.prod(space.shape))
         del found.unreadable["target_entropy"]
     for key in _NEEDED:
@@ -154,7 +155,7 @@ def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any],
 
 
 def _reason(key: str, why: str) -> str:
-    """Say why a field needs trust, and what would do instead."""
+    """Return why an attribute requires trust, and the alternative."""
     way = ""
     if key in ("observation_space", "action_space"):
         way = ", or open it with an environment"
@@ -171,11 +172,11 @@ def _build(
     values: dict[str, Any],
     overrides: Mapping[str, Any],
 ) -> BaseAlgorithm:
-    """Have stable-baselines3 build the model from a copy of the file that holds no pickle."""
+    """Let stable-baselines3 build the model from a copy of the file without pickles."""
     frozen = [] if env is not None else [key for key in ("learning_rate",) if key not in {*values, *overrides}]
     if frozen:
         values["learning_rate"] = _learning_rate(archive)
-    if env is None and values.get("replay_buffer_class") is HerReplayBuffer:  # it wants an environment
+    if env is None and values.get("replay_buffer_class") is HerReplayBuffer:  # its constructor requires an environment
         values |= {"replay_buffer_class": None, "replay_buffer_kwargs": {}}
     values.setdefault("verbose", 0)
     try:
@@ -190,7 +191,7 @@ def _build(
 
 
 def _learning_rate(archive: ModelArchive) -> float:
-    """Return the rate that an optimiser stood at: enough to build it."""
+    """Return the last learning rate of an optimizer, which is enough to build it."""
     for name, tensors in archive.tensors.items():
         if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
             return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0
@@ -202,13 +203,13 @@ def _first_line(error: BaseException) -> str:
 
 
 class _Unreadable:
-    """Stands for a schedule that could not be read, so that nobody trains with another one unawares."""
+    """Placeholder for an unreadable schedule, so that training cannot silently use another one."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def __call__(self, progress_remaining: float) -> float:
-        """Refuse."""
+        """Raise an error."""
         raise UntrustedFileError(
             self._path, "'learning_rate' is a function that was not read; open it with learning_rate=…"
         )

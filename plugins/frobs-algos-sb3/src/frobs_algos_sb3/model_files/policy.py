@@ -1,4 +1,4 @@
-"""A model file as something that acts, for ``frobs evaluate`` and ``frobs play``."""
+"""Policies from model files, for ``frobs evaluate`` and ``frobs play``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_core.interfaces import Observation
 
 
 class ModelPolicy:
-    """A model with the spaces and the ``predict`` of an algorithm."""
+    """A model with an algorithm's spaces and ``predict`` method."""
 
     def __init__(self, model: BaseAlgorithm, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.model = model
@@ -48,11 +48,11 @@ def open_policy(
     """Open a model file for an environment; the arguments are those of :func:`load_model`.
 
     Returns:
-        The policy, and the environment steps that it was trained for.
+        The policy, and the number of environment steps for which it was trained.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or of another algorithm.
-        UntrustedFileError: It can only be opened by executing it.
+        CheckpointError: The file is missing, damaged, or belongs to another algorithm.
+        UntrustedFileError: The file can only be opened by executing code in it.
         RunError: The environment's spaces differ from those of the model.
     """
     model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
@@ -67,12 +67,12 @@ def open_policy(
                 "give the environment the keywords and wrappers of the training: --set environment_kwargs.controller=…, "
                 "--set 'wrappers=[{name: …}]'."
             )
-    model.action_space = model.policy.action_space = action_space  # whose bounds are exact
+    model.action_space = model.policy.action_space = action_space  # its bounds are exact
     return ModelPolicy(model, observation_space, action_space), model.num_timesteps
 
 
 def _as_trained(real: gym.Space[Any], written: gym.Space[Any] | None) -> gym.Space[Any]:
-    """Return a space of observations as stable-baselines3 hands it on: pictures with their channels first."""
+    """Return an observation space as stable-baselines3 converts it: images get their channels first."""
     if isinstance(real, spaces.Dict) and isinstance(written, spaces.Dict):
         return spaces.Dict([(key, _as_trained(inner, written.spaces.get(key))) for key, inner in real.spaces.items()])
     if isinstance(real, spaces.Box) and written is not None and real.shape != written.shape and is_image_space(real):

@@ -1,4 +1,4 @@
-"""From the readable part of a model file to the attributes of the model."""
+"""Rebuild the attributes of a model from the readable part of its file."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _FRESH = (
     "_last_lstm_states",
     "ep_info_buffer",
     "ep_success_buffer",
-    "tensorboard_log",  # a path to write to, which a file from elsewhere must not choose
+    "tensorboard_log",  # must not be chosen by an untrusted file
     "start_time",
 )
-"""What a model that is opened begins anew, so that it does not matter what the file holds."""
+"""Attributes that an opened model initializes itself, so that the values in the file do not matter."""
 
 _BUFFERS = {
     "ReplayBuffer": None,
@@ -40,7 +40,7 @@ _BUFFERS = {
     "NStepReplayBuffer": None,
     "HerReplayBuffer": HerReplayBuffer,
 }
-"""Kinds of replay buffers; None: the model chooses it again by its spaces."""
+"""Classes of replay buffers; None: the model chooses the class from its spaces."""
 
 _ROLLOUTS = ("RolloutBuffer", "DictRolloutBuffer", "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")
 _MAX_LAYERS = 64
@@ -50,14 +50,14 @@ _COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
 
 @dataclass
 class Rebuilt:
-    """Attributes of a model that were read without executing anything, and the reason for each unreadable one."""
+    """Attributes of a model that were read without executing code, and the reason for each unreadable one."""
 
     values: dict[str, Any] = field(default_factory=dict)
     unreadable: dict[str, str] = field(default_factory=dict)
 
 
 def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str]) -> Rebuilt:
-    """Read every attribute of a model class from a file, except those that the caller has (``given``)."""
+    """Read all attributes of a model class from a file, except those that the caller provides (``given``)."""
     data, result = archive.data, Rebuilt()
     names = set(_attributes(cls)) - set(_FRESH)
     for name in [name for name in data if name in names and name not in given]:
@@ -65,20 +65,20 @@ def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str
             result.values[name] = _reader(name, archive)(data[name])
         except Unreadable as problem:
             result.unreadable[name] = str(problem)
-    if "policy_class" in result.unreadable:  # whose keywords are then nobody's
+    if "policy_class" in result.unreadable:  # the keywords are useless without their class
         result.unreadable.pop("policy_kwargs", None)
         result.values["policy_kwargs"] = {}
     return result
 
 
 def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
-    """Return the names of what a model of this class keeps, and of what is set when it is built."""
+    """Return the names of the attributes that a model of this class saves or sets when it is built."""
     bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg]
     return [*vars(bare), "policy_class", *_SPACES, "n_envs"]
 
 
 def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
-    """Return what reads an attribute."""
+    """Return the function that reads an attribute."""
     if name == "policy_class":
         return known.policy_class
     if name == "policy_kwargs":
@@ -95,7 +95,7 @@ def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
         return _rollout_buffer_class
     if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
         return _plain_mapping
-    if name == "n_envs":  # for each of which memory is taken
+    if name == "n_envs":  # memory is allocated for each environment
         return lambda value: text.integer(value, 1, 2**16)
     if name in _WORDS:
         return _word_or_number
@@ -132,7 +132,7 @@ def _plain_mapping(value: Any) -> dict[str, Any]:
 
 
 def _class_of_constructor(value: Any) -> str:
-    """Return the class whose constructor stands beside a pickled class."""
+    """Return the class whose constructor is named next to a pickled class."""
     written = value.get("__init__") if isinstance(value, dict) else None
     if not isinstance(written, str) or not written.startswith("<function "):
         raise Unreadable("the file does not say which class it is")
@@ -157,7 +157,7 @@ def _rollout_buffer_class(value: Any) -> None:
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
-    """Return the policy's keywords; raise Unreadable unless the policy accepts each and the tensors have each size."""
+    """Return the policy's keywords; raise Unreadable for unknown keywords, or for sizes that no tensor has."""
     if not isinstance(value, dict):
         raise Unreadable("it is no mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters
@@ -182,7 +182,7 @@ def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int])
 
 
 def _inner(key: str, value: Any, sizes: set[int]) -> Any:
-    if isinstance(value, list) and len(value) <= 8:  # an optimiser's betas
+    if isinstance(value, list) and len(value) <= 8:  # an optimizer's betas
         return tuple(text.number(item) for item in value)
     if key in _SIZES:
         return _size(value, sizes)
@@ -213,7 +213,7 @@ def _size(value: Any, sizes: set[int]) -> int:
 
 
 def _sizes(tensors: Any) -> set[int]:
-    """Return every length that a tensor of the policy has, so that no file can ask for networks larger than itself."""
+    """Return all dimensions of the policy's tensors, so that no file can request networks larger than itself."""
     if not isinstance(tensors, Mapping) or not all(isinstance(item, th.Tensor) for item in tensors.values()):
         raise Unreadable("'policy.pth' holds no state dictionary")
     return {side for tensor in tensors.values() for side in tensor.shape}

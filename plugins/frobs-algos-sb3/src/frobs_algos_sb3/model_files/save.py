@@ -1,4 +1,4 @@
-"""Writing a model: stable-baselines3's zip file, and beside it as JSON what the zip holds only as pickles."""
+"""Write models: stable-baselines3's zip file, and a JSON file with the attributes that the zip file only pickles."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from frobs_core.errors import CheckpointError, ConfigurationError
 from frobs_core.files import write_aside, write_json
 
 FORMAT = 1
-"""Of the JSON file."""
+"""Version of the JSON file's format."""
 
 MAX_BYTES = 16 * 2**20
-"""Largest JSON file that is read."""
+"""Maximum size of a JSON file."""
 
 
 def sidecar_path(path: Path) -> Path:
-    """Return where the JSON file of a model lies: ``td3.zip`` has ``td3.json``."""
+    """Return the path of a model's JSON file: ``td3.json`` for ``td3.zip``."""
     return path.with_suffix(".json")
 
 
 def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None = None) -> None:
-    """Write a model, each file aside and renamed into place.
+    """Write a model; each file is written to a temporary path and then renamed.
 
     Args:
         model: The model.
-        path: Ends in ``.zip``; a file that is there is replaced.
-        notes: What else the JSON file shall say.
+        path: Path that ends in ``.zip``; an existing file is replaced.
+        notes: Additional entries of the JSON file.
 
     Raises:
         OSError: The disk is full, or the folder cannot be written.
@@ -57,7 +57,7 @@ def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None
 
 
 def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
-    """Return as JSON what a zip file holds only as pickles, or with rounded numbers."""
+    """Return as JSON the attributes that a zip file contains only as pickles or with rounded numbers."""
     found: dict[str, Any] = {}
     for name in ("observation_space", "action_space"):
         try:
@@ -74,7 +74,7 @@ def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
 
 
 def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
-    """Return the attributes in the JSON file of a model; none if it is missing or belongs to another file."""
+    """Return the attributes in a model's JSON file; empty if it is missing or belongs to another file."""
     path = sidecar_path(archive.path)
     try:
         if path.stat().st_size > MAX_BYTES:

@@ -1,7 +1,7 @@
-"""Gymnasium spaces from the text that stands beside their pickles.
+"""Parse Gymnasium spaces from the readable text next to their pickles.
 
-A Box has its bounds with eight decimals there. That is what predictions need; an environment, where there is one, has
-them exactly.
+The text contains the bounds of a Box with eight decimals, which is enough for predictions. An environment has the
+exact bounds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from frobs_algos_sb3.model_files import text
 from frobs_algos_sb3.model_files.text import Unreadable
 
 MAX_DEPTH = 8
-"""Deepest nesting of Dict spaces."""
+"""Maximum nesting of Dict spaces."""
 
 _DTYPES = (
     "float16",
@@ -40,7 +40,7 @@ _SEPARATOR = re.compile(r"\s*,\s*")
 
 
 def read_space(value: Any) -> gym.Space[Any]:
-    """Return the space that a pickle describes in its readable text, also a space of the old ``gym``."""
+    """Return the space that a pickle's readable text describes; spaces of the old ``gym`` are supported."""
     if not isinstance(value, dict):
         raise Unreadable("it is no space")
     module, _, kind = text.class_name(value.get(":type:")).rpartition(".")
@@ -72,25 +72,25 @@ def read_space(value: Any) -> gym.Space[Any]:
 
 
 class _Reader:
-    """Reads what spaces write of themselves: ``Dict('a': Box(-1.0, 1.0, (3,), float32), 'b': Discrete(2))``."""
+    """Parser for the text representation of spaces: ``Dict('a': Box(-1.0, 1.0, (3,), float32), 'b': Discrete(2))``."""
 
     def __init__(self, written: str) -> None:
         self._text = written
         self._place = 0
 
     def expect(self, literal: str) -> None:
-        """Go past a literal."""
+        """Consume a literal, or raise Unreadable."""
         if not self._text.startswith(literal, self._place):
             raise Unreadable(f"'{literal}' is missing in the text of its spaces")
         self._place += len(literal)
 
     def end(self) -> None:
-        """Be at the end."""
+        """Raise Unreadable unless the end of the text is reached."""
         if self._text[self._place :].strip():
             raise Unreadable("something follows the text of its spaces")
 
     def items(self, pairs: bool, depth: int) -> OrderedDict[str, gym.Space[Any]]:
-        """Read keys and spaces; ``pairs``: each as ``('key', space)``."""
+        """Parse keys and spaces; with ``pairs``, each has the form ``('key', space)``."""
         if depth > MAX_DEPTH:
             raise Unreadable(f"its spaces are nested deeper than {MAX_DEPTH}")
         found: OrderedDict[str, gym.Space[Any]] = OrderedDict()
@@ -113,7 +113,7 @@ class _Reader:
             self._place = separator.end()
 
     def space(self, depth: int) -> gym.Space[Any]:
-        """Read one space."""
+        """Parse one space."""
         kind = re.compile(r"(Box|Discrete|MultiDiscrete|MultiBinary|Dict)\(").match(self._text, self._place)
         if kind is None:
             raise Unreadable("the text of its spaces names a kind that is not known")
@@ -138,7 +138,7 @@ class _Reader:
         raise Unreadable(f"the text of a {kind[1]} space is not as Gymnasium writes it")
 
     def _arguments(self) -> list[str]:
-        """Read the arguments of a call up to its closing bracket."""
+        """Parse the arguments of a call up to its closing bracket."""
         depth, start, found = 0, self._place, []
         for place in range(self._place, len(self._text)):
             letter = self._text[place]
@@ -195,7 +195,7 @@ def _multi_binary(n: Any) -> spaces.MultiBinary:
 
 
 def same_space(written: gym.Space[Any], real: gym.Space[Any]) -> bool:
-    """Return whether a space read from text is one that an environment has, up to the text's precision."""
+    """Return whether a space read from text equals one of an environment, up to the text's precision."""
     if type(written) is not type(real) or written.shape != real.shape:
         return False
     if isinstance(written, spaces.Dict) and isinstance(real, spaces.Dict):

@@ -1,6 +1,6 @@
-"""Strict readers of the text that stands beside a pickle: numbers, arrays, schedules, noise.
+"""Strict parsers for the text next to a pickle: numbers, arrays, schedules, noise.
 
-Each returns a value, or raises :class:`Unreadable` with the reason: whoever wrote the text could write anything.
+Each returns a value, or raises :class:`Unreadable` with the reason, because the text is untrusted.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from stable_baselines3.common.noise import ActionNoise, NormalActionNoise, Ornst
 from stable_baselines3.common.utils import LinearSchedule
 
 MAX_VALUES = 2**24
-"""Most numbers in an array."""
+"""Maximum number of elements of an array."""
 
 MAX_TEXT = 2**20
-"""Most characters of an array: NumPy leaves out the middle of large ones."""
+"""Maximum number of characters of an array; NumPy omits the middle of large ones."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf)"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([\[\],])|(\.\.\.))")
 
 
-class Unreadable(Exception):  # noqa: N818  # no error of its own: the caller knows the field and writes the message
-    """The text does not say enough."""
+class Unreadable(Exception):  # noqa: N818  # not an error: the caller knows the field and writes the message
+    """The text does not determine the value."""
 
 
 def number(text: Any) -> float:
-    """Return a finite number, of JSON or as text."""
+    """Return a finite number from JSON or text."""
     if isinstance(text, bool) or not isinstance(text, int | float | str) or not re.fullmatch(_NUMBER, str(text)):
         raise Unreadable(f"{_short(text)} is no number")
     value = float(text)
@@ -39,7 +39,7 @@ def number(text: Any) -> float:
 
 
 def integer(text: Any, least: int = 0, most: int = 2**53) -> int:
-    """Return a whole number in [least, most], of JSON or as text."""
+    """Return an integer in [least, most] from JSON or text."""
     value = number(text)
     if value != int(value) or not least <= value <= most:
         raise Unreadable(f"{_short(text)} is no whole number in [{least}, {most}]")
@@ -47,7 +47,7 @@ def integer(text: Any, least: int = 0, most: int = 2**53) -> int:
 
 
 def shape(value: Any) -> tuple[int, ...]:
-    """Return the shape of an array, from a list of JSON."""
+    """Return the shape of an array from a JSON list."""
     if not isinstance(value, list) or len(value) > 8:
         raise Unreadable(f"{_short(value)} is no shape")
     result = tuple(integer(item, 0, MAX_VALUES) for item in value)
@@ -57,10 +57,10 @@ def shape(value: Any) -> tuple[int, ...]:
 
 
 def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
-    """Return an array, float64, from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
+    """Return a float64 array from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
 
-    NumPy writes eight decimals, and omits the middle of more than a thousand elements: such a text is accepted only if
-    it shows a single number. ``of_shape`` None means one dimension.
+    NumPy writes eight decimals, and omits the middle of arrays with more than a thousand elements. Such a text is
+    accepted only if it shows a single value. If ``of_shape`` is None, the array has one dimension.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
@@ -90,7 +90,7 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
 
 
 def schedule(value: Any) -> float | Callable[[float], float]:
-    """Return a number or a linear schedule, from what stands beside a pickled schedule."""
+    """Return a number or a linear schedule from the text next to a pickled schedule."""
     if isinstance(value, int | float):
         return number(value)
     if not isinstance(value, dict):
@@ -117,7 +117,7 @@ def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
 
 
 def action_noise(value: Any) -> ActionNoise | None:
-    """Return Gaussian or Ornstein-Uhlenbeck noise, from what stands beside a pickled one."""
+    """Return Gaussian or Ornstein-Uhlenbeck noise from the text next to pickled noise."""
     if value is None:
         return None
     kind = class_name(value.get(":type:")) if isinstance(value, dict) else ""
@@ -136,7 +136,7 @@ def class_name(text: Any) -> str:
 
 
 def call(text: Any) -> tuple[str, dict[str, str]]:
-    """Return name and keywords of ``"Name(key=value, key=value)"``, the values as text; ``("", {})`` for others."""
+    """Return name and keywords of ``"Name(key=value, key=value)"``, the values as text; ``("", {})`` for other text."""
     found = re.fullmatch(r"(\w+)\(([\w=., +-]*)\)", text) if isinstance(text, str) else None
     if found is None:
         return "", {}
