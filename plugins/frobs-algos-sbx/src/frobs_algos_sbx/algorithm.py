@@ -1,4 +1,4 @@
-"""What all algorithms of sbx have in common: stable-baselines3's, with networks in JAX."""
+"""The base classes of all algorithms of sbx: stable-baselines3's, with networks in JAX."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class JaxAlgorithm(SB3Algorithm):
         set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:
-        """Return whether the algorithm gets observations as they are: a dictionary of flat arrays."""
+        """Return whether the policy receives observations unchanged, as a dictionary of flat arrays."""
         return False
 
     def _policy(self) -> str:

@@ -1,4 +1,4 @@
-"""Observations as the networks of sbx take them: one flat array of float32."""
+"""Conversion of observations to one flat array of float32, which the networks of sbx require."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from frobs_core.errors import IncompatibleSpaceError
 
 
 class FlatObservations(VecEnvWrapper):
-    """Puts the parts of an observation one after another, and multiplies them by constants.
+    """Joins the parts of an observation into one array, and multiplies it by constants.
 
     Args:
         venv: The environments.
-        scale: (k,) factors; None: 1.
+        scale: (k,) factors; None: no scaling.
     """
 
     def __init__(self, venv: VecEnv, scale: Sequence[float] | None) -> None:
@@ -29,7 +29,7 @@ class FlatObservations(VecEnvWrapper):
         super().__init__(venv, space)
 
     def reset(self) -> VecEnvObs:
-        """Begin episodes."""
+        """Reset all environments."""
         return self.flatten(self.venv.reset())
 
     def step_wait(self) -> VecEnvStepReturn:
@@ -53,7 +53,7 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
     """Return the space of flat observations.
 
     Raises:
-        IncompatibleSpaceError: A part is no array of numbers, or a picture.
+        IncompatibleSpaceError: A part is an image, or is not an array of numbers.
     """
     parts = list(space.spaces.values()) if isinstance(space, spaces.Dict) else [space]
     size = 0

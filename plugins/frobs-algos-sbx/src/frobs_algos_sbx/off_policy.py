@@ -30,7 +30,7 @@ _SHARED = "policy_kwargs.share_features_extractor"
 _MEMORY = "optimize_memory_usage"
 _EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
 _EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
-"""sbx draws new noise for gSDE in each step, so the exploration would not depend on the state."""
+"""Settings of gSDE that sbx rejects. It draws new noise in each step, so exploration would not depend on the state."""
 
 
 def _in_network(*names: str) -> tuple[str, ...]:
@@ -38,29 +38,29 @@ def _in_network(*names: str) -> tuple[str, ...]:
 
 
 class JaxDeterministicConfig(DeterministicConfig, JaxNetworkConfig):
-    """The networks of TD3."""
+    """Settings of the networks of TD3."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor",)
     fixed_rate: ClassVar[bool] = True
 
 
 class JaxSquashedGaussianConfig(SquashedGaussianConfig, JaxNetworkConfig):
-    """The networks of SAC."""
+    """Settings of the networks of SAC."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
 class JaxQuantileConfig(QuantileConfig, JaxNetworkConfig):
-    """The networks of TQC."""
+    """Settings of the networks of TQC."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
 class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
-    """The networks of CrossQ.
+    """Settings of the networks of CrossQ.
 
     Attributes:
-        batch_norm_momentum: How slowly the statistics follow: 1 − that of the torch family.
+        batch_norm_momentum: Share of the new batch in an update of the running statistics, as in the torch family.
     """
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "batch_norm_eps", *_EXPLORATION_NETWORK)
@@ -75,10 +75,10 @@ class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
 
 
 class JaxQNetworkConfig(QNetworkConfig, JaxNetworkConfig):
-    """The network of DQN.
+    """Settings of the network of DQN.
 
     Attributes:
-        net_arch: Widths of the two hidden layers, which are equal.
+        net_arch: Widths of the two hidden layers, which must be equal.
     """
 
     fixed_rate: ClassVar[bool] = True
@@ -95,7 +95,7 @@ class SbxSACConfig(SACConfig, JaxConfig):
     """Settings of SAC; the defaults are those of the torch family.
 
     Attributes:
-        policy_delay: Gradient steps of the critics for each one of the actor.
+        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = (
@@ -113,7 +113,7 @@ class SbxTQCConfig(TQCConfig, JaxConfig):
     """Settings of TQC; the defaults are those of the torch family.
 
     Attributes:
-        policy_delay: Gradient steps of the critics for each one of the actor.
+        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = SbxSACConfig.unsupported
@@ -147,35 +147,35 @@ class SbxCrossQConfig(CrossQConfig, JaxConfig):
 
 
 class SbxDQNConfig(DQNConfig, JaxConfig):
-    """Settings of DQN; the defaults are those of the torch family, but gradients are not clipped."""
+    """Settings of DQN; the defaults are those of the torch family, except that gradients are not clipped."""
 
     unsupported: ClassVar[tuple[str, ...]] = ("max_grad_norm",)
     policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
 
 
 class ScheduledTD3(sbx.TD3):
-    """TD3 whose learning rate follows its schedule; sbx's own keeps the first value."""
+    """TD3 whose learning rate follows its schedule; in sbx's class the initial value stays."""
 
     def train(self, gradient_steps: int, batch_size: int) -> None:
-        """Learn from the replay buffer."""
+        """Train on samples from the replay buffer."""
         _update_rate(self)
         super().train(gradient_steps, batch_size)
 
 
 class ScheduledCrossQ(sbx.CrossQ):
-    """CrossQ whose learning rate follows its schedule; sbx's own keeps the first value."""
+    """CrossQ whose learning rate follows its schedule; in sbx's class the initial value stays."""
 
     def train(self, gradient_steps: int, batch_size: int) -> None:
-        """Learn from the replay buffer."""
+        """Train on samples from the replay buffer."""
         _update_rate(self)
         super().train(gradient_steps, batch_size)
 
 
 class ScheduledDQN(sbx.DQN):
-    """DQN whose learning rate follows its schedule; sbx's own keeps the first value."""
+    """DQN whose learning rate follows its schedule; in sbx's class the initial value stays."""
 
     def train(self, batch_size: int, gradient_steps: int) -> None:  # type: ignore[override]
-        """Learn from the replay buffer."""
+        """Train on samples from the replay buffer."""
         _update_rate(self)
         super().train(batch_size, gradient_steps)  # type: ignore[no-untyped-call]
 

@@ -1,4 +1,4 @@
-"""Policies of sbx as PyTorch modules, which the torch family turns into ONNX graphs."""
+"""Policies of sbx as PyTorch modules, which the torch family exports as ONNX graphs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_algos_sb3.onnx_observation import ObservationInput
 from frobs_algos_sb3.onnx_policy import PolicyGraph
 from frobs_algos_sbx.observations import FlatObservations
 
-_EPSILON = 0.001  # of sbx's batch normalization
+_EPSILON = 0.001  # constant in sbx's batch normalization
 
 
 def policy_graph(
@@ -31,9 +31,9 @@ def policy_graph(
 
     Args:
         model: The model.
-        normalizer: That of the observations.
-        flat: What joins the parts of an observation; None: the policy itself does.
-        space: Of the observations in the environment.
+        normalizer: Normalizer of the observations, if any.
+        flat: Wrapper that joins the parts of an observation; None: the policy joins them.
+        space: Observation space of the environment.
         activation: Name of the activation function.
     """
     parts = space.spaces if isinstance(space, spaces.Dict) else {"": space}
@@ -43,7 +43,7 @@ def policy_graph(
 
 
 class Network(nn.Module):
-    """Joins, scales and normalizes an observation, and gives it to the layers."""
+    """Joins, scales and normalizes an observation, and passes it to the layers."""
 
     def __init__(
         self, layers: nn.Module, flat: FlatObservations | None, normalizer: VecNormalize | None, joins: bool
@@ -77,7 +77,7 @@ def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
     statistics: Mapping[str, Any] = getattr(state, "batch_stats", {})
     params: Mapping[str, Any] = state.params if statistics else state.params["params"]
     dense = [name for name in params if name.startswith("Dense_")]
-    # The last layer gives the mean; behind it, SAC and its relatives have one for the deviation.
+    # The last layer computes the mean. In SAC and related algorithms, a layer for the deviation follows.
     hidden = len(dense) - (2 if _has_deviation(policy) else 1)
     layers: list[nn.Module] = []
     normalizes = bool(statistics) and policy.batch_norm_actor

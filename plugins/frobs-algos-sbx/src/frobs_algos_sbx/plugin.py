@@ -14,12 +14,12 @@ _CLASSES = {
     "crossq": "off_policy:SbxCrossQ",
     "dqn": "off_policy:SbxDQN",
 }
-"""Modules and classes, by the names of the algorithms in PyTorch."""
+"""Modules and classes, by the name of the PyTorch algorithm."""
 
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithms, with the tuned settings and search spaces of those in PyTorch."""
+    """Return the records of the algorithms, with the tuned settings and search spaces of those in PyTorch."""
     return [
         replace(
             record,

@@ -1,4 +1,4 @@
-"""Proximal policy optimization whose whole update is one compiled function."""
+"""Proximal policy optimization whose update is one compiled function."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _NETWORK = ("share_features_extractor", "full_std", "use_expln", "squash_output"
 
 
 class JaxActorCriticConfig(ActorCriticConfig, JaxNetworkConfig):
-    """The networks of PPO."""
+    """Settings of the networks of PPO."""
 
     unused: ClassVar[tuple[str, ...]] = _NETWORK
 
@@ -31,7 +31,7 @@ class JaxActorCriticConfig(ActorCriticConfig, JaxNetworkConfig):
 class SbxPPOConfig(PPOConfig, JaxConfig):
     """Settings of PPO; the defaults are those of the torch family.
 
-    Gradients of the policy and of the values are clipped one by one, because their networks are separate.
+    Gradients of the policy and of the values are clipped separately, because their networks are separate.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = (
@@ -54,7 +54,7 @@ class Rollout(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Sums over gradient steps, and their number."""
+    """Sums over gradient steps, and the number of steps."""
 
     steps: Any
     policy_loss: Any
@@ -65,7 +65,7 @@ class Sums(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Numbers of an update that may change between updates."""
+    """Parameters of an update that may change between updates."""
 
     clip_range: Any
     clip_range_vf: Any  # infinite: values are not clipped
@@ -75,9 +75,9 @@ class Limits(NamedTuple):
 
 
 class CompiledPPO(sbx.PPO):
-    """sbx's PPO with an update of its own: all epochs and minibatches in one compiled function.
+    """sbx's PPO with another update: all epochs and minibatches in one compiled function.
 
-    It does what that of stable-baselines3 does, the early end at ``target_kl`` included.
+    The update is equivalent to that of stable-baselines3, including the early end at ``target_kl``.
     """
 
     def __init__(self, *args: Any, target_kl: float | None = None, clip_range_vf: Any = None, **kwargs: Any) -> None:
@@ -86,7 +86,7 @@ class CompiledPPO(sbx.PPO):
         super().__init__(*args, **kwargs)
 
     def train(self) -> None:
-        """Learn from the rollout."""
+        """Train on the rollout."""
         buffer, progress, policy = self.rollout_buffer, self._current_progress_remaining, self.policy
         self._update_learning_rate(
             [policy.actor_state.opt_state[1], policy.vf_state.opt_state[1]], self.lr_schedule(progress)
@@ -146,13 +146,13 @@ def update(
     """Return the networks after all epochs.
 
     Args:
-        actor: Of the policy.
-        critic: Of the values.
+        actor: State of the policy network.
+        critic: State of the value network.
         rollout: n steps.
         order: (epochs, n) a permutation of the steps for each epoch.
         limits: Coefficients and bounds.
-        batch_size: Steps in a gradient step; the last one of an epoch may have fewer.
-        normalize: Whether advantages are scaled in each batch.
+        batch_size: Steps per gradient step; the last one of an epoch may have fewer.
+        normalize: Whether to normalize the advantages of each batch.
     """
 
     def step(carry: Any, rows: jax.Array) -> tuple[Any, None]:
@@ -183,7 +183,7 @@ def update(
 def _gradients(
     actor: TrainState, critic: TrainState, batch: Rollout, limits: Limits, normalize: bool
 ) -> tuple[tuple[Any, Any], Sums]:
-    """Return the gradients of both networks for a batch, and what is logged."""
+    """Return the gradients of both networks for a batch, and the sums for the log."""
     advantages = batch.advantages
     if normalize and len(advantages) > 1:
         advantages = (advantages - advantages.mean()) / (advantages.std(ddof=1) + 1e-8)

@@ -1,4 +1,4 @@
-"""Settings of the algorithms of sbx: those of the torch family, with what sbx cannot do rejected."""
+"""Settings of the algorithms of sbx: those of the torch family, except unsupported ones, which are rejected."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ALL = ("device", "policy_kwargs.features_extractor_class", "policy_kwargs.norma
 
 
 class JaxConfig(SB3Config):
-    """What every algorithm of sbx accepts.
+    """Settings that every algorithm of sbx accepts.
 
     Attributes:
-        unsupported: Settings of the torch family that sbx lacks: they must keep their default.
+        unsupported: Settings of the torch family that sbx does not support. They must keep their defaults.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = ()
@@ -43,7 +43,7 @@ class JaxConfig(SB3Config):
 
 
 class JaxNetworkConfig(NetworkConfig):
-    """The networks, built by flax and trained by optax; ``optimizer_kwargs`` has optax's names (``b1``, ``eps``, …).
+    """Settings of the networks (flax) and optimizer (optax, whose names ``optimizer_kwargs`` uses: ``b1``, ``eps``, …).
 
     Attributes:
         unused: Settings that the policies of sbx do not accept.
@@ -61,7 +61,7 @@ class JaxNetworkConfig(NetworkConfig):
         left_out = ("features_extractor_class", "normalize_images", *self.unused)
         kwargs = {key: value for key, value in self.model_dump().items() if value is not None and key not in left_out}
         name = self.activation_fn
-        # flax approximates this one unless told otherwise, torch does not.
+        # flax approximates this function by default; torch does not.
         kwargs["activation_fn"] = partial(linen.gelu, approximate=False) if name == "gelu" else getattr(linen, name)
         if self.optimizer_class is not None:
             kwargs["optimizer_class"] = getattr(optax, _OPTIMIZERS[self.optimizer_class])

@@ -1,4 +1,4 @@
-"""What a model of sbx has learned, as arrays by name."""
+"""The learned state of an sbx model, as arrays by name."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_core.errors import CheckpointError
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 _PREDICTING = ("params", "target_params", "batch_stats")
-"""Fields of a train state that belong to the networks; the others belong to the learning."""
+"""Fields of a train state that belong to the networks; the others belong to training."""
 
 _KEYS = ("key", "noise_key")
 
@@ -46,12 +46,12 @@ def initial_networks(model: BaseAlgorithm, seed: int) -> Arrays:
 
 
 def learning(model: BaseAlgorithm) -> Arrays:
-    """Return the states of a model's optimizers, and what is learned outside of its policy."""
+    """Return the states of a model's optimizers, and learned values that are not part of its policy."""
     return {name: leaf for name, leaf in _leaves(model).items() if not _predicts(name)}
 
 
 def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Give a model back what :func:`networks` or :func:`learning` returned; the rest keeps its value.
+    """Restore the arrays that :func:`networks` or :func:`learning` returned; all other values stay the same.
 
     Raises:
         CheckpointError: An array has another shape.
@@ -69,12 +69,12 @@ def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) ->
 
 
 def keys(model: BaseAlgorithm) -> Arrays:
-    """Return the keys that random numbers are drawn from."""
+    """Return the keys of JAX's random number generators."""
     return {f"jax/{name}": np.asarray(value) for _, name, value in _random_keys(model)}
 
 
 def restore_keys(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Set the keys that random numbers are drawn from."""
+    """Set the keys of JAX's random number generators."""
     for owner, name, _ in _random_keys(model):
         setattr(owner, name.rpartition("/")[2], jnp.asarray(arrays[f"jax/{name}"]))
 
@@ -100,7 +100,7 @@ def _states(model: BaseAlgorithm) -> list[tuple[Any, str, TrainState]]:
 
 def _leaves(model: BaseAlgorithm) -> Arrays:
     return {
-        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # a number has the type that it gets when it is read
+        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # numbers get JAX types, as after a load
         for _, attribute, state in _states(model)
         for path, leaf in tree_flatten_with_path(state)[0]
     }

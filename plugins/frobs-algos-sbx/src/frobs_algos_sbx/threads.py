@@ -15,11 +15,11 @@ _chosen: int | None = None
 
 
 def set_threads(count: int) -> None:
-    """Let JAX compute on ``count`` threads of this process's processors.
+    """Make JAX compute on ``count`` threads of this process's processors.
 
-    Without a limit, XLA uses as many threads as there are processors when it starts. Their number affects the rounding of
-    matrix products, so a training run that continues on another machine would differ. XLA starts once per process:
-    if it already runs with another number of threads, a warning is logged and nothing changes.
+    Without a limit, XLA uses as many threads as there are processors when it starts. Their number affects the rounding
+    of matrix products, so a training run that continues on another machine would differ. XLA starts once per process.
+    If it already runs with another number of threads, a warning is logged and nothing changes.
     """
     global _chosen
     if not _starts():
