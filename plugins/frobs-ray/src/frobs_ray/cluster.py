@@ -29,8 +29,8 @@ _ALWAYS = {
     "RAY_BACKEND_LOG_LEVEL": "fatal",  # Ray's C++ code prints warnings to stderr
     "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment and do not copy the working folder
 }
-# Ray listens on every network interface. A token of this process protects a cluster on this machine; without it Ray would
-# write one into the user's home.
+# Ray listens on all network interfaces. A token of this process protects a cluster on this machine; otherwise Ray would
+# write one to the user's home directory.
 _LOCAL = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
 _BANNER = b"Set ray log level from environment variable"
 _TIMEOUT = 10.0  # [s] for the first connection to a head node
@@ -40,13 +40,13 @@ _TIMEOUT = 10.0  # [s] for the first connection to a head node
 def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator[None]:
     """Connect this process to a Ray cluster while the ``with`` block runs.
 
-    If this process is already connected, the existing connection is used and stays open afterwards. Ray prints nothing,
-    and the handlers of Ctrl-C and SIGTERM stay the caller's.
+    If this process is already connected, the existing connection is used and stays open afterwards. Ray's messages are
+    suppressed, and the caller's handlers of Ctrl-C and SIGTERM stay in place.
 
     Args:
-        address: ``"host:port"`` of the head node, or ``"auto"``: the cluster that runs on this machine. None: start a
-            cluster on this machine that ends with the block.
-        num_cpus: Processors of a cluster that is started here; None: those of this machine. Ignored with an address.
+        address: ``"host:port"`` of the head node, or ``"auto"`` for the cluster that is running on this machine. None:
+            start a cluster on this machine and stop it at the end of the block.
+        num_cpus: Number of processors of a new cluster; None: all of this machine. Ignored if there is an address.
 
     Raises:
         ClusterConnectionError: No cluster answers at the address, or Ray cannot start.
@@ -66,7 +66,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
             "_node_ip_address": LOOPBACK,
         }
     with ExitStack() as stack:
-        stack.callback(_read_authentication)  # once the variables are as they were
+        stack.callback(_read_authentication)  # after the variables are restored
         stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
         stack.enter_context(quiet())
         _read_authentication()
@@ -84,7 +84,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
 
 
 def _check_address(address: str) -> None:
-    """Raise ClusterConnectionError unless something listens at ``host:port``; Ray itself would retry for a minute."""
+    """Raise ClusterConnectionError unless a server listens at ``host:port``; Ray itself would retry for a minute."""
     host, _, port = address.rpartition(":")
     if "://" in address or not host or not port.isdecimal():
         raise ClusterConnectionError(address, "the address must be 'host:port' of the head node, or 'auto'")
@@ -108,7 +108,7 @@ def _variables(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def _read_authentication() -> None:
-    """Let Ray read its authentication mode and token from the environment again; it does so only once by itself."""
+    """Make Ray read its authentication mode and token from the environment again; by default it does so only once."""
     compiled: Any = import_module("ray._raylet")
     compiled.Config.initialize("")
     compiled.AuthenticationTokenLoader.instance().reset_cache()
@@ -149,9 +149,9 @@ def _without_banner() -> Iterator[None]:
 
 @contextmanager
 def _handlers_kept() -> Iterator[None]:
-    """Keep the handler of SIGTERM, which Ray replaces."""
+    """Preserve the handler of SIGTERM, which Ray replaces."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # Ray cannot replace it either
+        yield  # in another thread, Ray cannot replace it either
         return
     before = signal.getsignal(signal.SIGTERM)
     try:

@@ -10,7 +10,7 @@
     ├── EnvironmentRunnerError  no environment runner works
     └── RemoteJobError          a job failed on its node
 
-Each takes the objects it is about, keeps them as fields, and writes its own text.
+Each constructor takes the objects that the error is about, stores them as attributes, and composes the message.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class ClusterConnectionError(ConfigurationError):
 
     Args:
         address: The address of the head node; None: a cluster on this machine.
-        cause: One line that says why.
+        cause: One line with the reason.
     """
 
     def __init__(self, address: str | None, cause: str) -> None:
@@ -46,7 +46,7 @@ class ClusterResourcesError(ConfigurationError):
 
     Args:
         processors: Number of processors of a job.
-        memory: [B] of memory of a job.
+        memory: Memory of a job [B].
         nodes: Resources of each node, as Ray reports them.
     """
 
@@ -64,10 +64,10 @@ class ClusterResourcesError(ConfigurationError):
 
 
 class NodesDifferError(ConfigurationError):
-    """Nodes of the cluster cannot run the jobs as this machine would.
+    """Nodes of the cluster cannot run the jobs in the same way as this machine.
 
     Args:
-        problems: One line for each problem, by address of the node.
+        problems: One line per problem, by address of the node.
     """
 
     def __init__(self, problems: Mapping[str, Sequence[str]]) -> None:
@@ -84,8 +84,8 @@ class RemoteJobError(RunError):
 
     Args:
         name: Name of the job.
-        message: Message of the error there.
-        trace: Its traceback; empty if there is none.
+        message: Message of the error on the node.
+        trace: Traceback of the error; may be empty.
     """
 
     def __init__(self, name: str, message: str, trace: str) -> None:
@@ -99,8 +99,8 @@ class ClusterSizeError(ConfigurationError):
     """A cluster has fewer processors than the environment runners need.
 
     Args:
-        needed: Processors that all environment runners need together.
-        available: Processors of the cluster.
+        needed: Number of processors that all environment runners need together.
+        available: Number of processors of the cluster.
     """
 
     def __init__(self, needed: int, available: int) -> None:
@@ -113,11 +113,11 @@ class ClusterSizeError(ConfigurationError):
 
 
 class EnvironmentCopyError(ConfigurationError):
-    """An environment cannot be made again in the processes of environment runners.
+    """The processes of environment runners cannot create the same environment.
 
     Args:
-        cause: One line that says why.
-        remedy: What to do instead.
+        cause: One line with the reason.
+        remedy: Suggested alternative.
     """
 
     def __init__(self, cause: str, remedy: str) -> None:
@@ -130,10 +130,10 @@ class EnvironmentCopyError(ConfigurationError):
 
 
 class EnvironmentRunnerError(RunError):
-    """No environment runner delivers experience.
+    """No environment runner returns data.
 
     Args:
-        cause: One line that says why.
+        cause: One line with the reason.
     """
 
     def __init__(self, cause: str) -> None:

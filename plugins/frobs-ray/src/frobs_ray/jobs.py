@@ -1,4 +1,4 @@
-"""A job as a Ray task: it runs on any node, and again on another one if its node or process dies."""
+"""A job as a Ray task. If its node or process dies, it is started again on any node."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from frobs_train.training.monitor import Progress
 from frobs_train.training.threads import processors_limited_to
 
 RETRIES = 5
-"""How often a job is started again after its node or process has died."""
+"""Maximum number of restarts of a job after its node or process died."""
 
 Answer = tuple[Any, str | None, str]
-"""Result; error message or None; traceback. Exceptions stay on their node, because not all of them can be pickled."""
+"""Result; error message or None; traceback. Exceptions are not returned, because not all of them can be pickled."""
 
 
 def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, expected: Versions) -> Answer:
@@ -26,12 +26,12 @@ def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, ex
 
     Args:
         job: The job.
-        index: Its key in the mailbox.
-        mailbox: Receives the progress.
-        processors: Number of processors that it may use.
-        expected: The versions of the machine that gave the job. A node that joined later is checked here.
+        index: Key of the job in the mailbox.
+        mailbox: Mailbox that receives the progress.
+        processors: Number of processors of the job.
+        expected: Versions on the submitting machine. They are checked here because a node may join the cluster later.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # notices of a continued run: the command reports its progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
     differences = describe_differences(expected, flat_versions())
     if differences:
         return None, f"its node differs from the machine of this command: {'; '.join(differences)}.", ""

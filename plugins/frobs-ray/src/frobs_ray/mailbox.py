@@ -1,4 +1,4 @@
-"""Progress of jobs on its way from the machines of a cluster to the command that waits for them."""
+"""Transfer of progress from jobs on a cluster to the waiting command."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import ray
 from ray.actor import ActorHandle
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-_EVERY = 0.5  # [s] between the messages of one job
+_EVERY = 0.5  # [s] between messages of one job
 
 
 class _Mailbox:
-    """Keeps the latest progress of each job until it is collected."""
+    """Stores the latest progress of each job until it is collected."""
 
     def __init__(self) -> None:
         self._latest: dict[Any, Any] = {}
@@ -27,7 +27,7 @@ class _Mailbox:
 
 
 def open_mailbox() -> ActorHandle[Any]:
-    """Start a mailbox on the node of this process; it uses no processor."""
+    """Start a mailbox on the node of this process; it reserves no processor."""
     here = NodeAffinitySchedulingStrategy(ray.get_runtime_context().get_node_id(), soft=False)
     actor: Any = ray.remote(_Mailbox)
     handle: ActorHandle[Any] = actor.options(num_cpus=0, scheduling_strategy=here).remote()
@@ -35,10 +35,10 @@ def open_mailbox() -> ActorHandle[Any]:
 
 
 class Sender:
-    """Sends the progress of a job, but not more often than twice a second.
+    """Sends the progress of jobs, at most twice a second per key.
 
     Args:
-        mailbox: From :func:`open_mailbox`.
+        mailbox: Mailbox from :func:`open_mailbox`.
     """
 
     def __init__(self, mailbox: ActorHandle[Any]) -> None:
@@ -46,7 +46,7 @@ class Sender:
         self._next: dict[Any, float] = {}
 
     def send(self, key: Any, progress: Any) -> None:
-        """Send the progress of the job or the part of a job that ``key`` names."""
+        """Send the progress of the job, or of the part of a job, that ``key`` identifies."""
         now = time.monotonic()
         if now >= self._next.get(key, 0.0):
             self._next[key] = now + _EVERY
@@ -54,7 +54,7 @@ class Sender:
 
 
 def collect(mailbox: ActorHandle[Any]) -> dict[Any, Any]:
-    """Return what was sent since the last call, by key."""
+    """Return the progress that was sent since the last call, by key."""
     reference: Any = mailbox.take.remote()
     found: dict[Any, Any] = ray.get(reference)
     return found

@@ -1,4 +1,4 @@
-"""Whether the nodes of a cluster can run the jobs: same versions, same plugins, a shared folder, enough memory."""
+"""Checks that the nodes of a cluster can run the jobs: versions, plugins, shared folder, memory."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Versions = Mapping[str, str]
 
 
 def flat_versions() -> dict[str, str]:
-    """Return the versions on this machine that determine the results of a training run."""
+    """Return the versions on this machine that affect the results of a training run."""
     found: Any = versions()
     return {
         "Python": ".".join(platform.python_version_tuple()[:2]),
@@ -39,10 +39,10 @@ def living_nodes() -> list[dict[str, Any]]:
 
 
 def check_resources(processors: int, memory: int) -> None:
-    """Check that some node has the processors and the memory [B] of one job.
+    """Check that a node has the processors and the memory [B] for one job.
 
     Raises:
-        ClusterResourcesError: No node has.
+        ClusterResourcesError: No node is large enough.
     """
     nodes = [node["Resources"] for node in living_nodes()]
     if not any(node.get("CPU", 0) >= processors and node.get("memory", 0) >= memory for node in nodes):
@@ -50,10 +50,10 @@ def check_resources(processors: int, memory: int) -> None:
 
 
 def check_nodes(folder: Path) -> None:
-    """Check that every node has the same versions as this machine, and sees the folder and can write to it.
+    """Check that every node has the same versions as this machine, and can read and write the folder.
 
     Raises:
-        NodesDifferError: A node differs; the message names each difference.
+        NodesDifferError: A node differs; the message lists all differences.
     """
     here = ray.get_runtime_context().get_node_id()
     with _token(folder) as token:
@@ -67,7 +67,7 @@ def check_nodes(folder: Path) -> None:
         for address, reference in asked.items():
             try:
                 found, sees_folder = ray.get(reference, timeout=_TIMEOUT)
-            except Exception as error:  # whatever keeps a node from importing FRobs
+            except Exception as error:  # importing FRobs on a node can raise anything
                 problems[address] = [f"FRobs does not run there: {_last_line(error)}"]
                 continue
             lines = describe_differences(flat_versions(), found)
@@ -93,7 +93,7 @@ def examine_node(token: Path) -> tuple[dict[str, str], bool]:
 
 
 def describe_differences(here: Versions, there: Versions) -> list[str]:
-    """Return a line for each version on a node that differs from that on this machine."""
+    """Return a line for each version on a node that differs from the version on this machine."""
     return [
         f"{name} is {there[name]} there and {version} here" if name in there else f"{name} {version} is missing there"
         for name, version in here.items()
@@ -103,7 +103,7 @@ def describe_differences(here: Versions, there: Versions) -> list[str]:
 
 @contextmanager
 def _token(folder: Path) -> Iterator[Path]:
-    """Create a file in a folder that other nodes can look for."""
+    """Create a temporary file in a folder, for which other nodes can look."""
     path = folder.absolute() / f".frobs-{secrets.token_hex(8)}"
     path.touch()
     try:

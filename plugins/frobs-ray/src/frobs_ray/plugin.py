@@ -18,7 +18,7 @@ def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], *
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Offer the algorithms of RLlib."""
+    """Return the records of RLlib's algorithms."""
     return [
         _record(
             "ppo",

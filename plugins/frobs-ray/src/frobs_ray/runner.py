@@ -1,4 +1,4 @@
-"""The runner ``ray``: jobs run side by side on the nodes of a cluster."""
+"""The runner ``ray``, which runs jobs in parallel on the nodes of a cluster."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from frobs_train.tuning.study import StudyResult, TrialResult
 from frobs_train.tuning.tune import Search
 
 _POLL = 0.5  # [s]
-_PATIENCE = 120  # [s] for jobs that were cancelled to write their checkpoints
+_PATIENCE = 120  # [s] for interrupted jobs to write their checkpoints
 
 
 class RayRunner(Runner):
-    """Runs jobs side by side on a Ray cluster: the one at an address, or one that it starts on this machine."""
+    """Runs jobs in parallel on a Ray cluster: one at an address, or a new one on this machine."""
 
     name: ClassVar[str] = "ray"
 
@@ -43,20 +43,21 @@ class RayRunner(Runner):
     def run(
         self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
     ) -> Iterator[Outcome]:
-        """Run jobs on the cluster and yield each outcome as soon as it is known.
+        """Run jobs on the cluster, and yield each outcome as soon as the job ends.
 
-        A job whose node or process dies is started again on another node. Ctrl-C lets the running jobs write checkpoints.
+        If the node or process of a job dies, the job is started again on another node. On Ctrl-C, the running jobs
+        write checkpoints.
 
         Args:
             jobs: The jobs.
-            folder: Folder below which the jobs write; every node must see it.
+            folder: Folder below which the jobs write; every node must have access to it.
             on_progress: Called with the index of a job and its progress.
 
         Raises:
-            ParameterValueError: A job would start environment runners of its own.
+            ParameterValueError: The settings of a job request environment runners.
             ClusterConnectionError: No cluster answers, or none can be started.
-            ClusterResourcesError: No node has the processors or the memory of a job.
-            NodesDifferError: A node has other versions, or does not see the folder.
+            ClusterResourcesError: No node has the processors or the memory for a job.
+            NodesDifferError: A node has other versions, or no access to the folder.
         """
         _check_env_runners(jobs)
         with connect(self.address):
@@ -87,14 +88,14 @@ class RayRunner(Runner):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings with Ray Tune, trials side by side; see :func:`frobs_ray.tuning.tune_on_ray`."""
+        """Search for settings with Ray Tune, with trials in parallel; see :func:`frobs_ray.tuning.tune_on_ray`."""
         from frobs_ray.tuning import tune_on_ray
 
         return tune_on_ray(self, search, on_trial, on_progress)
 
 
 def _check_env_runners(jobs: Sequence[Job]) -> None:
-    """Raise ParameterValueError if a job would wait for processors that the jobs occupy."""
+    """Raise ParameterValueError if a job would wait for processors that the jobs themselves occupy."""
     for job in jobs:
         count = job.arguments.get("config", {}).get("algorithm_config", {}).get("num_env_runners")
         if count:
@@ -118,7 +119,7 @@ def _outcome(reference: ray.ObjectRef[Answer], index: int, job: Job) -> Outcome:
 
 
 def _cancel(references: list[Any]) -> None:
-    """Interrupt tasks as Ctrl-C does, and wait until they have written their checkpoints."""
+    """Interrupt tasks as Ctrl-C does, and wait for them to write their checkpoints."""
     for reference in references:
         ray.cancel(reference, force=False)
     if references:

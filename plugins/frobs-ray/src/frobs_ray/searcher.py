@@ -1,4 +1,4 @@
-"""The study of Optuna, as Ray Tune uses it: it chooses the settings of trials and records their results."""
+"""Adapter from a study of Optuna to Ray Tune. The study selects the settings of trials and records their results."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from frobs_train.tuning.study import REPORTS, StudyResult, TrialResult, to_resul
 from frobs_train.tuning.tune import Session
 
 _RUNNER = "runner"
-"""Attribute of the trials that this runner began; a search that was interrupted continues those that have not ended."""
+"""Attribute of the trials that this runner started. A restarted search continues those that have not ended."""
 
 
 class _Stays:
-    """Lives in this process only. Ray pickles what it is given to restore a search, which FRobs does itself."""
+    """Base class of objects that Ray must not pickle. It would do so to restore a search, which FRobs does itself."""
 
     def __getstate__(self) -> dict[str, Any]:
         return {}
@@ -32,13 +32,13 @@ class _Stays:
 
 
 class StudyTrials:
-    """The trials that this search begins or continues.
+    """The trials that this search starts or continues.
 
     Args:
         session: The open study.
 
     Attributes:
-        begun: The trials by number.
+        begun: Started trials by number.
     """
 
     def __init__(self, session: Session) -> None:
@@ -49,7 +49,7 @@ class StudyTrials:
         self.left = max(0, session.search.trials - session.finished)
 
     def next(self) -> dict[str, Any] | None:
-        """Return number and settings of the next trial; None if there are enough."""
+        """Return number and settings of the next trial, or None if the study has enough trials."""
         if len(self.begun) >= self.left:
             return None
         if self._unfinished:
@@ -64,7 +64,7 @@ class StudyTrials:
 
 
 class StudySearcher(_Stays, Searcher):
-    """Lets Ray Tune draw the settings of each trial from the study.
+    """Makes Ray Tune take the settings of each trial from the study.
 
     Args:
         trials: The trials of this search.
@@ -79,22 +79,22 @@ class StudySearcher(_Stays, Searcher):
         return self._trials.next() or Searcher.FINISHED
 
     def on_trial_complete(self, trial_id: str, result: dict[str, Any] | None = None, error: bool = False) -> None:
-        """Do nothing: :class:`Recorder` records results."""
+        """Do nothing, because :class:`Recorder` records results."""
 
     def save(self, checkpoint_path: str) -> None:
-        """Do nothing: the study is in its storage."""
+        """Do nothing, because the study is in its own storage."""
 
     def restore(self, checkpoint_path: str) -> None:
-        """Do nothing: the study is in its storage."""
+        """Do nothing, because the study is in its own storage."""
 
 
 class Recorder(_Stays, Callback):
-    """Records the results of Ray Tune in the study.
+    """Records the results from Ray Tune in the study.
 
     Args:
         session: The open study.
         trials: The trials of this search.
-        mailbox: Where the progress of the trials arrives.
+        mailbox: Mailbox that receives the progress of the trials.
         on_trial: Called after each trial.
         on_progress: Called with the number of a trial, the index of its seed and the progress of that run.
     """
@@ -112,7 +112,7 @@ class Recorder(_Stays, Callback):
         self._reported: dict[int, int] = {}
 
     def on_step_end(self, iteration: int, trials: list[Trial], **info: Any) -> None:
-        """Pass the progress on."""
+        """Forward the progress."""
         if self._on_progress is not None:
             for (number, index), progress in collect(self._mailbox).items():
                 self._on_progress(number, index, progress)
@@ -127,7 +127,7 @@ class Recorder(_Stays, Callback):
             self._trials.begun[number].report(result["value"], result["step"])
 
     def on_trial_complete(self, iteration: int, trials: list[Trial], trial: Trial, **info: Any) -> None:
-        """Record that a trial is complete, was ended early, or failed."""
+        """Record that a trial was completed, was stopped early, or failed."""
         result = trial.last_result or {}
         if "error" in result:
             self._tell(trial, TrialState.FAIL, error=result["error"])
@@ -137,7 +137,7 @@ class Recorder(_Stays, Callback):
             self._tell(trial, TrialState.PRUNED)
 
     def on_trial_error(self, iteration: int, trials: list[Trial], trial: Trial, **info: Any) -> None:
-        """Record that a trial failed because its process or node died too often."""
+        """Record that a trial failed because its process or node died too many times."""
         self._tell(trial, TrialState.FAIL, error="its process died again and again")
 
     def _tell(
@@ -152,7 +152,7 @@ class Recorder(_Stays, Callback):
         if error:
             known.set_user_attr("error", error)
         if settings is not None:
-            known.set_user_attr("settings", settings)  # population-based training changes them
+            known.set_user_attr("settings", settings)  # population-based training changes the settings
         frozen = self._session.study.tell(known, value, state=state)
         if self._on_trial is not None:
             self._on_trial(self._session.result(), to_result(frozen))

@@ -1,4 +1,4 @@
-"""A trial on a node of the cluster."""
+"""Trials on a node of the cluster."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from frobs_train.tuning.study import REPORTS
 from frobs_train.tuning.tune import Search, run_folders, run_trial
 
 _OWNER = "trial.json"
-"""File in a checkpoint of Ray: which trial wrote it."""
+"""File in a checkpoint of Ray that identifies the trial that wrote it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """What all trials of a search share.
+    """Data that all trials of a search share.
 
     Attributes:
-        search: What is searched, and how.
-        folder: Folder of the study, absolute.
-        mailbox: Receives the progress.
+        search: The search with its settings.
+        folder: Absolute path of the study's folder.
+        mailbox: Mailbox that receives the progress.
         processors: Number of processors of a trial.
-        expected: Versions of the machine that began the search.
+        expected: Versions on the machine that started the search.
     """
 
     search: Search
@@ -48,14 +48,14 @@ class Place:
 def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
     """Run a trial, and report its metric to Ray Tune.
 
-    If the process or node died before, the run folder is continued. Exceptions are reported as ``error``, because Ray
-    would start the trial again.
+    If the process or node died before, the run continues in its folder. Exceptions are reported as ``error``, because
+    Ray would restart the trial otherwise.
 
     Args:
-        config: ``number`` and ``settings``.
-        place: What all trials share.
+        config: Mapping with ``number`` and ``settings``.
+        place: Data that all trials share.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # notices of a continued run: the command reports its progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
     number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])
     differences = describe_differences(place.expected, flat_versions())
     if differences:
@@ -87,7 +87,7 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
 
 
 def frequent_checkpoints(search: Search) -> Search:
-    """Return a search whose runs write a checkpoint for each report, so that other trials can continue from it."""
+    """Return a search whose runs write a checkpoint with each report, so that other trials can continue from it."""
     every = max(1, search.resolve().steps // REPORTS)
     return replace(search, settings=(*search.settings, f"checkpoint_every={every}"))
 
@@ -95,13 +95,13 @@ def frequent_checkpoints(search: Search) -> Search:
 def _checkpoint(
     folder: Path, search: Search, study: Path, number: int, settings: Mapping[str, Any]
 ) -> tune.Checkpoint | None:
-    """Copy the run of a trial, so that another trial can continue it; None if it has no checkpoint yet."""
+    """Copy the run of a trial so that another trial can continue it; None if it has no checkpoint yet."""
     path = _run_folder(search, study, number, settings)
     if not any((path / "checkpoints").glob("step_*")):
         return None
     copy_run(path, folder / "run")
     (folder / _OWNER).write_text(json.dumps({"number": number, "settings": settings}), "utf-8")
-    found: Any = tune.Checkpoint.from_directory(folder)  # its type hint names the base class
+    found: Any = tune.Checkpoint.from_directory(folder)  # the type hint names the base class
     checkpoint: tune.Checkpoint = found
     return checkpoint
 
@@ -115,7 +115,7 @@ def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, 
     with checkpoint.as_directory() as found:
         owner = json.loads((Path(found) / _OWNER).read_text("utf-8"))
         if owner == {"number": number, "settings": settings} and is_run(path):
-            return  # its own run, which may be further than the checkpoint
+            return  # its own run, which may be ahead of the checkpoint
         path.parent.mkdir(parents=True, exist_ok=True)
         config = search.resolve(settings)
         fork_run(Path(found) / "run", path, config.model_copy(update={"seed": config.seed or 0}))

@@ -1,4 +1,4 @@
-"""Searching for settings with Ray Tune. The study and the run folders are those of a search without Ray."""
+"""Search for settings with Ray Tune. The study and run folders have the same format as without Ray."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from frobs_ray.runner import RayRunner
 
 _RESAMPLED = 0.25
-"""Probability that population-based training draws a setting anew instead of varying it."""
+"""Probability that population-based training draws a new value of a setting instead of varying it."""
 
 _FIXED = ("algorithm_config.policy_kwargs", "algorithm_config.n_steps", "algorithm_config.buffer_size")
-"""Settings on which networks or buffers depend: a trial keeps them, or takes all of them from a better one."""
+"""Settings on which networks or buffers depend. A trial keeps them all, or copies them all from a better trial."""
 
 _QUIET = {
     "TUNE_DISABLE_AUTO_CALLBACK_LOGGERS": "1",
@@ -62,21 +62,21 @@ def tune_on_ray(
     on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
     on_progress: Callable[[int, int, Progress], None] | None = None,
 ) -> StudyResult:
-    """Search until the study has its number of trials, with as many trials side by side as the cluster has room for.
+    """Run trials in parallel, as many as the cluster has room for, until the study is complete.
 
-    The pruner ``halving`` is ASHA, ``hyperband`` is ASHA with several brackets, ``median`` is the median stopping rule, and
-    ``population`` is population-based training. If the command was interrupted, the trials that were running continue
-    from their checkpoints.
+    The pruner ``halving`` is ASHA, ``hyperband`` is ASHA with several brackets, ``median`` is the median stopping
+    rule, and ``population`` is population-based training. After an interruption, unfinished trials continue from their
+    checkpoints.
 
     Args:
         runner: The runner with its options.
-        search: What is searched, and how.
+        search: The search with its settings.
         on_trial: Called after each trial.
         on_progress: Called with the number of a trial, the index of its seed and the progress of that run.
 
     Raises:
-        RunBusyError: Another process works on the study with this runner.
-        ConfigurationError: A setting cannot be used, or the cluster cannot run the trials.
+        RunBusyError: Another process uses the study with this runner.
+        ConfigurationError: A setting is invalid, or the cluster cannot run the trials.
     """
     session = Session(search)
     if search.pruner == "population" and search.seeds > 1:
@@ -126,7 +126,7 @@ def tune_on_ray(
 
 
 def _portable(session: Session) -> Search:
-    """Return the search with all settings in one file in the study's folder, which every node sees."""
+    """Return the search with all settings in one file in the study's folder, to which every node has access."""
     path = session.folder.absolute() / "base.yaml"
     write_text(path, dump_yaml(plain(session.base.model_dump(), for_yaml=True)))
     return replace(session.search, file=path, flags={}, settings=(), space=None, folder=None, storage=None)
@@ -137,7 +137,7 @@ def _name(trial: Any) -> str:
 
 
 def _population(trials: StudyTrials) -> dict[str, Any]:
-    """Return the members of the population: Ray's population-based training draws no settings from a study itself."""
+    """Return the members of the population, because Ray's population-based training does not use a searcher."""
     members = list(iter(trials.next, None))
     return tune.grid_search(members)
 
@@ -156,13 +156,13 @@ def _scheduler(session: Session) -> TrialScheduler:
             perturbation_interval=REPORTS // 5,
             custom_explore_fn=partial(_explore, session.space),
             log_config=False,
-            require_attrs=False,  # a trial that failed reports its error alone
+            require_attrs=False,  # failed trials report only their error
         )
     return FIFOScheduler()
 
 
 def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
-    """Vary the settings that a trial takes over from a better one."""
+    """Vary the settings that a trial copies from a better one."""
     rng, settings = np.random.default_rng(), dict(config["settings"])
     for key, dimension in space.items():
         if key.startswith("algorithm_config.") and not key.startswith(_FIXED):
@@ -173,7 +173,7 @@ def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _quiet_tune() -> Iterator[None]:
-    """Keep Ray Tune from writing event files and messages, and from catching Ctrl-C."""
+    """Prevent Ray Tune from writing event files and messages, and from handling Ctrl-C."""
     added = {name: value for name, value in _QUIET.items() if name not in os.environ}
     os.environ.update(added)
     try:

@@ -25,12 +25,12 @@ _LOG_2_PI = 1.8378770664093453
 class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetworkAPI):
     """A policy network and a value network for flat observations.
 
-    Actions are numbers of which [−1, 1] are the bounds of the action space, or choices that count from 0.
+    Continuous actions are in [−1, 1], scaled to the bounds of the action space. Discrete actions count from 0.
 
     Attributes:
-        actor: From observations (batch, k) to means and log deviations, or to scores of choices.
-        critic: From observations to values (batch, 1).
-        target_actor: Earlier weights of the actor, which only APPO uses.
+        actor: Network from observations (batch, k) to means and log deviations, or to scores of choices.
+        critic: Network from observations (batch, k) to values (batch, 1).
+        target_actor: Copy of the actor with earlier weights; only APPO uses it.
     """
 
     def setup(self) -> None:
@@ -51,7 +51,7 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
 
     @property
     def is_discrete(self) -> bool:
-        """Whether actions are choices."""
+        """Whether actions are discrete."""
         return isinstance(self.action_space, spaces.Discrete)
 
     @property
@@ -90,7 +90,7 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
         return values
 
     def make_target_networks(self) -> None:
-        """Copy the actor."""
+        """Create the copy of the actor."""
         self.target_actor = make_target_network(self.actor)
 
     def get_target_network_pairs(self) -> list[tuple[nn.Module, nn.Module]]:
@@ -98,7 +98,7 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
         return [(self.actor, self.target_actor)]
 
     def forward_target(self, batch: dict[str, Any]) -> dict[str, Any]:
-        """Return what the copy of the actor computes."""
+        """Return the outputs of the actor's copy."""
         return {TARGET_NETWORK_ACTION_DIST_INPUTS: self.target_actor(batch[Columns.OBS])}
 
     def get_non_inference_attributes(self) -> list[str]:

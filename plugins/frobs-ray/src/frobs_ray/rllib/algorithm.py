@@ -1,4 +1,4 @@
-"""What all algorithms of RLlib have in common."""
+"""The base class of all algorithms of RLlib."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ from frobs_ray.rllib.spaces import FlatSpaces
 from frobs_ray.rllib.training import Training
 
 FORMAT = 1
-"""Of the files that :meth:`RLlibAlgorithm.save` writes."""
+"""Version of the file format that :meth:`RLlibAlgorithm.save` writes."""
 
 
 class RLlibAlgorithm(Algorithm):
-    """Base class; a subclass names its settings and configures RLlib.
+    """Base class; a subclass sets its settings and configures RLlib.
 
-    The networks live in this process, so a prediction needs no Ray. RLlib's own algorithm exists during :meth:`train`
-    only.
+    The networks live in this process, so predictions do not require Ray. RLlib's own algorithm object exists only
+    during :meth:`train`.
 
     Attributes:
-        name: Name in the record.
-        config_model: Accepted settings.
-        module_class: RLlib's module.
+        name: Name in the algorithm's record.
+        config_model: Model of the accepted settings.
+        module_class: RLlib's module class.
         module: The networks.
         spaces: Conversion between the environment and the networks.
         env: The environment; None: the algorithm only predicts.
-        steps: Environment steps that were trained for.
-        learning: State of the optimizers when the last training ended.
+        steps: Number of environment steps in training so far.
+        learning: State of the optimizers at the end of the last call of :meth:`train`.
     """
 
     name: ClassVar[str]
@@ -63,7 +63,7 @@ class RLlibAlgorithm(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Check settings and fill in the defaults."""
+        """Validate settings and add the defaults."""
         return cls._settings(config).model_dump(mode="json")
 
     @property
@@ -73,19 +73,19 @@ class RLlibAlgorithm(Algorithm):
 
     @property
     def seed(self) -> int:
-        """The seed of the training."""
+        """The seed of the training run."""
         return self._seed
 
     @abstractmethod
     def rllib_config(self, steps: int) -> AlgorithmConfig:
-        """Return RLlib's configuration of the algorithm, without that of the environments.
+        """Return RLlib's configuration of the algorithm, except that of the environments.
 
         Args:
-            steps: Environment steps at the end of the training.
+            steps: Number of environment steps at the end of training.
         """
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Learn until ``steps`` environment steps were taken."""
+        """Train until ``steps`` environment steps were taken."""
         if self.env is None:
             raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
         if self.steps >= steps:
@@ -117,7 +117,7 @@ class RLlibAlgorithm(Algorithm):
         storage.write_arrays(folder / "learning.npz", self.learning)
 
     def save_policy(self, folder: Path) -> None:
-        """Write what predicts: ``algorithm.json`` and the networks."""
+        """Write the policy only: ``algorithm.json`` and the networks."""
         storage.write_json(
             folder / "algorithm.json",
             {
@@ -136,7 +136,7 @@ class RLlibAlgorithm(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote; with an environment, to continue training from there in new episodes."""
+        """Read a folder that :meth:`save` wrote; with an environment, training can continue in new episodes."""
         saved = storage.read_json(folder / "algorithm.json")
         if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
             raise CheckpointError(
@@ -165,7 +165,7 @@ class RLlibAlgorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # its tracer is heavy
+        from frobs_algos_sb3.onnx import export_graph  # deferred: importing the tracer is slow
         from frobs_ray.rllib.onnx import policy_graph
 
         return export_graph(lambda: policy_graph(self.module, self.observation_space, self.action_space))
@@ -226,7 +226,7 @@ class RLlibAlgorithm(Algorithm):
 
 
 def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return what the observation terms suggest to multiply a flat observation by, or None."""
+    """Return the factors for a flat observation that the observation terms suggest, or None."""
     scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None

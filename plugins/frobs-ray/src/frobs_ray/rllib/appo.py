@@ -17,11 +17,11 @@ class APPOConfig(OnPolicyConfig):
     """Settings of APPO; the defaults are those of RLlib.
 
     Attributes:
-        batch_size: Control steps in a gradient step: a multiple of ``n_steps`` × environments of a runner.
+        batch_size: Control steps per gradient step, a multiple of ``n_steps`` × environments per runner.
         tau: Share of the new weights in an update of the target network.
-        target_update_interval: Updates of the target network are this many fillings of the buffer apart.
-        buffer_batches: Number of batches that are kept for further gradient steps.
-        buffer_passes: How often each batch is used.
+        target_update_interval: Number of times that the buffer is filled between updates of the target network.
+        buffer_batches: Number of batches that are stored for further gradient steps.
+        buffer_passes: Number of times that each batch is used.
     """
 
     learning_rate: Schedule = 5e-4
@@ -37,7 +37,7 @@ class APPOConfig(OnPolicyConfig):
 
 
 class RLlibAPPO(RLlibAlgorithm):
-    """Asynchronous PPO (Luo et al. 2020): it learns while the environments run."""
+    """Asynchronous PPO (Luo et al. 2020): it trains while the environments run."""
 
     name: ClassVar[str] = "rllib_appo"
     config_model: ClassVar[type[RLlibConfig]] = APPOConfig

@@ -1,4 +1,4 @@
-"""Settings that the algorithms of RLlib share; names and meanings are those of the torch family."""
+"""Settings that the algorithms of RLlib share, with the names and meanings of the torch family."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class NetworkConfig(Settings):
 
 
 class ActorCriticConfig(NetworkConfig):
-    """Settings of the networks of PPO and APPO: one for the policy and one for the values.
+    """Settings of the networks of PPO and APPO: one network for the policy and one for the values.
 
     Attributes:
         net_arch: Widths of the hidden layers of both networks.
@@ -44,14 +44,14 @@ class RLlibConfig(Settings):
     Attributes:
         learning_rate: Learning rate of every optimizer.
         gamma: Discount per control step.
-        scale_observation: Whether observations are multiplied by the scale that the task suggests.
-        torch_threads: Threads of PyTorch in the process that learns.
-        num_env_runners: Processes that step environments, on any node of the cluster. They share the ``num_envs`` of the
-            run evenly. 0: this process steps the environments.
-        cpus_per_env_runner: Processors that Ray reserves for each of these processes, which are also the threads of its
+        scale_observation: Whether to multiply observations by the scale that the task suggests.
+        torch_threads: Number of PyTorch's threads in the process that trains.
+        num_env_runners: Number of processes that step environments, on any node of the cluster. They share the
+            ``num_envs`` of the run evenly. 0: this process steps the environments.
+        cpus_per_env_runner: Number of processors that Ray reserves for each of these processes, and of threads of its
             simulator.
-        ray_address: ``host:port`` of the head node of a Ray cluster, or ``auto``: the cluster that runs on this machine.
-            None: a cluster on this machine, only for this run.
+        ray_address: ``host:port`` of the head node of a Ray cluster, or ``auto`` for the cluster that is running on
+            this machine. None: start a cluster on this machine for this run only.
     """
 
     learning_rate: Schedule = 3e-4
@@ -63,11 +63,11 @@ class RLlibConfig(Settings):
     ray_address: Annotated[str, Field(min_length=1)] | None = None
 
     def rates(self, done: int, total: int) -> float | list[list[float]]:
-        """Return the learning rate as RLlib expects it.
+        """Return the learning rate in RLlib's format.
 
         Args:
-            done: Environment steps before this training begins.
-            total: Environment steps at its end.
+            done: Number of environment steps before this call of ``train``.
+            total: Number of environment steps at its end.
 
         Returns:
             The rate, or points of a linear schedule: pairs of environment steps since the beginning and a rate.
@@ -82,8 +82,8 @@ class OnPolicyConfig(RLlibConfig):
     """Settings that PPO and APPO share.
 
     Attributes:
-        n_steps: Control steps of each environment in an iteration.
-        clip_range: Range of the ratio of probabilities that is not clipped, around 1.
+        n_steps: Control steps of each environment per iteration.
+        clip_range: Range around 1 in which the ratio of probabilities is not clipped.
         ent_coef: Weight of the entropy in the loss.
         vf_coef: Weight of the value loss.
         max_grad_norm: Norm to which gradients are clipped.

@@ -21,15 +21,15 @@ from frobs_ray.rllib.spaces import FlatSpaces
 from frobs_train import EnvironmentRecipe, EpisodeRecorder, FinishedEpisodes
 
 EPISODES = "frobs_episodes"
-"""Key of the metrics with the finished episodes."""
+"""Key of the finished episodes in the metrics."""
 
 Array = np.ndarray[Any, Any]
 
 
 class VectorEnvRunner(SingleAgentEnvRunner):
-    """Steps many environments at once, and returns pieces of their episodes.
+    """Steps many environments at once, and returns fragments of their episodes.
 
-    All environments of a runner are one batch, for which the policy is evaluated once per step. RLlib's own runner keeps
+    All environments of a runner form one batch, so the policy is evaluated once per step. RLlib's own runner stores
     its environments in a list and expects next-step autoreset.
 
     ``env_config`` of RLlib's configuration has these keys:
@@ -40,17 +40,17 @@ class VectorEnvRunner(SingleAgentEnvRunner):
     - ``random_steps``: steps of each environment with random actions at the beginning.
 
     Attributes:
-        given: Environment that a new runner of this process uses; None: it makes one. RLlib's configuration is copied and
-            sent to other processes, so the environment cannot be in it.
-        problem: What went wrong in the environment of this runner; empty: nothing.
+        given: Environment that a new runner in this process uses; None: the runner creates one. RLlib copies its
+            configuration and sends it to other processes, so it cannot contain the environment.
+        problem: Message about an error in the environment of this runner; empty if there is none.
     """
 
     given: ClassVar[gym.vector.VectorEnv[Any, Any, Any] | None] = None
     problem: str = ""
-    _own: bool = False  # whether this runner made its environment
+    _own: bool = False  # whether this runner created its environment
 
     def make_env(self) -> None:
-        """Make the environment, and the generators of this runner."""
+        """Create the environment, and the random number generators of this runner."""
         config = self.config.env_config
         self._spaces: FlatSpaces = config["spaces"]
         self._random_steps: int = config["random_steps"]
@@ -59,7 +59,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         self._own = self.given is None
         self.env: Any = self.given if self.given is not None else self._make()
         if self._own and ray.get_runtime_context().was_current_actor_reconstructed:
-            seeds.append(secrets.randbits(31))  # the same numbers again would repeat the same episodes
+            seeds.append(secrets.randbits(31))  # new seeds, because old ones would repeat the same episodes
         sequence = np.random.SeedSequence(seeds)
         env_seed, action_seed, random_seed = (int(number) for number in sequence.generate_state(3) >> 1)
         self._env_seed = env_seed if self._own else None
@@ -69,18 +69,18 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         self._needs_initial_reset = True
 
     def _make(self) -> EpisodeRecorder | None:
-        """Return a new environment; None: it cannot be made, and :attr:`problem` says why."""
+        """Return a new environment, or None if this fails; :attr:`problem` then contains the reason."""
         th.set_num_threads(1)
         recipe: EnvironmentRecipe = self.config.env_config["recipe"]
         try:
             env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
-        except Exception as error:  # the algorithm asks for it: RLlib would only restart the runner
+        except Exception as error:  # the algorithm reads it later; RLlib would only restart the runner
             self.problem = f"{type(error).__name__}: {error}"
             return None
         return EpisodeRecorder(env, self._finished.append)
 
     def get_spaces(self) -> dict[str, Any]:
-        """Return the spaces of the networks under RLlib's keys."""
+        """Return the spaces of the networks, by RLlib's keys."""
         spaces: FlatSpaces = self.config.env_config["spaces"]
         pair = (spaces.observation, spaces.action)
         return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
@@ -97,14 +97,14 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         """Take steps with actions drawn from the policy.
 
         Args:
-            num_timesteps: Steps over all environments; None: as RLlib's configuration says.
+            num_timesteps: Number of steps over all environments; None: the number in RLlib's configuration.
             num_episodes: Not supported.
             explore: Not supported: actions are always drawn.
-            random_actions: Whether actions are drawn uniformly from the action space.
-            force_reset: Whether new episodes begin in all environments.
+            random_actions: Whether to draw actions uniformly from the action space.
+            force_reset: Whether to start new episodes in all environments.
 
         Returns:
-            A piece for each episode of each environment.
+            The fragments, one per episode and environment.
         """
         assert num_episodes is None
         if num_timesteps is None:
@@ -139,7 +139,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         return self.metrics.reduce()
 
     def stop(self) -> None:
-        """Close the environment, unless it was given."""
+        """Close the environment if this runner created it."""
         if self._own and self.env is not None:
             self.env.close()
 
@@ -155,7 +155,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         finals: dict[int, Array] = {}
         if (terminated | truncated).any():
             diverged = info["final_info"].get("frobs/diverged")
-            if diverged is not None:  # there is no state beyond whose value could be trusted
+            if diverged is not None:  # the physics diverged: do not bootstrap the final value
                 terminated = terminated | diverged
             for index in np.flatnonzero(terminated | truncated).tolist():
                 finals[index] = self._spaces.flatten_one(info["final_obs"][index])
@@ -170,7 +170,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
 
 
 def pack(finished: Sequence[FinishedEpisodes]) -> dict[str, Any]:
-    """Return finished episodes as few arrays: rewards, lengths, successes or None, and terms."""
+    """Return finished episodes as a few arrays: rewards, lengths, successes or None, and terms."""
     successes = [item.successes for item in finished if item.successes is not None]
     return {
         "rewards": np.concatenate([item.rewards for item in finished]),

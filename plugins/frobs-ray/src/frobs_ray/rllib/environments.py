@@ -1,4 +1,4 @@
-"""How an environment of this process is made again elsewhere."""
+"""Recipes for creating an environment of this process again in other processes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _OF_THE_VECTOR = ("num_envs", "vectorization_mode", "vector_kwargs")
 """Arguments of ``gymnasium.make_vec`` that it adds to the keywords of the specification."""
 
 _ADAPTING = ("NormalizeObservation", "NormalizeReward")
-"""Wrappers whose statistics would differ between the runners, and from those of the evaluation."""
+"""Wrappers whose statistics would differ between runners, and from those in the evaluation."""
 
 
 def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
-    """Return how to make the environments of a training again.
+    """Return the recipe for the environments of a training run.
 
-    A run says how its environments were made. Otherwise the specification of Gymnasium is used, which contains the ID and
-    the keywords, but no wrappers.
+    A run provides the recipe of its environments. Other environments must have a Gymnasium specification, which
+    contains the ID and the keywords, but no wrappers.
 
     Raises:
         EnvironmentCopyError: A wrapper or callback would be lost, or the environment has no Gymnasium ID.
@@ -57,7 +57,7 @@ _USE_A_RUN = "list it under 'wrappers' in the configuration of a run"
 
 
 def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:
-    """Return the keywords with which an environment was made."""
+    """Return the keywords with which an environment was created."""
     registered = gym.spec(spec.id).kwargs
     return {
         key: value

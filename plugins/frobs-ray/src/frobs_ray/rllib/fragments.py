@@ -1,4 +1,4 @@
-"""Steps of many environments, cut into RLlib's episodes."""
+"""Conversion of steps of many environments to RLlib's episodes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ray.rllib.env.utils.infinite_lookback_buffer import InfiniteLookbackBuffer
 
 Array = np.ndarray[Any, Any]
 _NOTHING: dict[str, Any] = {}
-"""Info of every step: shared, because nothing reads or writes it."""
+"""Info of every step. It is shared, because it is neither read nor written."""
 
 
 class Fragments:
-    """Collects steps of all environments as arrays, and cuts them into pieces of episodes.
+    """Collects steps of all environments as arrays, and splits them into fragments of episodes.
 
     Args:
-        steps: Steps of each environment, T.
-        observation: (num_envs, k) float32, before the first step.
-        action_space: Space of the networks' actions.
+        steps: Number of steps of each environment, T.
+        observation: (num_envs, k) float32 observations before the first step.
+        action_space: Action space of the networks.
     """
 
     def __init__(self, steps: int, observation: Array, action_space: gym.Space[Any]) -> None:
@@ -49,12 +49,12 @@ class Fragments:
         """Add a step.
 
         Args:
-            columns: Actions, and whatever else the module returned with them, (num_envs, …).
-            observation: (num_envs, k), of new episodes where episodes ended.
-            rewards: (num_envs,).
-            terminated: (num_envs,) bool.
-            truncated: (num_envs,) bool.
-            finals: Last observations (k,) of the episodes that ended, by the number of the environment.
+            columns: Actions and all other outputs of the module, (num_envs, …).
+            observation: (num_envs, k) observations; where an episode ended, the first of the next one.
+            rewards: (num_envs,) rewards.
+            terminated: (num_envs,) bool, True where the task ended.
+            truncated: (num_envs,) bool, True where the episode was cut off.
+            finals: Last observations (k,) of episodes that ended, by the index of the environment.
         """
         step = self._taken
         for name, values in columns.items():
@@ -69,7 +69,7 @@ class Fragments:
         self._taken += 1
 
     def episodes(self) -> list[SingleAgentEpisode]:
-        """Return the pieces, environment by environment."""
+        """Return the fragments, ordered by environment."""
         found = []
         last = self._taken - 1
         for env in range(self._observations.shape[1]):

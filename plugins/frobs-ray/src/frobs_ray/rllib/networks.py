@@ -1,4 +1,4 @@
-"""Networks that RLlib's modules consist of."""
+"""Building blocks of the networks in RLlib's modules."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ class Scale(nn.Module):
         self.register_buffer("scale", th.tensor(scale, dtype=th.float32))
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
-        """Scale."""
+        """Return the scaled observations."""
         assert isinstance(self.scale, th.Tensor)
         return observation * self.scale
 
 
 class GaussianActor(nn.Module):
-    """From observations to the inputs of a distribution: means and one trained logarithm of the deviation per action.
+    """Network from observations to a distribution's inputs: means, and one trained log deviation per action component.
 
     Args:
-        body: From an observation to means (batch, n).
+        body: Network from observations to means (batch, n).
         size: n, the number of action components.
         log_std: Initial logarithm of the standard deviation.
     """
@@ -44,7 +44,7 @@ class GaussianActor(nn.Module):
 
 
 def hidden_layers(inputs: int, widths: Sequence[int], activation: str) -> tuple[list[nn.Module], int]:
-    """Return linear layers with activations, and the width of the last one."""
+    """Return linear layers with activations, and the width of the last layer."""
     layers: list[nn.Module] = []
     for width in widths:
         layers += [nn.Linear(inputs, width), getattr(nn, ACTIVATIONS[activation])()]
@@ -53,7 +53,7 @@ def hidden_layers(inputs: int, widths: Sequence[int], activation: str) -> tuple[
 
 
 def orthogonal(network: nn.Module, last_gain: float) -> None:
-    """Initialize linear layers with orthogonal matrices and zero biases; ``last_gain`` is that of the last layer."""
+    """Initialize linear layers with orthogonal matrices and zero biases; ``last_gain`` scales the last layer."""
     layers = [layer for layer in network.modules() if isinstance(layer, nn.Linear)]
     for layer in layers:
         nn.init.orthogonal_(layer.weight, last_gain if layer is layers[-1] else 2.0**0.5)

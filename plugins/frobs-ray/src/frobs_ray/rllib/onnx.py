@@ -1,4 +1,4 @@
-"""Policies of RLlib as PyTorch modules, which the torch family turns into ONNX graphs."""
+"""Policies of RLlib as PyTorch modules, which the torch family exports as ONNX graphs."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def policy_graph(module: Any, observation: gym.Space[Any], action: gym.Space[Any
     """Return a deterministic policy as a module.
 
     Args:
-        module: RLlib's module.
-        observation: Space of one environment.
-        action: Space of one environment.
+        module: RLlib's module with the networks.
+        observation: Observation space of one environment.
+        action: Action space of one environment.
     """
     parts = observation.spaces if isinstance(observation, spaces.Dict) else {"": observation}
     inputs = {key: ObservationInput(part, part, None, key) for key, part in parts.items()}
@@ -28,7 +28,7 @@ def policy_graph(module: Any, observation: gym.Space[Any], action: gym.Space[Any
 
 
 class _Joined(nn.Module):
-    """Joins the parts of an observation, and gives them to a network."""
+    """Joins the parts of an observation, and passes them to a network."""
 
     def __init__(self, network: nn.Module, joins: bool) -> None:
         super().__init__()

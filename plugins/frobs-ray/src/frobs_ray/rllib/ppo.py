@@ -16,14 +16,14 @@ from frobs_ray.rllib.config import OnPolicyConfig, RLlibConfig
 class PPOConfig(OnPolicyConfig):
     """Settings of PPO; the defaults are those of the torch family.
 
-    RLlib scales advantages over a whole iteration, not over each batch, and ends no iteration early.
+    RLlib normalizes advantages over a whole iteration instead of each batch, and never ends an iteration early.
 
     Attributes:
         gae_lambda: Weight between one-step advantages (0) and whole returns (1).
-        batch_size: Control steps in a gradient step.
+        batch_size: Control steps per gradient step.
         n_epochs: Number of passes over the steps of an iteration.
-        kl_coeff: Initial weight of the divergence between old and new policy in the loss; 0: no penalty.
-        kl_target: Divergence to which the weight adapts.
+        kl_coeff: Initial weight of the divergence between the old and new policy in the loss; 0: no penalty.
+        kl_target: Divergence to which this weight adapts.
     """
 
     gae_lambda: Fraction = 0.95

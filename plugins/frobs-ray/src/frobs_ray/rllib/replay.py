@@ -1,4 +1,4 @@
-"""A replay buffer of arrays, in the place of RLlib's buffer of episodes."""
+"""A replay buffer of arrays that replaces RLlib's buffer of episodes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = np.ndarray[Any, Any]
 
 
 class Transitions(dict[str, Array]):
-    """Sampled transitions by RLlib's columns; its length is their number."""
+    """Sampled transitions by RLlib's column names; the length is the number of transitions."""
 
     def __len__(self) -> int:
         """Return the number of transitions."""
@@ -23,13 +23,13 @@ class Transitions(dict[str, Array]):
 
 
 class ReplayBuffer(ReplayBufferInterface):
-    """Keeps the last transitions, and draws from them uniformly.
+    """Stores the last transitions, and samples from them uniformly.
 
-    RLlib's buffer handles every transition of a batch on its own in Python; this one indexes arrays.
+    RLlib's buffer processes each transition of a batch separately in Python; this buffer indexes arrays.
 
     Args:
-        capacity: Number of transitions that are kept.
-        seed: Seed of the draws.
+        capacity: Maximum number of transitions.
+        seed: Seed of the samples.
     """
 
     def __init__(self, capacity: int, seed: int) -> None:
@@ -44,7 +44,7 @@ class ReplayBuffer(ReplayBufferInterface):
         return self._size
 
     def add(self, batch: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
-        """Add the steps of pieces of episodes."""
+        """Add the steps of fragments of episodes."""
         episodes = batch
         terminated = [np.zeros(len(episode), np.bool_) for episode in episodes]
         for ends, episode in zip(terminated, episodes, strict=True):
@@ -77,14 +77,14 @@ class ReplayBuffer(ReplayBufferInterface):
         return [found]
 
     def get_metrics(self) -> Any:
-        """Return no metrics, in RLlib's form."""
+        """Return empty metrics in RLlib's format."""
         return self._metrics.reduce()
 
     def update_priorities(self, *args: Any, **kwargs: Any) -> None:
-        """Ignore priorities: draws are uniform."""
+        """Ignore priorities, because samples are uniform."""
 
     def get_state(self) -> dict[str, Any]:
-        """Return nothing: a new training fills a new buffer."""
+        """Return an empty state: further training fills a new buffer."""
         return {}
 
     def set_state(self, state: dict[str, Any]) -> None:

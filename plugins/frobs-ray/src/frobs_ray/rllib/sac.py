@@ -22,17 +22,18 @@ from frobs_ray.rllib.soft_actor_critic import SoftActorCritic
 class SACConfig(RLlibConfig):
     """Settings of SAC; the defaults are those of the torch family.
 
-    RLlib's value loss is Huber's, not the mean square.
+    RLlib's value loss is the Huber loss, not the mean square error.
 
     Attributes:
         buffer_size: Number of steps that the replay buffer holds, over all environments.
-        learning_starts: Steps with random actions before learning, over all environments. A continued training collects as
-            many with its policy instead.
-        batch_size: Steps in a gradient step.
+        learning_starts: Steps with random actions before learning, over all environments. When training continues, the
+            same number of steps is collected with the policy instead.
+        batch_size: Steps per gradient step.
         train_freq: Control steps of every environment between two rounds of learning.
-        gradient_steps: Gradient steps in a round of learning; −1: as many as steps were collected, over all environments.
+        gradient_steps: Gradient steps per round of learning; −1: as many as steps were collected, over all
+            environments.
         tau: Share of the new weights in an update of the target networks.
-        ent_coef: Weight of the entropy, positive; ``auto``: learned, starting at 1; ``auto_0.1``: learned, starting at 0.1.
+        ent_coef: Positive weight of the entropy; ``auto``: learned, starts at 1; ``auto_0.1``: learned, starts at 0.1.
         target_entropy: Entropy for which the weight is learned; ``auto``: minus the number of action components.
         policy_kwargs: Settings of the networks.
     """
@@ -56,14 +57,14 @@ class SACConfig(RLlibConfig):
         return self
 
     def temperature(self) -> float:
-        """Return the entropy weight at the beginning."""
+        """Return the initial weight of the entropy."""
         if isinstance(self.ent_coef, str):
             return float(self.ent_coef.removeprefix("auto").removeprefix("_") or 1.0)
         return self.ent_coef
 
 
 class _Learner(SACTorchLearner):
-    """RLlib's learner, which makes its batches of arrays."""
+    """RLlib's learner with batches that consist of arrays."""
 
     def _make_batch_if_necessary(self, training_data: Any) -> MultiAgentBatch:
         transitions: Transitions = training_data.episodes[0]
@@ -95,7 +96,7 @@ class RLlibSAC(RLlibAlgorithm):
         collected = settings.train_freq * self.env.num_envs
         updates = collected if settings.gradient_steps < 0 else settings.gradient_steps
         runners = settings.num_env_runners
-        # RLlib compares the steps of gradient steps with those of a round of runners, and counts one runner more.
+        # RLlib compares the steps of gradient steps with those of a round of runners, and counts one runner too many.
         counted = settings.train_freq * (self.env.num_envs // max(runners, 1)) * (runners + 1)
         config = sac.SACConfig(algo_class=_SAC)
         config.training(
@@ -120,4 +121,4 @@ class RLlibSAC(RLlibAlgorithm):
 
 
 _STEPS = 64
-"""Environment steps of an iteration at least: each has costs of its own."""
+"""Minimum number of environment steps per iteration, because each iteration has fixed costs."""

@@ -19,7 +19,7 @@ _LOG_STD = (-20.0, 2.0)  # bounds, as in the paper's implementation
 
 
 class _Encoder(nn.Module):
-    """Hidden layers of a network for scaled observations, joined with actions if the batch has them."""
+    """Hidden layers for scaled observations, joined with actions if the batch contains them."""
 
     def __init__(self, scale: list[float], actions: int, widths: list[int], activation: str) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class _Encoder(nn.Module):
         self.joins = actions > 0
 
     def forward(self, batch: dict[str, th.Tensor]) -> dict[str, th.Tensor]:
-        """Return the last hidden layer under RLlib's key."""
+        """Return the output of the last hidden layer, by RLlib's key."""
         inputs = self.scale(batch[Columns.OBS])
         if self.joins:
             inputs = th.cat([inputs, batch[Columns.ACTIONS]], dim=-1)
@@ -37,10 +37,10 @@ class _Encoder(nn.Module):
 
 
 class _SquashedHead(nn.Linear):
-    """Means and bounded log deviations."""
+    """Output layer for means and bounded log deviations."""
 
     def forward(self, input: th.Tensor) -> th.Tensor:
-        """Return (batch, 2 n)."""
+        """Return means and log deviations, (batch, 2 n)."""
         mean, log_std = super().forward(input).chunk(2, dim=-1)
         return th.cat([mean, log_std.clamp(*_LOG_STD)], dim=-1)
 
@@ -50,7 +50,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.pop("catalog_class", None)
-        TorchRLModule.__init__(self, *args, **kwargs)  # without RLlib's catalog of networks
+        TorchRLModule.__init__(self, *args, **kwargs)  # skip RLlib's catalog of networks
 
     def setup(self) -> None:
         """Build the networks, in the parts that RLlib's SAC expects."""
@@ -88,7 +88,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
 
 class _Mode(nn.Module):
-    """The mean of the policy, squashed."""
+    """The mean of the policy's actions, squashed to [−1, 1]."""
 
     def __init__(self, module: SoftActorCritic) -> None:
         super().__init__()

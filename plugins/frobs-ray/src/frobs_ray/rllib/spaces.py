@@ -1,4 +1,4 @@
-"""Observations and actions as the networks see them: flat floats, and numbers in [−1, 1] or choices from 0."""
+"""Conversion of observations to flat floats, and of actions to numbers in [−1, 1] or choices that count from 0."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class FlatSpaces:
     Args:
         observation: Space of one environment: a Box of numbers, or a Dict of these.
         action: Space of one environment: a bounded Box, or Discrete.
-        algorithm: Name of the algorithm, for errors.
+        algorithm: Name of the algorithm, for error messages.
 
     Attributes:
-        observation: One flat Box of float32.
-        action: A flat Box in [−1, 1], or Discrete from 0.
+        observation: Observation space of the networks: one flat Box of float32.
+        action: Action space of the networks: a flat Box in [−1, 1], or Discrete from 0.
 
     Raises:
-        IncompatibleSpaceError: A space has another type.
+        IncompatibleSpaceError: The type of a space is not supported.
     """
 
     def __init__(self, observation: gym.Space[Any], action: gym.Space[Any], algorithm: str) -> None:
@@ -59,7 +59,7 @@ class FlatSpaces:
         self.action = spaces.Box(-1.0, 1.0, (int(np.prod(action.shape)),), np.float32)
 
     def flatten(self, observation: Observation) -> Floats32:
-        """Return a batch of observations as floats, (batch, k), in memory of its own."""
+        """Return a batch of observations as floats, (batch, k), in newly allocated memory."""
         if self._keys is None:
             parts = [np.asarray(observation)]
         else:
@@ -78,7 +78,7 @@ class FlatSpaces:
         return self.flatten(batch).ravel()
 
     def to_env(self, action: np.ndarray[Any, Any]) -> Action:
-        """Return actions of the networks, (batch, n) or (batch,), as actions of the environment, clipped to the bounds."""
+        """Convert the networks' actions, (batch, n) or (batch,), to those of the environment, clipped to the bounds."""
         if isinstance(self.action, spaces.Discrete):
             return action + self._start
         unit = action.reshape(-1, *self._low.shape)

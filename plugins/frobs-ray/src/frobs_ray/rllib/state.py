@@ -1,4 +1,4 @@
-"""What an algorithm has learned, as plain arrays: no file of a checkpoint holds Python objects."""
+"""The learned state of an algorithm as plain arrays, so that no checkpoint contains Python objects."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def weights(module: nn.Module) -> Arrays:
 
 
 def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Set the parameters and constants of a network; networks that it does not have yet are left out.
+    """Set the parameters and constants of a network; networks that do not exist yet are skipped.
 
     Raises:
-        CheckpointError: The arrays are those of another network.
+        CheckpointError: The arrays belong to another network.
     """
     own = module.state_dict()
     fitting = {name: th.from_numpy(np.array(array)) for name, array in arrays.items() if name in own}
@@ -35,7 +35,7 @@ def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]
 
 
 def learning(learner: Any) -> Arrays:
-    """Return the optimizers of a learner, and its coefficients that are learned or adapted."""
+    """Return the state of a learner's optimizers, and its learned or adapted coefficients."""
     found: Arrays = {}
     for name, optimizer in learner.get_optimizers_for_module(DEFAULT_MODULE_ID):
         for index, values in optimizer.state_dict()["state"].items():
@@ -47,10 +47,10 @@ def learning(learner: Any) -> Arrays:
 
 
 def restore_learning(learner: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Set what :func:`learning` returned.
+    """Restore the state that :func:`learning` returned.
 
     Raises:
-        CheckpointError: The arrays are those of another learner.
+        CheckpointError: The arrays belong to another learner.
     """
     with th.no_grad():
         for name, value in _coefficients(learner).items():
@@ -79,7 +79,7 @@ def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, 
 
 
 def _coefficients(learner: Any) -> dict[str, Any]:
-    """Return the temperature of SAC and the weight of PPO's divergence penalty, where the learner has them."""
+    """Return the temperature of SAC and the weight of PPO's divergence penalty, if the learner has them."""
     found: dict[str, Callable[[], Any]] = {
         "log_alpha": lambda: learner.curr_log_alpha[DEFAULT_MODULE_ID],
         "kl_coeff": lambda: learner.curr_kl_coeffs_per_module[DEFAULT_MODULE_ID],

@@ -1,4 +1,4 @@
-"""A training: RLlib's algorithm from its construction to its end, and the reports to the run's monitor."""
+"""A training run: RLlib's algorithm from construction to end, with reports to the run's monitor."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("frobs")
 
-_PATIENCE = 600.0  # [s] without a working environment runner after which a training ends
+_PATIENCE = 600.0  # [s] without a working environment runner before training ends
 _PAUSE = 0.1  # [s] between attempts while there is none
-_PROBE = 1.0  # [s] for an answer of an environment runner that failed
+_PROBE = 1.0  # [s] to wait for the answer of a failed environment runner
 _UNINTERESTING = ("num_", "last_target_update", "module_train_batch_size", "weights_seq_no")
 _NAMES = {
     "curr_entropy_coeff": "ent_coef",
@@ -45,7 +45,7 @@ _NAMES = {
     "vf_explained_var": "explained_variance",
     "vf_loss": "value_loss",
 }
-"""Names of the torch family for metrics of RLlib."""
+"""RLlib's metrics, with the names of the torch family."""
 
 
 class Training:
@@ -53,7 +53,7 @@ class Training:
 
     Args:
         owner: The algorithm.
-        env: Its environment.
+        env: Environment of the algorithm.
         monitor: The monitor of the run.
     """
 
@@ -66,19 +66,19 @@ class Training:
         self._working = -1
 
     def run(self, steps: int) -> None:
-        """Train until ``steps`` environment steps were taken, or the monitor ends it.
+        """Train until ``steps`` environment steps were taken or the monitor ends training.
 
         Raises:
-            ClusterConnectionError: There is no cluster at the address of the settings.
+            ClusterConnectionError: No cluster answers at the address in the settings.
             ClusterSizeError: The cluster has too few processors.
-            EnvironmentCopyError: Environment runners cannot make the environment.
-            EnvironmentRunnerError: No environment runner has worked for ten minutes, or one found an error in the
+            EnvironmentCopyError: Environment runners cannot create the environment.
+            EnvironmentRunnerError: No environment runner has worked for ten minutes, or one reported an error in the
                 environment.
         """
         owner = self._owner
         with ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
-            warnings.simplefilter("ignore")  # RLlib's warnings are about its own code
+            warnings.simplefilter("ignore")  # RLlib warns about its own code
             stack.enter_context(_without_tracebacks())
             stack.enter_context(self._cluster())
             seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
@@ -151,13 +151,13 @@ class Training:
         VectorEnvRunner.given = None if runners else self._env
         try:
             return config.build_algo(use_copy=False)
-        except (IndexError, RayError) as error:  # IndexError: RLlib found no runner that answers
+        except (IndexError, RayError) as error:  # IndexError: RLlib found no responding runner
             raise EnvironmentRunnerError(f"they cannot be started: {type(error).__name__}: {error}") from error
         finally:
             VectorEnvRunner.given = None
 
     def _begin(self, algorithm: Any, learner: Any) -> None:
-        """Give RLlib's algorithm the networks and optimizers, and everyone the same networks."""
+        """Copy the networks and optimizers to RLlib's algorithm, and the networks to all runners."""
         module = learner.module[DEFAULT_MODULE_ID].unwrapped()
         state.restore_weights(module, state.weights(self._owner.module))
         state.restore_learning(learner, self._owner.learning)
@@ -189,7 +189,7 @@ class Training:
         self._report()
 
     def _check_runners(self, group: Any) -> None:
-        """Report runners that failed; raise EnvironmentRunnerError if the cause is the environment, not the cluster."""
+        """Report failed runners; raise EnvironmentRunnerError if the environment, not the cluster, failed."""
         working = group.num_healthy_remote_workers()
         total = group.num_remote_workers()
         if working == total:
@@ -197,7 +197,7 @@ class Training:
                 _log.warning("All %d environment runners work again.", total)
             self._working = working
             return
-        group.probe_unhealthy_env_runners()  # those that answer tell why they failed
+        group.probe_unhealthy_env_runners()  # runners that answer report why they failed
         problems = group.foreach_env_runner(
             lambda runner: runner.problem, local_env_runner=False, timeout_seconds=_PROBE
         )
@@ -208,7 +208,7 @@ class Training:
         self._working = working
 
     def _take(self, results: dict[str, Any]) -> None:
-        """Take over steps, episodes and metrics of an iteration."""
+        """Add the steps, episodes and metrics of an iteration."""
         sampled = results.get(ENV_RUNNER_RESULTS, {})
         self._owner.steps = self._first + int(sampled.get(NUM_ENV_STEPS_SAMPLED_LIFETIME, 0))
         packed = sampled.get(EPISODES, [])
@@ -234,7 +234,7 @@ def _learner(algorithm: Any) -> Any:
 
 @contextmanager
 def _without_tracebacks() -> Iterator[None]:
-    """Hide what RLlib logs about runners that fail: :class:`Training` reports them in a line."""
+    """Hide RLlib's log entries about failed runners, which :class:`Training` reports in one line."""
     logger = logging.getLogger("ray.rllib.utils.actor_manager")
     before = logger.level
     logger.setLevel(logging.CRITICAL)
