@@ -1,7 +1,8 @@
 """Measure how the algorithms in PyTorch and in JAX learn to reach with the tuned settings.
 
-Reports steps, training time and success over seeds in ``docs/explanation/algorithms-measured.md``. Takes two hours on an
-idle machine with two cores. As with ``tasks.py``, finished seeds are kept, and ``--kept`` writes the page from them::
+Writes steps, training time and success over seeds to ``docs/explanation/algorithms-measured.md``. Takes two hours on
+an idle machine with two cores. As with ``tasks.py``, results of finished seeds are kept, and ``--kept`` writes the
+page from them::
 
     python tests/benchmarks/algorithms.py
     python tests/benchmarks/algorithms.py --only sac td3 --seeds 0
@@ -52,18 +53,18 @@ CASES = (
     Case(REACH, "dqn", controller="discrete"),
     Case(REACH, "sbx_dqn", controller="discrete"),
 )
-"""With a goal-conditioned ID the reward is sparse, and hindsight replay helps."""
+"""Cases of the table. Goal-conditioned IDs have sparse rewards, with which hindsight replay helps."""
 
 SUCCESS = 0.95
-"""What the worst seed must reach."""
+"""Minimum success of the worst seed."""
 
 
 def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> str:
     """Return the page.
 
     Args:
-        rows: What :func:`tasks.measure` found for each seed.
-        episodes: Of each evaluation.
+        rows: Results of :func:`tasks.measure`, one per seed.
+        episodes: Number of episodes per evaluation.
     """
     machines = sorted({row["machine"] for found in rows.values() for row in found})
     commits = sorted({row["commit"] for found in rows.values() for row in found})
@@ -102,9 +103,14 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--only", nargs="+", choices=sorted({case.algorithm for case in CASES}), help="algorithms")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=sorted({case.algorithm for case in CASES}),
+        help="measure only these algorithms; writes no page",
+    )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
-    parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was kept")
+    parser.add_argument("--kept", action="store_true", help="write the page from existing results")
     add_runner_options(parser)
     given = parser.parse_args()
     cases = [case for case in CASES if not given.only or case.algorithm in given.only]
@@ -120,7 +126,7 @@ def main() -> None:
             measure_as_jobs(open_runner(given), wanted, kept=KEPT, other_simulator=None)
         rows = {case: [measure(case, seed, kept=KEPT, other_simulator=None) for seed in given.seeds] for case in cases}
     page = report(rows, EPISODES)
-    if given.only:  # a part is no page
+    if given.only:  # write no page of a part of the results
         sys.stdout.write(page)
     else:
         PAGE.write_text(page, "utf-8")

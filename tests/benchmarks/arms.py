@@ -1,12 +1,12 @@
 """Measure how ten arms from public URDF files learn to reach, by tool actions and by joint actions.
 
-The files are those of the PyPI packages example-robot-data and pybullet. The script writes
-``docs/explanation/arms-measured.md``. It takes about an hour on an idle core::
+The URDF files come from the PyPI packages example-robot-data and pybullet. The script writes
+``docs/explanation/arms-measured.md`` and takes about an hour on an idle core::
 
     python tests/benchmarks/arms.py
 
-``arms_measured.json`` beside this script keeps each result, so that a run can be interrupted, split into several processes, and
-continued on another machine. ``--kept`` trains nothing and writes the page of these results::
+``arms_measured.json`` next to this script stores each result, so that a measurement can be interrupted, split into
+several processes, and continued on another machine. ``--kept`` writes the page from these results without training::
 
     python tests/benchmarks/arms.py --only UR10 "Franka Panda"
     python tests/benchmarks/arms.py --kept
@@ -39,12 +39,12 @@ PAGE = ROOT / "docs" / "explanation" / "arms-measured.md"
 RECORD = Path(__file__).with_name("arms_measured.json")
 ID = "frobs/Reach-v0"
 WANTED: Mapping[str, float] = {"tcp_delta_position": 0.9, "joint_delta_position": 0.85}
-"""The success that each arm must reach, by controller."""
+"""Minimum success of each arm, by controller."""
 _SHARED = (
     " The machine was shared: other programs ran at the same time, which lengthens it. Compare steps rather than times."
 )
 MINUTES = 5
-"""The processor time that a training run may take [min]."""
+"""Maximum processor time of a training run [min]."""
 _BENT = {"shoulder_lift_joint": -1.6, "elbow_joint": 1.6, "wrist_1_joint": -1.6, "wrist_2_joint": -1.6}
 ARMS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "Franka Panda": ("example-robot-data/panda_description/urdf/panda.urdf", {}),
@@ -58,9 +58,12 @@ ARMS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "Unitree Z1": ("example-robot-data/z1_description/urdf/z1.urdf", {}),
     "Kinova Jaco": ("example-robot-data/kinova_description/robots/kinova.urdf", {"control_timestep": 0.1}),
 }
-"""The file of each arm, and its keywords: the tool if the default link is not the tool; a home for the UR arms, whose joints
-at zero stretch them out along the floor; and longer steps for the Kinova Jaco, whose joints turn 1.3 rad in the usual 2 s of
-an episode."""
+"""The file of each arm, and its keywords.
+
+The keywords set the tool, if the default link is not the tool; a home for the UR arms, whose joints at zero stretch
+them out along the floor; and longer steps for the Kinova Jaco, whose joints turn 1.3 rad in the usual 2 s of an
+episode.
+"""
 
 
 def measure(
@@ -71,9 +74,9 @@ def measure(
     Args:
         controller: Controller of the environment.
         arm: A key of :data:`ARMS`.
-        episodes: Episodes of the evaluation.
-        steps: Steps of the training run; None: the tuned number.
-        record: The file of results.
+        episodes: Number of episodes of the evaluation.
+        steps: Number of steps of the training run; None: the tuned number.
+        record: File of the results.
 
     Returns:
         ``controller``, ``arm``, ``steps``, ``seconds`` of processor time of the training run, ``shared`` (whether other
@@ -100,7 +103,7 @@ def measure(
         "success_interval": found.success_interval,
         "commit": commit,
     }
-    _write([*_read(record), row], record)  # read again: another process may have added a row
+    _write([*_read(record), row], record)  # read again, because another process may have added a row
     return row
 
 
@@ -170,13 +173,13 @@ def _settings(keywords: Mapping[str, Any]) -> list[str]:
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--only", nargs="+", choices=list(ARMS), metavar="ARM", help="these alone; no page is written")
-    parser.add_argument("--controllers", nargs="+", default=list(WANTED), choices=list(WANTED))
-    parser.add_argument("--episodes", type=int, default=1000, help="for each arm")
-    parser.add_argument("--fresh", action="store_true", help="measure again what was measured before")
     parser.add_argument(
-        "--kept", action="store_true", help="train nothing; write the page of the results that are kept"
+        "--only", nargs="+", choices=list(ARMS), metavar="ARM", help="measure only these arms; writes no page"
     )
+    parser.add_argument("--controllers", nargs="+", default=list(WANTED), choices=list(WANTED))
+    parser.add_argument("--episodes", type=int, default=1000, help="evaluation episodes per arm")
+    parser.add_argument("--fresh", action="store_true", help="discard existing results")
+    parser.add_argument("--kept", action="store_true", help="write the page from existing results without training")
     given = parser.parse_args()
     chosen = [(controller, arm) for arm in given.only or ARMS for controller in given.controllers]
     if given.fresh:

@@ -1,13 +1,13 @@
-"""Record what every environment ID does, and compare another version of FRobs with the record, bit for bit.
+"""Record the behavior of every environment ID, and compare another version of FRobs with the record, bit for bit.
 
-Record with the old version and compare with the new one, on the same machine and with the same versions of the engines::
+Record with the old version and compare with the new one, on the same machine with the same versions of the engines::
 
     python tests/benchmarks/behavior.py record behavior.json
     python tests/benchmarks/behavior.py compare behavior.json
 
 Each case is an ID on a simulator, as a single environment and as a vector of three with same-step autoreset. It takes
-300 random actions; after every 50 steps the record holds a SHA-256 digest of all observations, rewards, ends and infos
-so far. The script uses Gymnasium's interface only, so that it runs with any version.
+300 random actions. After every 50 steps, the record contains a SHA-256 digest of all observations, rewards, ends and
+infos so far. The script uses only Gymnasium's interface, so that it works with any version.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def environment_ids() -> list[str]:
 
 
 def update(digest: Any, value: Any) -> None:
-    """Add a value to a digest: types, shapes, bytes, and the keys of dictionaries."""
+    """Add a value to a digest: its types, shapes, bytes and dictionary keys."""
     if isinstance(value, Mapping):
         for key in sorted(value):
             digest.update(key.encode())
@@ -60,7 +60,7 @@ def digests(env: Any, steps: int, autoresets: bool) -> list[str]:
 
     Args:
         env: A single or a vector environment.
-        steps: A multiple of ``EVERY``.
+        steps: Number of steps, a multiple of ``EVERY``.
         autoresets: Whether the environment starts the next episode itself.
     """
     digest, found = hashlib.sha256(), []

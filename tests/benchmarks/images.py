@@ -1,4 +1,4 @@
-"""Measure how long an observed image of 84 x 84 pixels takes on each simulator: ``python tests/benchmarks/images.py``."""
+"""Measure the time of an observed image of 84 x 84 pixels on each simulator: ``python tests/benchmarks/images.py``."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from frobs_core.vector_env import RobotVectorEnv
 
 SIZE = (84, 84)
 BUDGET = 5.0
-"""Milliseconds of an RGB image on software OpenGL: at most."""
+"""Maximum time of an RGB image with software OpenGL [ms]."""
 
 
 def measure(env: RobotVectorEnv, repetitions: int, **options: Any) -> tuple[float, float]:
-    """Return wall time and processor time of one image [ms], drawn for all environments in each call."""
+    """Return wall time and processor time per image [ms], if each call draws all environments."""
     draw, images = env.simulation.render, repetitions * env.num_envs
-    draw(size=SIZE, **options)  # makes the OpenGL context
+    draw(size=SIZE, **options)  # creates the OpenGL context
     wall, processor = perf_counter(), process_time()
     for _ in range(repetitions):
         draw(size=SIZE, **options)
@@ -31,9 +31,9 @@ def measure(env: RobotVectorEnv, repetitions: int, **options: Any) -> tuple[floa
 def main() -> None:
     """Measure, and print a table."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--id", default="frobs/Irb120Reach-v0", help="environment")
-    parser.add_argument("--num-envs", type=int, default=8, help="environments in each call")
-    parser.add_argument("--repetitions", type=int, default=20, help="calls")
+    parser.add_argument("--id", default="frobs/Irb120Reach-v0", help="environment ID")
+    parser.add_argument("--num-envs", type=int, default=8, help="environments per call")
+    parser.add_argument("--repetitions", type=int, default=20, help="number of timed calls")
     options = parser.parse_args()
     sys.stdout.write("| simulator | image | wall time [ms] | processor time [ms] |\n|---|---|---|---|\n")
     for name, record in plugins.records("simulator").items():

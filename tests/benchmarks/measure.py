@@ -1,6 +1,6 @@
-"""Measure what the documentation says about speed: ``make benchmark`` writes ``docs/explanation/performance-measured.md``.
+"""Measure the speeds in the documentation: ``make benchmark`` writes ``docs/explanation/performance-measured.md``.
 
-Wants an idle machine. Each figure that is not a ratio is a time on the machine that the page names.
+Requires an idle machine. All figures except ratios are times on the machine that the page names.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ PAGE = ROOT / "docs" / "explanation" / "performance-measured.md"
 ID = "frobs/Irb120Reach-v0"
 CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
 STEPS = {1: 4000, 1024: 100, 4096: 30}
-"""Environments in a step, and how many steps are measured."""
+"""Number of measured steps, by the number of environments."""
 BUDGETS: dict[tuple[str, str], dict[int, float]] = {
     (ID, "joint_delta_position"): {1: 1.3, 1024: 1.08, 4096: 1.08},
     (ID, "tcp_delta_position"): {1: 1.5, 1024: 1.08, 4096: 1.08},
     ("arm, gripper and cube", "joint_delta_position, gripper_position"): {1: 1.5, 1024: 1.12},
     ("frobs/KobukiMaze-v0", "differential_drive"): {1: 1.8, 1024: 1.10},
 }
-"""How many times the bare engine's step a step may take, by environment, controller and number of environments."""
+"""Maximum ratio to the bare engine's step time, by environment, controller and number of environments."""
 PYBULLET_BUDGET, WORKERS_BUDGET = 1.3, 1.5
 PYBULLET_STEPS = 2000
 ALGORITHMS = ("ppo", "sbx_ppo", "sac", "sbx_sac", "td3", "sbx_td3")
-"""Those whose training run is split into its parts."""
+"""Algorithms whose training run is split into its parts."""
 TRAINING_BUDGETS = {"joint_delta_position": 30, "tcp_delta_position": 5}  # [s], median over the seeds
 
 _IMPORT = """
@@ -88,7 +88,7 @@ print(*(median(times[n]) for n in sizes))
 
 
 def frobs(*arguments: object) -> dict[str, Any]:
-    """Run a command and return its facts."""
+    """Run a command and return its results."""
     command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
     return json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
 
@@ -107,18 +107,18 @@ def step_costs() -> list[dict[str, Any]]:
 
 
 def pybullet_cost() -> dict[str, Any]:
-    """Return the benchmark of one environment on PyBullet, beside the bare engine with the same drive law."""
+    """Return the benchmark of one environment on PyBullet, next to the bare engine with the same drive law."""
     return frobs("bench", ID, "--simulator", "pybullet", "--steps", PYBULLET_STEPS)
 
 
 def worker_times(rounds: int = 20) -> tuple[float, float]:
-    """Return how long a step of eight PyBullet environments takes in one process, and in two workers [s]."""
+    """Return the step times of eight PyBullet environments [s]: in one process, and in two workers."""
     one, two = _python(_WORKERS.format(id=ID), rounds).split()
     return float(one), float(two)
 
 
 def trainings(seeds: int) -> list[dict[str, Any]]:
-    """Train and evaluate with each controller and seed, each in processes of its own."""
+    """Train and evaluate with each controller and seed, each in separate processes."""
     rows = []
     for controller in CONTROLLERS:
         for seed in range(seeds):
@@ -130,17 +130,17 @@ def trainings(seeds: int) -> list[dict[str, Any]]:
 
 
 def training_parts(algorithms: Sequence[str] = ALGORITHMS) -> list[dict[str, Any]]:
-    """Return where the time of a training run goes with each algorithm."""
+    """Return the time of each part of a training run, by algorithm."""
     return [frobs("bench", ID, "--training", "--algorithm", name) for name in algorithms]
 
 
 def import_seconds(repeats: int = 5) -> float:
-    """Return what ``import frobs_core`` costs beyond ``import gymnasium`` [s], the median of fresh processes."""
+    """Return the time that ``import frobs_core`` adds to ``import gymnasium`` [s], the median of fresh processes."""
     return median(float(_python(_IMPORT)) for _ in range(repeats))
 
 
 def memory_bytes() -> float:
-    """Return what 4,096 environments need beyond one [bytes]."""
+    """Return the memory that 4,096 environments need in addition to that of one [bytes]."""
     many, one = (float(_python(_MEMORY.format(id=ID, n=n))) for n in (4096, 1))
     return many - one
 
@@ -228,7 +228,7 @@ def report(
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=5, help="trainings for each controller")
+    parser.add_argument("--seeds", type=int, default=5, help="training runs per controller")
     seeds = parser.parse_args().seeds
     trained, training = trainings(seeds), training_parts()
     page = report(step_costs(), trained, training, import_seconds(), memory_bytes(), pybullet_cost(), worker_times())

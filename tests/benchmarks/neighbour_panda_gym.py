@@ -1,9 +1,10 @@
-"""Train panda-gym's PandaReach-v3 with SAC and hindsight replay: what ``neighbours.py`` runs in panda-gym's own
-virtual environment. It imports nothing of FRobs.
+"""Train panda-gym's PandaReach-v3 with SAC and hindsight replay.
+
+``neighbours.py`` runs this script in panda-gym's own virtual environment, so it imports nothing from FRobs::
 
     python neighbour_panda_gym.py SEED STEPS EPISODES THRESHOLD
 
-The last line of its output is JSON: steps, seconds of training, and success at each moment.
+The last line of the output is JSON: steps, seconds of training, and success at each evaluation.
 """
 
 from __future__ import annotations
@@ -30,16 +31,16 @@ SETTINGS: dict[str, Any] = {
     "policy_kwargs": {"net_arch": [64, 64]},
     "replay_buffer_kwargs": {"n_sampled_goal": 4, "goal_selection_strategy": "future"},
 }
-"""Small networks and a short horizon, as the tuned settings that are published for this task have them."""
+"""Small networks and a short horizon, as in the published tuned settings for this task."""
 
 
 class Stopwatch(BaseCallback):
-    """Evaluates now and then, and does not count the time that takes."""
+    """Evaluates at regular intervals, and excludes the evaluations from the training time."""
 
     def __init__(self, seed: int, episodes: int, threshold: float) -> None:
         super().__init__()
         self._env = gym.make(ID)
-        self._env.reset(seed=1_000_000 + seed)  # goals that the training has not seen
+        self._env.reset(seed=1_000_000 + seed)  # goals that do not occur in training
         self._episodes, self._threshold = episodes, threshold
         self._paused = 0.0
         self.moments: list[dict[str, float]] = []
@@ -71,9 +72,9 @@ class Stopwatch(BaseCallback):
 
 
 def main(seed: int, steps: int, episodes: int, threshold: float) -> None:
-    """Train until the threshold, and write what was found."""
+    """Train until the threshold is reached, and print the results."""
     assert panda_gym.__version__
-    torch.set_num_threads(1)  # as ours: small networks are slower on two
+    torch.set_num_threads(1)  # as in FRobs: small networks are slower on two threads
     watch = Stopwatch(seed, episodes, threshold)
     model = SAC("MultiInputPolicy", gym.make(ID), replay_buffer_class=HerReplayBuffer, seed=seed, **SETTINGS)
     model.learn(steps, callback=watch)

@@ -1,7 +1,7 @@
-"""Measure how fast reaching is learned here and in panda-gym, in one sitting: ``docs/explanation/neighbours-measured.md``.
+"""Compare how fast FRobs and panda-gym learn to reach, on one machine: ``docs/explanation/neighbours-measured.md``.
 
-panda-gym wants a Gymnasium and a NumPy that are older than ours, so it gets a virtual environment of its own under
-``build/benchmarks/neighbours``, which the script makes. Wants an idle machine; some minutes for each seed::
+panda-gym requires older versions of Gymnasium and NumPy than FRobs, so the script creates a separate virtual
+environment for it in ``build/benchmarks/neighbours``. Requires an idle machine. Each seed takes some minutes::
 
     python tests/benchmarks/neighbours.py
 """
@@ -36,18 +36,18 @@ SCRIPT = Path(__file__).with_name("neighbour_panda_gym.py")
 REQUIREMENTS = ("panda-gym==3.0.7", "gymnasium==0.29.1", "stable-baselines3==2.3.2", "numpy==1.26.4", "torch==2.13.0")
 THRESHOLDS = (0.95, 0.98)
 EPISODES = 300
-"""Of each evaluation."""
+"""Number of episodes per evaluation."""
 
 
 @dataclass(frozen=True)
 class Ours:
-    """A training of FRobs.
+    """A training run of FRobs.
 
     Attributes:
-        name: In the table.
+        name: Name in the table.
         id: Gymnasium ID.
-        flags: Of ``frobs train``.
-        every: [environment steps] between evaluations.
+        flags: Flags of ``frobs train``.
+        every: Environment steps between evaluations.
     """
 
     name: str
@@ -70,16 +70,16 @@ THEIRS = "panda-gym, PandaReach-v3"
 
 
 def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | None = None) -> dict[str, Any]:
-    """Train, with a checkpoint at each moment, and evaluate the checkpoints afterwards.
+    """Train with a checkpoint at each evaluation point, and evaluate the checkpoints afterwards.
 
     Args:
-        case: What to train.
-        seed: Of the training.
-        episodes: Of each evaluation.
-        steps: Of the training; None: as tuned.
+        case: Training run.
+        seed: Seed of training.
+        episodes: Number of episodes per evaluation.
+        steps: Number of training steps; None: the tuned number.
 
     Returns:
-        ``name``, ``seed`` and ``moments``: of each its ``steps``, ``seconds`` of training and ``success``.
+        ``name``, ``seed`` and ``moments``: for each checkpoint ``steps``, ``seconds`` of training and ``success``.
     """
     run_dir = KEPT / "run"
     shutil.rmtree(run_dir, ignore_errors=True)
@@ -104,13 +104,13 @@ def measure_theirs(
     """Train panda-gym's PandaReach-v3 with SAC and hindsight replay, in its own virtual environment.
 
     Args:
-        seed: Of the training.
-        episodes: Of each evaluation.
-        steps: At most.
-        python: Of that virtual environment; None: it is made.
+        seed: Seed of training.
+        episodes: Number of episodes per evaluation.
+        steps: Maximum number of training steps.
+        python: Interpreter of that virtual environment; None: create the environment.
 
     Returns:
-        What :func:`measure_ours` returns.
+        The same keys as :func:`measure_ours`.
     """
     command = [python or neighbours_python(), SCRIPT, str(seed), str(steps), str(episodes), str(max(THRESHOLDS))]
     done = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE)
@@ -118,7 +118,7 @@ def measure_theirs(
 
 
 def neighbours_python() -> Path:
-    """Return the interpreter of the neighbour's virtual environment, and make that if it is not there."""
+    """Return the interpreter of panda-gym's virtual environment, which is created if it does not exist."""
     folder = KEPT / "venv"
     python = folder / "bin" / "python"
     ready = folder / "ready"
@@ -130,7 +130,7 @@ def neighbours_python() -> Path:
 
 
 def reached(row: Mapping[str, Any], threshold: float) -> float:
-    """Return the seconds of training until the first evaluation that found the threshold; infinite: none did."""
+    """Return the seconds of training until the first evaluation that reached the threshold, or infinity."""
     return next((moment["seconds"] for moment in row["moments"] if moment["success"] >= threshold), math.inf)
 
 
@@ -184,7 +184,7 @@ def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
-    parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
+    parser.add_argument("--episodes", type=int, default=EPISODES, help="episodes per evaluation")
     given = parser.parse_args()
     neighbours_python()
     rows = []

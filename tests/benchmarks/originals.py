@@ -1,11 +1,13 @@
-"""Measure how many steps per second the original packages of FRobs_RL make, unchanged, on the bridge.
+"""Measure how many steps per second the original packages of FRobs_RL take on the bridge, without changes.
 
-Needs ROS 1 (``frobs doctor ros``), the packages in ``../shared/frobs_rl/originals``, an idle machine, and two minutes::
+Requires ROS 1 (``frobs doctor ros``), the packages in ``../shared/frobs_rl/originals``, an idle machine, and two
+minutes::
 
     python tests/benchmarks/originals.py
     python tests/benchmarks/originals.py --backend bridge:gazebo --steps 200
 
-Only calls of ``step`` of the original environment class are timed: resets are not, and the packages sleep nowhere else.
+Only calls of ``step`` of the original environment class are timed. Resets are excluded, and the packages sleep nowhere
+else.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from typing import Any
 
 ORIGINALS = Path(__file__).parents[3] / "shared" / "frobs_rl" / "originals"
 BUDGET = 150.0
-"""Steps per second at least."""
+"""Minimum number of steps per second."""
 ENVIRONMENTS = {
     "KobukiMazeEnv": ("kobuki_maze/kobuki_maze_rl", "kobuki_maze_rl.task_env.kobuki_maze", {}),
     "ABBIRB140VelReacherEnv": (
@@ -33,7 +35,7 @@ ENVIRONMENTS = {
         {"custom_world_pkg": "abb_irb140_reacher", "custom_world_name": "no_collision.world"},
     ),
 }
-"""Class of the environment: its package, its module, and the world that the package's own scripts launch."""
+"""For each environment class: its package, its module, and the world that the package's own scripts launch."""
 
 DRIVER = """
 import json
@@ -68,7 +70,8 @@ def measure(name: str, backend: str, steps: int) -> dict[str, Any]:
     """Step an original environment with random actions.
 
     Returns:
-        ``rate`` [1/s] of steps, the ``median`` of a step [s], and the ``processor`` time that a step takes in the client [s].
+        ``rate`` of steps [1/s], ``median`` of the duration of a step [s], and ``processor`` time of a step in the
+        client [s].
     """
     package, module, world = ENVIRONMENTS[name]
     with TemporaryDirectory() as folder, socket.socket() as probe:
@@ -102,10 +105,10 @@ def measure(name: str, backend: str, steps: int) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Measure each environment, and print a line for each."""
+    """Measure each environment, and print one line for each."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--backend", default="bridge:mujoco", help="what is behind the names of Gazebo")
-    parser.add_argument("--steps", type=int, default=1000, help="of which the time is taken")
+    parser.add_argument("--backend", default="bridge:mujoco", help="backend of the bridge")
+    parser.add_argument("--steps", type=int, default=1000, help="number of timed steps")
     given = parser.parse_args()
     for name in ENVIRONMENTS:
         load, found = os.getloadavg()[0], measure(name, given.backend, given.steps)

@@ -1,6 +1,7 @@
-"""Measure how fast trainings are: against stable-baselines3 alone on the same environment object, and with more environments.
+"""Measure training speed relative to plain stable-baselines3, and with different numbers of environments.
 
-Writes ``docs/explanation/training-speed-measured.md``; half an hour or so on an idle machine::
+Both train on the same environment object. Writes ``docs/explanation/training-speed-measured.md``; takes about half an
+hour on an idle machine::
 
     python tests/benchmarks/overhead.py
 """
@@ -29,45 +30,45 @@ from tasks import ROOT, current_commit, machine
 PAGE = ROOT / "docs" / "explanation" / "training-speed-measured.md"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
 BUDGET = 0.97
-"""Steps per second, ours by theirs: at least."""
+"""Minimum ratio of FRobs's steps per second to those of stable-baselines3."""
 COLLECTIONS = ((1, 1), (32, 16))
-"""Environments, and gradient steps in each step of all of them: one for one, and as it is tuned."""
+"""Environments, and gradient steps per step of all environments: one each, and the tuned numbers."""
 SUCCESS = 0.95
-"""What a training races to."""
+"""Success at which a race ends."""
 
 
 class Monitor:
-    """Wants a row as often as a run does, and no checkpoint.
+    """Requests progress as often as a run does, but no checkpoint.
 
     Args:
-        steps: Of the training.
+        steps: Number of training steps.
     """
 
     def __init__(self, steps: int) -> None:
         self._every = self._next = max(1, steps // 500)
 
     def is_due(self, steps: int) -> bool:
-        """Return whether a five-hundredth of the training has passed."""
+        """Return whether 1/500 of the training steps was taken since the last report."""
         return steps >= self._next
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Go on."""
+        """Continue."""
         self._next = (steps // self._every + 1) * self._every
         return True
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Want none."""
+        """Decline the checkpoint."""
 
 
 def measure(algorithm: str, num_envs: int, gradient_steps: int, steps: int, rounds: int) -> dict[str, Any]:
-    """Train in turn without and with the framework, as often as asked for, and compare.
+    """Train alternately without and with the framework, and compare the speeds.
 
     Args:
-        algorithm: Its name.
-        num_envs: Environments.
-        gradient_steps: In each step of all environments.
-        steps: Of each training, over all environments.
-        rounds: Trainings of each.
+        algorithm: Name of the algorithm.
+        num_envs: Number of environments.
+        gradient_steps: Number of gradient steps per step of all environments.
+        steps: Number of steps per training run, over all environments.
+        rounds: Number of training runs of each kind.
 
     Returns:
         ``algorithm``, ``num_envs``, ``gradient_steps``, ``plain`` and ``ours`` [steps/s], and ``ratio``, the median of
@@ -99,13 +100,13 @@ def race(num_envs: int, gradient_steps: int, seed: int, steps: int | None = None
     """Train SAC with tool actions until the policy is good, evaluated at every 2,000 steps on 100 new goals.
 
     Args:
-        num_envs: Environments.
-        gradient_steps: In each step of all environments.
-        seed: Of the training.
-        steps: At most; None: as tuned.
+        num_envs: Number of environments.
+        gradient_steps: Number of gradient steps per step of all environments.
+        seed: Seed of training.
+        steps: Maximum number of training steps; None: the tuned number.
 
     Returns:
-        ``num_envs``, ``gradient_steps``, ``steps`` and ``seconds`` of the training, the evaluations among them.
+        ``num_envs``, ``gradient_steps``, ``steps`` and ``seconds`` of training, which include the evaluations.
     """
     settings = [
         f"num_envs={num_envs}",
@@ -126,8 +127,8 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
     """Return the page.
 
     Args:
-        overheads: What :func:`measure` found.
-        races: What :func:`race` found, a row for each way to collect, with an entry for each seed.
+        overheads: Results of :func:`measure`.
+        races: Results of :func:`race`: one row per way to collect, with one entry per seed.
     """
     lines = [
         "# The speed of trainings, measured",
@@ -169,9 +170,9 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=6_000, help="of each training of the first table")
-    parser.add_argument("--rounds", type=int, default=5, help="trainings with and without")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="of the second table")
+    parser.add_argument("--steps", type=int, default=6_000, help="training steps per run in the first table")
+    parser.add_argument("--rounds", type=int, default=5, help="training runs with and without the framework")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2], help="seeds of the second table")
     given = parser.parse_args()
     overheads = [
         measure(*case, given.steps, given.rounds)

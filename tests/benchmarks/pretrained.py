@@ -1,12 +1,12 @@
-"""Make the trained policies anew that come with IDs: train, evaluate, export, and copy into the task's package.
+"""Create the trained policies that come with IDs: train, evaluate, export, and copy into the task's package.
 
-``EnvironmentRecord.pretrained`` says which IDs have one and where it lies; so no file is made by hand::
+``EnvironmentRecord.pretrained`` defines which IDs have a policy and where it is stored. No file is created by hand::
 
     python tests/benchmarks/pretrained.py
     python tests/benchmarks/pretrained.py --only frobs/Irb120Reach-v0 --seed 1
     python tests/benchmarks/pretrained.py --only frobs/PandaPush-v0 --algorithm sbx_ppo
 
-What ``tasks.py`` has trained of the same seed is taken.
+If ``tasks.py`` has already trained the same seed, its run is used.
 """
 
 from __future__ import annotations
@@ -34,25 +34,25 @@ def make(
     """Train, evaluate and export.
 
     Args:
-        case: What to train.
-        seed: Of the training.
-        episodes: Of each evaluation.
-        steps: Of the training; None: as tuned.
-        kept: The folder where finished seeds are kept.
+        case: Training run.
+        seed: Seed of training.
+        episodes: Number of episodes per evaluation.
+        steps: Number of training steps; None: the tuned number.
+        kept: Folder of finished seeds.
 
     Returns:
-        The bundle, beside the run.
+        The bundle, next to the run.
     """
     run = Run.open(kept / tasks.measure(case, seed, episodes, steps, kept)["run"])
     return export(run, run.path.parent / f"{case.slug}.frobs", license=LICENSE).path
 
 
 def main() -> None:
-    """Make the bundles, and then copy them: the commit that they tell of is of a clean tree."""
+    """Create all bundles before copying them, so that the commit that they name is of a clean tree."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", choices=pretrained_ids(), metavar="ID")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--algorithm", metavar="NAME", help="instead of the one that tasks.py trains the IDs with")
+    parser.add_argument("--algorithm", metavar="NAME", help="algorithm; default: that of tasks.py for the ID")
     tasks.add_runner_options(parser)
     given = parser.parse_args()
     wanted = given.only or pretrained_ids()

@@ -1,7 +1,7 @@
-"""Measure what randomization is worth: policies trained with and without it, on models that are wrong by known amounts.
+"""Measure the benefit of randomization: evaluate policies trained with and without it on models with known errors.
 
-Writes ``docs/explanation/robustness-measured.md``. Wants an otherwise idle machine: about a minute for each seed with tool
-actions, several with joint actions::
+Writes ``docs/explanation/robustness-measured.md``. Requires an otherwise idle machine. Each seed takes about a minute
+with tool actions, and several with joint actions::
 
     python tests/benchmarks/robustness.py --controllers tcp_delta_position --seeds 1
 """
@@ -39,20 +39,20 @@ RANDOMIZE: dict[str, Any] = {
         "goal_from_shoulder": {"normal": 0.005},
     },
 }
-"""What the randomised policies are trained with: a little more than the errors that the goal is about."""
+"""Randomization in training: slightly larger than the errors in :data:`GRID`."""
 
 TRAININGS: Mapping[str, Mapping[str, Any]] = {"without": {}, "with": RANDOMIZE}
 SUCCESS = 0.9
-"""What a randomised policy must keep on models off by 20 % in mass and gains."""
+"""Minimum success of a randomized policy on models with errors of 20 % in mass and gains."""
 
 
 def model_error(mass: float, gains: float) -> dict[str, Any]:
-    """Return a model that is wrong by a factor in all masses, and by one in the gains of all drives."""
+    """Return the error of a model whose masses and drive gains are scaled by constant factors."""
     return {"mass": {"scale": mass}, "stiffness": {"scale": gains}, "damping": {"scale": gains}}
 
 
 GRID = {(mass, gains): model_error(mass, gains) for mass, gains in product((0.8, 1.0, 1.2), repeat=2)}
-"""The models that the goal is about, by the factors of mass and gains."""
+"""Models with errors of up to 20 %, by the factors of mass and gains."""
 
 HARDER: Mapping[str, dict[str, Any]] = {
     "masses × 1.5": model_error(1.5, 1.0),
@@ -64,20 +64,20 @@ HARDER: Mapping[str, dict[str, Any]] = {
     "noise of 5 mm and 5 mrad": {"observation_noise": RANDOMIZE["observation_noise"]},
     "all that was trained with": RANDOMIZE,
 }
-"""Errors beyond the goal."""
+"""Other errors: larger ones, delays and noise."""
 
 
 def measure(controller: str, seeds: Sequence[int], episodes: int, steps: int | None = None) -> list[dict[str, Any]]:
     """Train with and without randomization, and evaluate on every model.
 
     Args:
-        controller: Of the environment.
-        seeds: One training each.
-        episodes: Of each evaluation.
-        steps: Of each training; None: as tuned.
+        controller: Controller of the environment.
+        seeds: Seeds, one per training run of each kind.
+        episodes: Number of episodes per evaluation.
+        steps: Number of steps per training run; None: the tuned number.
 
     Returns:
-        A row for each training: what it was, how long it took [s], and its success on each model by its name.
+        One row per training run: its settings, its duration [s], and its success on each model by the model's name.
     """
     rows = []
     for (name, randomize), seed in product(TRAININGS.items(), seeds):
@@ -152,8 +152,8 @@ def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS), choices=CONTROLLERS)
-    parser.add_argument("--seeds", type=int, default=3, help="trainings of each kind")
-    parser.add_argument("--episodes", type=int, default=500, help="for each model")
+    parser.add_argument("--seeds", type=int, default=3, help="training runs of each kind")
+    parser.add_argument("--episodes", type=int, default=500, help="evaluation episodes per model")
     given = parser.parse_args()
     rows = [row for name in given.controllers for row in measure(name, range(given.seeds), given.episodes)]
     PAGE.write_text(report(rows, given.episodes), "utf-8")

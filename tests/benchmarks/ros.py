@@ -1,7 +1,7 @@
-"""Measure one policy on every simulator and through ROS topics, and what an environment step costs there.
+"""Measure one policy on every simulator and through ROS topics, and the duration of an environment step there.
 
-Writes ``docs/explanation/ros-measured.md``; needs ROS 1 and Gazebo 11 (``frobs doctor ros``), an idle machine, and about five
-minutes::
+Writes ``docs/explanation/ros-measured.md``. Requires ROS 1 and Gazebo 11 (``frobs doctor ros``), an idle machine, and
+about five minutes::
 
     python tests/benchmarks/ros.py
     python tests/benchmarks/ros.py --gazebo-speed    # half a minute; writes nothing
@@ -39,30 +39,30 @@ ID, ROBOT = "frobs/Irb120Reach-v0", "irb120"
 SIMULATORS = ("mujoco", "pybullet", "gazebo")
 RESPONSES = ("step_response", "saturated_step_response")
 EPISODE = 50
-"""Control steps of one."""
+"""Control steps per episode."""
 SUBSTEPS = 10
 WARM_UP = 20
-"""Calls before those whose time is taken."""
+"""Number of calls before the timed ones."""
 GAZEBO_BUDGET, BRIDGE_BUDGET = 300.0, 100.0
-"""Environment steps per second, of 10 physics steps each."""
+"""Minimum environment steps per second, of 10 physics steps each: on Gazebo, and through ROS."""
 TOPICS = "ROS topics, on the bridge"
 GROUP, TRAJECTORY = "joint_group_position_controller", "arm_controller"
 PHYSICS_TIMESTEP = 0.001
-"""[s] of the bridge."""
+"""Physics timestep of the bridge [s]."""
 JUMP, SAMPLES = 0.2, 100
-"""[rad] that each joint's command jumps through ROS topics, and control steps for which the joints are watched."""
+"""Jump of each joint's command through ROS topics [rad], and number of control steps that are recorded."""
 SPEED = 2.0
 """Simulated seconds per second of the bridge while a policy acts through it."""
 
 
 def success_on(simulator: str, episodes: int) -> dict[str, Any]:
-    """Evaluate the policy that comes with the ID on a simulator."""
+    """Evaluate the ID's trained policy on a simulator."""
     return frobs("evaluate", ID, "--pretrained", "--simulator", simulator, "--episodes", episodes)
 
 
 @contextmanager
 def bridge() -> Iterator[None]:
-    """A master of our own, and the bridge with the robot; this process is a node of it."""
+    """Run a separate ROS master and the bridge with the robot; this process is a node."""
     from frobs_ros import master, processes
     from frobs_ros.environment import use_ros
     from frobs_ros.services import wait_for
@@ -86,10 +86,11 @@ def bridge() -> Iterator[None]:
 
 
 def success_through_topics(episodes: int) -> dict[str, Any]:
-    """Let the policy act on the bridge's robot through ROS, from the places and to the goals of an evaluation's kind.
+    """Let the policy control the bridge's robot through ROS, with initial states and goals as in an evaluation.
 
     Returns:
-        ``episodes``, ``success_rate``, ``success_interval``, and ``late``, the share of steps that came late.
+        ``episodes``, ``success_rate``, ``success_interval``, and ``late``, the share of steps that missed their
+        deadline.
     """
     from gazebo_msgs.srv import SetModelConfiguration
     from std_srvs.srv import Empty
@@ -127,7 +128,7 @@ def success_through_topics(episodes: int) -> dict[str, Any]:
 
 
 def responses() -> list[dict[str, Any]]:
-    """Compare how the joints follow steps on each simulator with how they do on the first."""
+    """Compare the step responses of the joints on each simulator with those on the first one."""
     others = SIMULATORS[1:]
     certificate = measure_parity(ID, SIMULATORS, only=RESPONSES)
     return [
@@ -149,7 +150,7 @@ def responses() -> list[dict[str, Any]]:
 class Joints:
     """The bridge's arm through ROS: position commands on a topic, steps by the service, joint states from a topic.
 
-    The time must stand still. Its trajectory controller is stopped, the one that takes positions started.
+    Simulated time must be paused. The constructor stops the trajectory controller, and starts the position controller.
     """
 
     def __init__(self) -> None:
@@ -170,7 +171,7 @@ class Joints:
         self._publisher = rospy.Publisher(f"/{GROUP}/command", Float64MultiArray, queue_size=1, tcp_nodelay=True)
         self._subscriber = rospy.Subscriber("/joint_states", JointState, self._hear, queue_size=1, tcp_nodelay=True)
         self._step = lambda: call("/gazebo/step", StepWorld, SUBSTEPS)
-        # Joint states come at whole multiples of their period, which are to be the ends of control steps.
+        # Joint states are published at integer multiples of their period. Align these with the ends of control steps.
         passed = round(call("/gazebo/step", StepWorld, 1).time / PHYSICS_TIMESTEP)
         call("/gazebo/step", StepWorld, SUBSTEPS - passed % SUBSTEPS)
         while self._publisher.get_num_connections() == 0 or self._subscriber.get_num_connections() == 0:
@@ -184,12 +185,12 @@ class Joints:
         self._publisher.publish(self._message(data=positions))
 
     def step(self) -> None:
-        """Make the physics steps of a control step; they are made when it returns."""
+        """Take the physics steps of one control step; they are complete on return."""
         self._heard = None
         self._step()
 
     def states(self) -> list[float]:
-        """Wait for the joint states that the last step has come to, and return the positions [rad]."""
+        """Wait for the joint states after the last step, and return the positions [rad]."""
         end = perf_counter() + 10.0
         while (heard := self._heard) is None:
             assert perf_counter() < end, "no joint states come"
@@ -198,7 +199,7 @@ class Joints:
 
 
 def bridge_response(joints: Joints) -> dict[str, Any]:
-    """Compare how the joints follow steps of their commands through ROS topics with how they do without ROS."""
+    """Compare the step responses of the joints through ROS topics with those without ROS."""
     env = gym.make(
         f"frobs_core:{ID}",
         disable_env_checker=True,
@@ -218,7 +219,7 @@ def bridge_response(joints: Joints) -> dict[str, Any]:
         _put_home(joints, env.robot.joint_names, home, home[order])
         env.robot.command(target[None])
         joints.command(target[order].tolist())
-        time.sleep(0.1)  # it is taken when it has come
+        time.sleep(0.1)  # let the command arrive
         for k in range(SAMPLES):
             env.simulation.step(SUBSTEPS)
             traces[0, k] = env.robot.joint_positions[0]
@@ -246,17 +247,18 @@ def _put_home(joints: Joints, names: Sequence[str], home: Any, ordered: Any) -> 
 
     joints.command(ordered.tolist())
     time.sleep(0.1)
-    joints.step()  # the command is in force before the joints are put where it wants them
+    joints.step()  # make the controller use the command before the joints are set
     joints.states()
     call("/gazebo/set_model_configuration", SetModelConfiguration, ROBOT, "", list(names), home.tolist())
 
 
 def gazebo_speeds(steps: int) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
-    """Return what an environment step on Gazebo costs, and its parts.
+    """Return the durations of an environment step on Gazebo and of its parts.
 
     Returns:
-        By what is timed, as :func:`timed` tells; and the processor time of an environment step [s] of Gazebo's physics
-        thread and of this one, which take turns: on a busy machine that is what a step costs.
+        The durations by name, as returned by :func:`timed`; and the processor time per environment step [s] of
+        Gazebo's physics thread and of this thread. The two take turns, so their sum is the duration of a step without
+        other load.
     """
     env = gym.make(f"frobs_core:{ID}", simulator="gazebo", physics_timestep=0.002, control_timestep=SUBSTEPS * 0.002)
     env.reset(seed=0)
@@ -291,7 +293,7 @@ def _thread_seconds(pid: int) -> dict[str, float]:
 
 
 def bridge_speeds(joints: Joints, steps: int) -> dict[str, dict[str, float]]:
-    """Return what an environment step through ROS costs, and each of its parts; the world is paused."""
+    """Return the durations of an environment step through ROS and of its parts, with the world paused."""
     from gazebo_msgs.srv import GetJointProperties, GetLinkState, GetModelState
     from std_srvs.srv import Empty
 
@@ -323,7 +325,7 @@ def bridge_speeds(joints: Joints, steps: int) -> dict[str, dict[str, float]]:
 
 
 def timed(function: Callable[[], Any], times: int) -> dict[str, float]:
-    """Return ``rate`` [1/s] of a function, and ``median`` and ``late`` [s], in which 95 % of the calls are done."""
+    """Return ``rate`` of a function [1/s], and ``median`` and 95th percentile (``late``) of its duration [s]."""
     for _ in range(WARM_UP):
         function()
     seen = []
@@ -335,10 +337,10 @@ def timed(function: Callable[[], Any], times: int) -> dict[str, float]:
 
 
 def success_table(success: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return how often the policy succeeds, and what is left of the first's success.
+    """Return the success of the policy, and its ratio to that in the first place.
 
     Args:
-        success: By place, what :func:`success_on` and :func:`success_through_topics` found; the first is the reference.
+        success: Results of :func:`success_on` and :func:`success_through_topics` by place; the first is the reference.
     """
     lines = ["| where | episodes | success | 95 % interval | kept |", "|---|---:|---:|---|---:|"]
     home = next(iter(success.values()))["success_rate"]
@@ -350,7 +352,7 @@ def success_table(success: Mapping[str, Mapping[str, Any]]) -> list[str]:
 
 
 def response_table(differences: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return how far joints are apart; see :func:`responses`."""
+    """Return the differences between joint positions; see :func:`responses`."""
     lines = ["| measurement | simulator | what differs | by | allowed | where |", "|---|---|---|---:|---:|---|"]
     for row in differences:
         allowed = "–" if row["allowed"] is None else f"{row['allowed']:.2g}"
@@ -362,7 +364,7 @@ def response_table(differences: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def cost_table(parts: Mapping[str, Mapping[str, float]], budget: float) -> list[str]:
-    """Return what takes how long; the first is held to a budget [1/s]."""
+    """Return the durations; the first one has a budget [1/s]."""
     lines = ["| what | per second | median | 95 % within |", "|---|---:|---:|---:|"]
     for n, (name, row) in enumerate(parts.items()):
         wanted = "" if n else f" (≥ {budget:g}{'' if row['rate'] >= budget else ': missed'})"
@@ -383,12 +385,13 @@ def report(
     """Return the page.
 
     Args:
-        success: By place, what :func:`success_on` and :func:`success_through_topics` found; the latter has ``late``.
-        differences: What :func:`responses` and :func:`bridge_response` found.
-        gazebo: What :func:`gazebo_speeds` found.
-        processor: The same.
-        parts: What :func:`bridge_speeds` found.
-        load: Processes that wanted to run when it began, besides the measurement.
+        success: Results of :func:`success_on` and :func:`success_through_topics` by place; the latter include
+            ``late``.
+        differences: Results of :func:`responses` and :func:`bridge_response`.
+        gazebo: Durations from :func:`gazebo_speeds`.
+        processor: Processor times from :func:`gazebo_speeds`.
+        parts: Results of :func:`bridge_speeds`.
+        load: Number of other processes that were ready to run at the start.
     """
     late = success[TOPICS]["late"]
     spent = sum(processor.values())
@@ -440,11 +443,11 @@ def report(
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--episodes", type=int, default=200, help="on each simulator")
-    parser.add_argument("--topics", type=int, default=100, help="episodes through ROS topics")
-    parser.add_argument("--steps", type=int, default=1000, help="of which the time is taken")
-    parser.add_argument("--out", type=Path, default=PAGE, help="the page")
-    parser.add_argument("--gazebo-speed", action="store_true", help="print what a step on Gazebo costs, and end")
+    parser.add_argument("--episodes", type=int, default=200, help="evaluation episodes per simulator")
+    parser.add_argument("--topics", type=int, default=100, help="evaluation episodes through ROS topics")
+    parser.add_argument("--steps", type=int, default=1000, help="number of timed steps")
+    parser.add_argument("--out", type=Path, default=PAGE, help="path of the page")
+    parser.add_argument("--gazebo-speed", action="store_true", help="only print the duration of a step on Gazebo")
     given = parser.parse_args()
     load = os.getloadavg()[0]
     if given.gazebo_speed:

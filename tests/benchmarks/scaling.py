@@ -1,6 +1,6 @@
 """Measure how speed and memory scale, and write docs/explanation/scaling-measured.md and its plot.
 
-Needs an idle machine and frobs-ray. The cluster has two nodes on this machine, each with one processor.
+Requires an idle machine and frobs-ray. The cluster has two nodes on this machine, each with one processor.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ SIZES = "1,8,64,512,4096"
 NODES = 2
 PREDICTED = (1, 10, 100, 1000)
 PROCESSORS = 2
-"""Processors of each node in the predictions."""
+"""Number of processors per node in the predictions."""
 
 
 @contextmanager
 def local_cluster(nodes: int = NODES) -> Iterator[str]:
     """Start a Ray cluster whose nodes are on this machine, each with one processor, and yield its address.
 
-    Its token stays in the environment of this process.
+    The token of the cluster stays in the environment of this process.
     """
     token = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
     os.environ.update(token)
@@ -60,7 +60,7 @@ def local_cluster(nodes: int = NODES) -> Iterator[str]:
 
 
 def measure(id: str, address: str, *options: str) -> dict[str, Any]:
-    """Return what ``frobs bench ID --scaling`` reports, with the circumstances."""
+    """Return the results of ``frobs bench ID --scaling``, with the circumstances."""
     command = [sys.executable, "-m", "frobs_cli", "bench", id, "--scaling", "--runner", "ray", "--ray-address", address]
     arguments = ["--num-envs", SIZES, "--jobs", "1,2", "--predict", "1000", *options, "--json"]
     shared = is_shared()
@@ -79,7 +79,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the page.
 
     Args:
-        rows: What :func:`measure` returned for each ID.
+        rows: Results of :func:`measure`, one per ID.
     """
     found = [(row, ScalingResult.from_dict(dict(row))) for row in rows]
     first = rows[0]
@@ -196,8 +196,8 @@ def _predicted(prediction: Prediction) -> str:
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=2.0, help="time to measure at each size [s]")
-    parser.add_argument("--kept", action="store_true", help="measure nothing; write the page of the last measurement")
+    parser.add_argument("--seconds", type=float, default=2.0, help="duration of the measurement at each size [s]")
+    parser.add_argument("--kept", action="store_true", help="write the page from the last measurement")
     options = parser.parse_args()
     if not options.kept:
         with local_cluster() as address:

@@ -1,8 +1,9 @@
-"""Measure what happens over a long time: ``make soak`` writes ``docs/explanation/soak-measured.md``.
+"""Measure long-term behavior: ``make soak`` writes ``docs/explanation/soak-measured.md``.
 
-One environment takes a million steps, and environments are made and closed a thousand times: memory and file descriptors
-must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and nothing may sink into
-something else by more than 5 mm. Exits with status 1 if something is wrong. Other programs on the machine do not affect the result::
+One environment takes a million steps, and a thousand environments are created and closed: memory and file descriptors
+must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and no object may
+penetrate another by more than 5 mm. Exits with status 1 if a check fails. Other programs on the machine do not affect
+the result::
 
     python tests/benchmarks/soak.py
     python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200
@@ -35,40 +36,40 @@ from tasks import ROOT, current_commit, machine
 PAGE = ROOT / "docs" / "explanation" / "soak-measured.md"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
 SAMPLES = 20
-"""Measurements of each part, evenly spaced."""
+"""Number of measurements of each part, evenly spaced."""
 
 WARM_UP = 0.1
-"""Share of a part in which caches fill; growth is counted after it."""
+"""Share of a part during which caches fill; growth is measured afterwards."""
 
 MAX_GROWTH = 4.0
-"""[MiB] allowed after the warm-up. Python's allocator alone moves by about one."""
+"""Maximum growth after the warm-up [MiB]. Python's allocator alone varies by about one."""
 
 MAX_DEPTH = 0.005
-"""[m] by which a body may sink into another one."""
+"""Maximum penetration depth of contacts [m]."""
 
 NUM_ENVS = 500
-"""Environments of a manipulation ID that are stepped together."""
+"""Number of environments of a manipulation ID that are stepped together."""
 
 FAR = 5.0
-"""[m] from the origin, where no object can be."""
+"""Distance from the origin that no object can reach [m]."""
 
 EVERY, LOOKED_AT = 10, 50
-"""Contacts are looked at in every tenth step, in 50 of the environments."""
+"""Contacts are checked in every tenth step, in 50 of the environments."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """State of this process after so many steps or environments."""
+    """State of this process after a number of steps or environments."""
 
     count: int
-    memory: float  # [MiB] resident
+    memory: float  # resident [MiB]
     descriptors: int
     threads: int
 
 
 @dataclass(frozen=True)
 class Part:
-    """What was repeated, and what was measured meanwhile."""
+    """A repeated action, and the measurements during it."""
 
     title: str
     unit: str
@@ -81,7 +82,7 @@ class Part:
 
     @property
     def constant(self) -> bool:
-        """Whether memory, file descriptors and threads are as after the warm-up."""
+        """Whether memory, file descriptors and threads are the same as after the warm-up."""
         last, warm = self.samples[-1], self._warm
         same = (last.descriptors, last.threads) == (warm.descriptors, warm.threads)
         return self.growth <= MAX_GROWTH and same
@@ -93,23 +94,23 @@ class Part:
 
 @dataclass(frozen=True)
 class Contacts:
-    """What random actions did to the objects of an ID."""
+    """Effects of random actions on the objects of an ID."""
 
     id: str
     steps: int
-    reported: int  # divergences that info reported
-    unreported: int  # states that are not finite, or far away, without a report
-    depth: float  # of the deepest contact [m]
-    bodies: str  # of this contact
+    reported: int  # number of divergences that info reported
+    unreported: int  # number of unreported states that are not finite or far away
+    depth: float  # depth of the deepest contact [m]
+    bodies: str  # bodies of this contact
 
     @property
     def sound(self) -> bool:
-        """Whether every divergence was reported and nothing sank too deep."""
+        """Whether every divergence was reported and no contact was too deep."""
         return self.unreported == 0 and self.depth <= MAX_DEPTH
 
 
 def sample(count: int) -> Sample:
-    """Measure this process, after garbage is collected and glibc has returned the memory that it keeps for later."""
+    """Measure this process, after collecting garbage and returning unused memory to the operating system."""
     gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
@@ -120,7 +121,7 @@ def sample(count: int) -> Sample:
 
 
 def repeat(total: int, action: Callable[[], object]) -> list[Sample]:
-    """Do something so many times, and measure at the start and :data:`SAMPLES` times."""
+    """Repeat an action ``total`` times, and measure at the start and :data:`SAMPLES` times."""
     found = [sample(0)]
     for number in range(1, total + 1):
         action()
@@ -131,7 +132,7 @@ def repeat(total: int, action: Callable[[], object]) -> list[Sample]:
 
 
 def steps(simulator: str, total: int) -> Part:
-    """Take steps with random actions in one environment, and begin a new episode whenever one ends."""
+    """Take random steps in one environment, and start a new episode whenever one ends."""
     env = gym.make(ENVIRONMENT, simulator=simulator, disable_env_checker=True)
     env.action_space.seed(0)
     env.reset(seed=0)
@@ -147,7 +148,7 @@ def steps(simulator: str, total: int) -> Part:
 
 
 def lifetimes(simulator: str, total: int) -> Part:
-    """Make an environment, take a step and close it, again and again."""
+    """Repeatedly create an environment, take a step and close it."""
 
     def live() -> None:
         env = gym.make(ENVIRONMENT, simulator=simulator, disable_env_checker=True)
@@ -159,7 +160,7 @@ def lifetimes(simulator: str, total: int) -> Part:
 
 
 def contacts(id: str, total: int) -> Contacts:
-    """Take random steps with a manipulation ID on MuJoCo, and look at its contacts."""
+    """Take random steps with a manipulation ID on MuJoCo, and check its contacts."""
     env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point")
     base: Any = env.unwrapped
     model, batch = base.simulation.model, base.simulation.batch
@@ -244,12 +245,12 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
 
 
 def main() -> int:
-    """Measure, write the page, and return 1 if something grows or sinks."""
+    """Measure, write the page, and return 1 if memory grows or a contact check fails."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--simulators", nargs="+", default=["mujoco", "pybullet"])
     parser.add_argument("--steps", type=int, default=1_000_000, help="steps of one environment on the first simulator")
     parser.add_argument(
-        "--environments", type=int, default=1_000, help="environments made and closed on each simulator"
+        "--environments", type=int, default=1_000, help="environments created and closed on each simulator"
     )
     parser.add_argument("--random-steps", type=int, default=1_000_000, help="random steps of each manipulation ID")
     parser.add_argument("--out", type=Path, default=PAGE)

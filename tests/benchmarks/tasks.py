@@ -1,17 +1,17 @@
-"""Measure how each ID is learned that something is tuned for: ``docs/explanation/tasks-measured.md``.
+"""Measure how well each ID with tuned settings is learned: ``docs/explanation/tasks-measured.md``.
 
-Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and sets the worst beside FRobs_RL's own logs. The
-runs stay in ``build/benchmarks/tasks``, and the figures in ``tasks_measured.json`` beside this script, which goes on
-where it was interrupted, on another machine too::
+Trains three seeds of each, evaluates them on MuJoCo and on PyBullet, and compares the worst with FRobs_RL's own logs.
+The runs stay in ``build/benchmarks/tasks``, and the results in ``tasks_measured.json`` next to this script. An
+interrupted measurement continues where it stopped, also on another machine::
 
     python tests/benchmarks/tasks.py
     python tests/benchmarks/tasks.py --only frobs/Irb120Reach-v0 --seeds 0
     python tests/benchmarks/tasks.py --kept
     python tests/benchmarks/tasks.py --runner ray
 
-With ``--runner``, all seeds are trained and evaluated as jobs, side by side. Their times do not count against the target.
-A row says at which commit it was made; ``--fresh`` forgets runs and figures. ``--kept`` trains nothing, and writes the
-page of what was measured, which then says what is missing.
+With ``--runner``, all seeds are trained and evaluated as jobs in parallel. Their times do not count toward the target.
+Each row contains the commit of its measurement. ``--fresh`` discards runs and results. ``--kept`` trains nothing, and
+writes the page from the existing results; the page then lists missing ones.
 """
 
 from __future__ import annotations
@@ -51,25 +51,25 @@ LOGS = Path(__file__).with_name("frobs_rl_logs.yaml")
 TARGETS = Path(__file__).with_name("task_targets.yaml")
 SEEDS, EPISODES = (0, 1, 2), 1000
 OTHER_SIMULATOR, OTHER_EPISODES = "pybullet", 250
-"""Where each policy is evaluated too, and on how many episodes: it steps one environment at a time."""
+"""The second simulator of the evaluation, and its number of episodes. It steps one environment at a time."""
 MOST_STEPS, OTHER_MOST_STEPS = 500_000, 100_000
-"""[environment steps] that an evaluation may take; episodes that may last for thousands are fewer."""
+"""Maximum number of environment steps per evaluation; if episodes may be long, there are fewer of them."""
 KEPT_SHARE = 0.95
-"""What must be left of the success on the other simulator; below it the parity certificate is asked why."""
+"""Minimum ratio of the success on the other simulator; below it, the parity certificate gives the reason."""
 LONGEST = 30 * 60
-"""[s] that a training may take."""
+"""Maximum duration of a training run [s]."""
 BUSY = 1.5
-"""Load average per core from which a machine counts as shared."""
+"""Load average per core above which a machine counts as shared."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is trained.
+    """A training run: an ID with an algorithm and a controller.
 
     Attributes:
         id: Gymnasium ID.
         algorithm: Name of the algorithm.
-        controller: Name of the controller; empty: the ID's own.
+        controller: Name of the controller; empty: the ID's default.
     """
 
     id: str
@@ -78,18 +78,18 @@ class Case:
 
     @property
     def slug(self) -> str:
-        """For names of files."""
+        """Name for files."""
         return "-".join(filter(None, (self.id.rpartition("/")[2].lower(), self.controller)))
 
     def folder(self, seed: int, kept: Path) -> Path:
-        """Where a seed is kept."""
+        """Folder of a seed."""
         return kept / f"{self.slug}-{self.algorithm}-seed{seed}"
 
 
 def cases() -> list[Case]:
-    """Return the IDs with a robot of their own for which something is tuned, each with its algorithm.
+    """Return the IDs that have a robot and tuned settings, each with its algorithm.
 
-    Where several are tuned for an ID it is PPO, or else the first by name.
+    If several algorithms are tuned for an ID, PPO is used if possible, otherwise the first by name.
     """
     records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
     found = []
@@ -108,20 +108,20 @@ def measure(
     kept: Path = KEPT,
     other_simulator: str | None = OTHER_SIMULATOR,
 ) -> dict[str, Any]:
-    """Train a seed and evaluate it, each in processes of their own; or return what was found before.
+    """Train a seed and evaluate it in separate processes, or return the existing results.
 
     Args:
-        case: What to train.
-        seed: Of the training.
-        episodes: Of each evaluation.
-        steps: Of the training; None: as tuned.
-        kept: The folder where finished seeds are kept.
-        other_simulator: Where to evaluate it too; None: nowhere.
+        case: Training run.
+        seed: Seed of training.
+        episodes: Number of episodes per evaluation.
+        steps: Number of training steps; None: the tuned number.
+        kept: Folder of finished seeds.
+        other_simulator: Second simulator of the evaluation; None: only the first one.
 
     Returns:
-        ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of the training, ``in_training`` (the
-        success of its last 100 episodes), ``machine``, ``shared`` (whether other programs slowed it), ``commit``, and under
-        ``mujoco`` and ``pybullet`` what ``frobs evaluate`` found (None: it is not installed).
+        ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of training, ``in_training`` (the
+        success of its last 100 episodes), ``machine``, ``shared`` (whether other programs slowed it), ``commit``, and
+        the results of ``frobs evaluate`` under ``mujoco`` and ``pybullet`` (None: not installed).
     """
     folder = case.folder(seed, kept)
     result = folder / "result.json"
@@ -147,7 +147,7 @@ def measure(
 
 
 def evaluation_episodes(case: Case, episodes: int, *, other: bool = False) -> int:
-    """Return the number of episodes of an evaluation: fewer if they may last long, or on the other simulator."""
+    """Return the number of episodes of an evaluation: fewer for long episodes, or on the other simulator."""
     longest = registry.environments()[case.id][1].max_episode_steps
     return min(episodes, OTHER_EPISODES, OTHER_MOST_STEPS // longest) if other else min(episodes, MOST_STEPS // longest)
 
@@ -163,7 +163,7 @@ def write_row(
     machine: str,
     shared: bool,
 ) -> dict[str, Any]:
-    """Write the results of a seed to its folder, and return them as :func:`measure` does."""
+    """Write the results of a seed to its folder, and return them in the format of :func:`measure`."""
     folder = case.folder(seed, kept)
     row = {
         "id": case.id,
@@ -197,12 +197,12 @@ def measure_as_jobs(
     """Train and evaluate seeds as jobs of a runner, so that :func:`measure` finds their results.
 
     Args:
-        runner: Where the jobs run.
-        wanted: Cases and seeds; finished ones are left as they are.
-        episodes: Of each evaluation.
-        steps: Of each training; None: as tuned.
-        kept: The folder where finished seeds are kept.
-        other_simulator: Where to evaluate too; None: nowhere.
+        runner: Runner of the jobs.
+        wanted: Cases and seeds; finished ones are not repeated.
+        episodes: Number of episodes per evaluation.
+        steps: Number of steps per training run; None: the tuned number.
+        kept: Folder of finished seeds.
+        other_simulator: Second simulator of the evaluation; None: only the first one.
 
     Raises:
         JobsError: Some jobs failed; all others are complete.
@@ -248,7 +248,7 @@ def measure_as_jobs(
 
 
 def run_jobs(runner: Runner, jobs: Sequence[Job], folder: Path, keep: Callable[[Outcome], None]) -> list[Outcome]:
-    """Run jobs with their progress, and pass each result on as soon as it is known."""
+    """Run jobs, show their progress, and pass on each result as soon as it is available."""
 
     def start(on_progress: Callable[[int, Progress], None]) -> Iterator[Outcome]:
         for outcome in runner.run(jobs, folder.absolute(), on_progress):
@@ -261,24 +261,24 @@ def run_jobs(runner: Runner, jobs: Sequence[Job], folder: Path, keep: Callable[[
 
 
 def kept_row(case: Case, seed: int, kept: Path = KEPT) -> dict[str, Any] | None:
-    """Return what was found of a seed on this machine; None: nothing."""
+    """Return the results of a seed on this machine, or None."""
     return measure(case, seed, kept=kept) if (case.folder(seed, kept) / "result.json").is_file() else None
 
 
 def recorded(case: Case, seed: int, record: Path = RECORD) -> dict[str, Any] | None:
-    """Return what was found of a seed on any machine; None: nothing."""
+    """Return the results of a seed on any machine, or None."""
     rows = json.loads(record.read_text("utf-8")) if record.is_file() else []
     wanted = (case.id, case.algorithm, seed)
     return next((row for row in rows if (row["id"], row["algorithm"], row["seed"]) == wanted), None)
 
 
 def explain_drop(case: Case, kept: Path = KEPT) -> str:
-    """Return what the parity certificate finds over its tolerance between the two simulators."""
+    """Return the deviations above tolerance between the two simulators in the parity certificate."""
     folder = kept / f"{case.slug}-parity"
     if not (folder / "certificate.json").is_file():
         names = f"mujoco,{OTHER_SIMULATOR}"
         command = [sys.executable, "-m", "frobs_cli", "parity", case.id, "--simulators", names, "--out", folder]
-        subprocess.run(command, stdout=subprocess.DEVNULL, check=False)  # 1: something is over its tolerance
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=False)  # status 1: a deviation is above its tolerance
     if not (folder / "certificate.json").is_file():
         return "no certificate could be made"
     certificate = json.loads((folder / "certificate.json").read_text("utf-8"))
@@ -292,9 +292,9 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     """Return the page.
 
     Args:
-        rows: What :func:`measure` found for each seed.
-        drops: By ID, why the other simulator's success is lower.
-        episodes: Of each evaluation.
+        rows: Results of :func:`measure`, one per seed.
+        drops: Reason for the lower success on the other simulator, by ID.
+        episodes: Number of episodes per evaluation.
     """
     targets, logs = _yaml(TARGETS), _yaml(LOGS)
     machines = sorted({row["machine"] for found in rows.values() for row in found})
@@ -387,7 +387,7 @@ def _seeds(found: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def draw(case: Case, found: Sequence[Mapping[str, Any]], kept: Path = KEPT) -> None:
-    """Draw the learning curves of the seeds, if all of them are on this machine."""
+    """Draw the learning curves of the seeds, if all of them are stored on this machine."""
     folders = [kept / row["run"] for row in found]
     if all(folder.is_dir() for folder in folders):
         PICTURES.mkdir(parents=True, exist_ok=True)
@@ -395,7 +395,7 @@ def draw(case: Case, found: Sequence[Mapping[str, Any]], kept: Path = KEPT) -> N
 
 
 def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether a seed keeps too little of its success on the other simulator."""
+    """Return whether the success of a seed is too low on the other simulator."""
     return any(
         row["pybullet"] and row["pybullet"]["success_rate"] < KEPT_SHARE * row["mujoco"]["success_rate"]
         for row in found
@@ -403,7 +403,7 @@ def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
 
 
 def frobs(*arguments: object) -> dict[str, Any]:
-    """Run a command and return its facts."""
+    """Run a command and return its results."""
     command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
     return cast(
         "dict[str, Any]", json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
@@ -411,7 +411,7 @@ def frobs(*arguments: object) -> dict[str, Any]:
 
 
 def current_commit() -> str:
-    """Return the commit of the source, with a ``+`` where something differs from it but what is written by scripts."""
+    """Return the commit of the source, followed by ``+`` if files differ from it that no script writes."""
 
     def git(*arguments: str) -> str:
         return subprocess.run(["git", *arguments], cwd=ROOT, text=True, capture_output=True).stdout.strip()
@@ -427,7 +427,7 @@ def is_shared() -> bool:
 
 @cache
 def machine() -> str:
-    """Return processor, number of cores that this process may use, and Python."""
+    """Return the processor, the number of cores that this process may use, and the Python version."""
     names = [line for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")]
     processor = names[0].partition(":")[2].strip() if names else platform.machine()
     cores, usable = os.cpu_count(), len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
@@ -441,12 +441,12 @@ def main() -> None:
     parser = ArgumentParser(description=__doc__)
     known = {case.id: case for case in cases()}
     parser.add_argument(
-        "--only", nargs="+", choices=sorted(known), metavar="ID", help="these alone; no page is written"
+        "--only", nargs="+", choices=sorted(known), metavar="ID", help="measure only these IDs; writes no page"
     )
     parser.add_argument("--seeds", nargs="+", type=int, default=list(SEEDS))
-    parser.add_argument("--episodes", type=int, default=EPISODES, help="of each evaluation")
-    parser.add_argument("--fresh", action="store_true", help="measure anew what was measured before")
-    parser.add_argument("--kept", action="store_true", help="train nothing; write the page of what was measured")
+    parser.add_argument("--episodes", type=int, default=EPISODES, help="episodes per evaluation")
+    parser.add_argument("--fresh", action="store_true", help="discard existing runs and results")
+    parser.add_argument("--kept", action="store_true", help="write the page from existing results")
     add_runner_options(parser)
     given = parser.parse_args()
     chosen = [known[id] for id in given.only or known]
@@ -475,7 +475,7 @@ def main() -> None:
         for case, found in rows.items():
             draw(case, found)
     page = report(rows, drops, given.episodes)
-    if given.only:  # a part is no page
+    if given.only:  # write no page of a part of the results
         sys.stdout.write(page)
     else:
         RECORD.write_text(json.dumps([row for found in rows.values() for row in found], indent=1) + "\n", "utf-8")
@@ -484,13 +484,13 @@ def main() -> None:
 
 def add_runner_options(parser: ArgumentParser) -> None:
     """Add the options that choose a runner."""
-    parser.add_argument("--runner", default=LOCAL, metavar="NAME", help="where the jobs run, such as ray")
+    parser.add_argument("--runner", default=LOCAL, metavar="NAME", help="runner of the jobs, such as ray")
     parser.add_argument("--ray-address", metavar="ADDRESS", help="address of the Ray cluster to join")
-    parser.add_argument("--cpus", type=int, metavar="N", help="processors of each job")
+    parser.add_argument("--cpus", type=int, metavar="N", help="processors per job")
 
 
 def open_runner(given: Namespace) -> Runner:
-    """Return the runner that a command line asks for."""
+    """Return the runner that the command line selects."""
     return load_runner(given.runner, RunnerOptions(address=given.ray_address, processors=given.cpus))
 
 

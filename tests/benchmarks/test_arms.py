@@ -59,6 +59,6 @@ def test_a_result_is_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     record = tmp_path / "record.json"
     first = arms.measure("tcp_delta_position", "KUKA iiwa", episodes=4, steps=1024, record=record)
     assert first["steps"] == 1024
-    monkeypatch.setattr(arms, "train", None)  # nothing is trained again
+    monkeypatch.setattr(arms, "train", None)  # fails if an arm is trained again
     again = arms.measure("tcp_delta_position", "KUKA iiwa", episodes=4, steps=1024, record=record)
     assert again == {**first, "success_interval": list(first["success_interval"])}

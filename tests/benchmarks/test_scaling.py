@@ -20,7 +20,7 @@ ranges = ("--num-envs", "4", "--threads", "1", "--processes", "1", "--seconds", 
 with scaling.local_cluster() as address:
     row = scaling.measure(scaling.IDS[0], address, *ranges)
 print(json.dumps(row))
-"""  # in a process of its own: Ray reads its token when it is imported
+"""  # in a separate process, because Ray reads its token when it is imported
 
 ROWS = json.loads(scaling.RECORD.read_text("utf-8"))
 

@@ -119,7 +119,7 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
     assert training["command"] == "frobs train frobs/Irb120Reach-v0 --steps 2048 --seed 3"
     assert [found["simulator"] for found in training["evaluations"]][:1] == [None]
     assert bundle.license == "SPDX-License-Identifier: MIT\n"
-    monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
+    monkeypatch.setattr(tasks, "frobs", None)  # fails if a command runs again
     assert tasks.measure(REACH, 3, episodes=4, steps=2048, kept=tmp_path) == first
     assert tasks.kept_row(REACH, 2, tmp_path) is None
     assert tasks.kept_row(REACH, 3, tmp_path) == first
@@ -131,7 +131,7 @@ def test_a_finished_seed_is_not_trained_again_and_becomes_a_bundle(
 def test_seeds_are_measured_as_jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     wanted = [(REACH, 3), (REACH, 4)]
     tasks.measure_as_jobs(load_runner("local"), wanted, 4, 2048, tmp_path, other_simulator=None)
-    monkeypatch.setattr(tasks, "frobs", None)  # nothing is run again
+    monkeypatch.setattr(tasks, "frobs", None)  # fails if a command runs again
     first, second = (tasks.measure(*each, episodes=4, steps=2048, kept=tmp_path) for each in wanted)
     assert (first["steps"], first["seed"], first["mujoco"]["episodes"]) == (2048, 3, 4)
     assert first["machine"].endswith("--runner local")

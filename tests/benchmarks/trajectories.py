@@ -1,6 +1,6 @@
-"""Measure the controller ``trajectory``: an arm among boxes is sent to random goals, and the engine judges what touches.
+"""Measure the controller ``trajectory``: move an arm to random goals among boxes, and check contacts in the engine.
 
-Writes ``docs/explanation/trajectories-measured.md``; some minutes::
+Writes ``docs/explanation/trajectories-measured.md``; takes some minutes::
 
     python tests/benchmarks/trajectories.py
 """
@@ -39,17 +39,17 @@ POSTS: Sequence[tuple[float, float, float]] = (
     (-0.05, -0.42, 0.60),
     (-0.40, 0.10, 0.30),
 )
-"""Where posts of 10 × 10 cm stand around the arm: x, y and height [m]."""
+"""Positions x and y, and heights [m], of posts of 10 × 10 cm around the arm."""
 SHELF = Body(geometry=Box((0.30, 0.30, 0.04)), pose=Pose((0.45, 0.0, 0.75)))
 
 PHYSICS_TIMESTEP, CONTROL_TIMESTEP = 0.002, 8.0
 SETTLE = 0.4  # [s] after a motion
-_CHUNK = 25  # physics steps between two looks at the joints
+_CHUNK = 25  # physics steps between two checks of the joints
 PLANNING_BUDGET = 0.1  # [s] median
 
 
 def scene() -> Scene:
-    """Return the boxes, and the contacts that the engine looks for."""
+    """Return the boxes, and the contacts that the engine detects."""
     posts = {
         f"post_{i}": Body(geometry=Box((0.1, 0.1, height)), pose=Pose((x, y, height / 2)))
         for i, (x, y, height) in enumerate(POSTS)
@@ -60,18 +60,19 @@ def scene() -> Scene:
 
 
 def measure(target: str, goals: int, seed: int = 0) -> dict[str, Any]:
-    """Send the arm from goal to goal.
+    """Move the arm from goal to goal.
 
     Args:
-        target: Of the controller.
-        goals: How many; each is where joint positions lead that are drawn until nothing touches there.
-        seed: Of the goals.
+        target: Value of the controller's setting ``target``.
+        goals: Number of goals; each is the tool's pose for random joint positions without contact.
+        seed: Seed of the goals.
 
     Returns:
-        ``target``, ``goals``, ``reached``, ``straight`` (ways that are one line), ``collisions`` (motions in which
-        something touched), ``reasons`` (of failures), ``plan_times``, ``processor_times`` and ``durations`` [s], ``velocity_share`` and
-        ``acceleration_share`` of the limits that commands use, ``real_velocity_share`` of the joints themselves, ``lag``
-        [rad] of the joints behind the command, ``joint_error`` [rad] and ``tcp_error`` [m] at the ends, each the largest.
+        ``target``, ``goals``, ``reached``, ``straight`` (paths that are one line), ``collisions`` (motions with
+        contact), ``reasons`` (of failures), ``plan_times``, ``processor_times`` and ``durations`` [s],
+        ``velocity_share`` and ``acceleration_share`` of the limits that commands use, ``real_velocity_share`` of the
+        joints themselves, ``lag`` of the joints behind the command [rad], and ``joint_error`` [rad] and ``tcp_error``
+        [m] at the ends, each the largest.
     """
     description = RobotConfig(robot=ROBOT).describe()
     model = load_model(description.model, xacro_args=description.xacro_args, package_paths=description.package_paths)
@@ -135,7 +136,7 @@ def measure(target: str, goals: int, seed: int = 0) -> dict[str, Any]:
 
 
 def _goals(controller: TrajectoryController, goals: int, seed: int) -> Iterator[tuple[Floats, Floats]]:
-    """Yield actions, and where they should bring the tool (3,) [m]."""
+    """Yield actions, and the tool positions (3,) to which they should lead [m]."""
     planner, rng = controller.planner, np.random.default_rng(seed)
     low, high = controller.workspace
     while goals:
@@ -211,7 +212,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--goals", type=int, default=1000, help="in all, half of them for each target")
+    parser.add_argument("--goals", type=int, default=1000, help="total number of goals, half of them per target")
     given = parser.parse_args()
     rows = [measure(target, given.goals // 2, seed) for seed, target in enumerate(("joint", "tcp"))]
     page = report(rows)

@@ -1,6 +1,6 @@
-"""Measure how a policy that learned on one simulator does on the others, unchanged.
+"""Measure the success of a policy, trained on one simulator, on the other simulators without changes.
 
-Writes ``docs/explanation/transfer-measured.md``; some minutes::
+Writes ``docs/explanation/transfer-measured.md``; takes some minutes::
 
     python tests/benchmarks/transfer.py --controllers tcp_delta_position
 """
@@ -26,7 +26,7 @@ ID = "frobs/Irb120Reach-v0"
 CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
 SIMULATORS = ("mujoco", "pybullet")
 KEPT = 0.95
-"""What a policy must keep of the success that it has where it learned."""
+"""Minimum ratio of the success to that on the simulator of training."""
 
 
 def measure(
@@ -35,13 +35,13 @@ def measure(
     """Train on each simulator, and evaluate on all.
 
     Args:
-        controllers: Each is trained anew.
-        simulators: By name.
-        episodes: Of each evaluation.
-        steps: Of each training; None: as tuned.
+        controllers: Controllers; each is trained separately.
+        simulators: Names of the simulators.
+        episodes: Number of episodes per evaluation.
+        steps: Number of steps per training run; None: the tuned number.
 
     Returns:
-        A row for each evaluation: ``controller``, ``trained_on``, ``seconds`` of the training, ``evaluated_on``,
+        One row per evaluation: ``controller``, ``trained_on``, ``seconds`` of training, ``evaluated_on``,
         ``success_rate`` and ``success_interval``.
     """
     rows = []
@@ -96,7 +96,7 @@ def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--controllers", nargs="+", default=list(CONTROLLERS), choices=CONTROLLERS)
-    parser.add_argument("--episodes", type=int, default=1000, help="for each pair of simulators")
+    parser.add_argument("--episodes", type=int, default=1000, help="evaluation episodes per pair of simulators")
     given = parser.parse_args()
     PAGE.write_text(report(measure(given.controllers, SIMULATORS, given.episodes), given.episodes), "utf-8")
 
