@@ -37,6 +37,8 @@ SOURCES = (
     "plugins/frobs-deploy/src",
     "plugins/frobs-ros/src",
     "plugins/frobs-rl-compat/src",
+    "plugins/frobs-algos-sbx/src",
+    "plugins/frobs-ray/src",
 )
 """Folders whose docstrings, comments and strings are checked."""
 
