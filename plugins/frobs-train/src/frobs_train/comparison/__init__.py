@@ -1,1 +1,1 @@
-"""Comparing runs over seeds."""
+"""Compare runs over seeds."""

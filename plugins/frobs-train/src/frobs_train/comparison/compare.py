@@ -1,4 +1,4 @@
-"""Comparing runs over their seeds: what they reach, how soon, and how sure that is."""
+"""Compare runs over seeds: final results, steps to a threshold, and confidence intervals."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Group:
     environment: str
     algorithm: str
     runs: tuple[RunScore, ...]
-    final: Estimate  # interquartile mean over the seeds
+    final: Estimate  # interquartile mean over seeds
     reached: int  # runs that reached the threshold
-    steps_to_threshold: float | None  # median over the seeds; None: no threshold, or most runs never reached it
-    seconds: float  # [s] of training, median over the seeds
-    steps_per_second: float  # median over the seeds
+    steps_to_threshold: float | None  # median over seeds; None: no threshold, or most runs never reached it
+    seconds: float  # training time [s], median over seeds
+    steps_per_second: float  # median over seeds
     curve: Curve
 
     @property
@@ -44,7 +44,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Improvement:
-    """Probability that a run of the first group beats one of the second; 0.5 if neither is better."""
+    """Probability that a run of the first group beats a run of the second; 0.5 if neither is better."""
 
     first: str  # label of the better group
     second: str
@@ -53,14 +53,14 @@ class Improvement:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """What a comparison found.
+    """Result of a comparison.
 
     Attributes:
         metric: ``"success"`` or ``"reward"``.
-        threshold: Of the metric; None: none.
-        groups: By environment, the best first.
-        improvements: Of each pair of groups in one environment, the better one first.
-        notes: What a reader of the numbers has to know: runs that are unfinished, or were never evaluated, …
+        threshold: Threshold of the metric; None: no threshold.
+        groups: Groups ordered by environment, best first.
+        improvements: One for each pair of groups in one environment, with the better group first.
+        notes: Caveats about the numbers: unfinished runs, runs without an evaluation, …
     """
 
     metric: Metric
@@ -70,7 +70,7 @@ class Comparison:
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold; the curves are left out: each run's ``progress.csv`` has them."""
+        """Return values that JSON can represent, without the curves, which are in each run's ``progress.csv``."""
         found = asdict(self)
         for group in found["groups"]:
             del group["curve"]
@@ -86,18 +86,18 @@ def compare(
 ) -> Comparison:
     """Compare runs, grouped by environment, algorithm and configuration without the seed.
 
-    The result of a run is that of its newest evaluation, or else the mean over the last tenth of its training. Intervals
-    are stratified bootstrap intervals (95 %, with a fixed seed). Environments are compared separately: success in one
-    task and success in another have no meaningful average.
+    The result of a run is its newest evaluation, or else the mean over the last tenth of its training. Intervals are
+    stratified bootstrap intervals (95 %, with a fixed seed). Environments are compared separately, because averaging
+    success over different tasks is not meaningful.
 
     Args:
-        runs: At least one.
-        metric: None: success where every environment tells it, else reward.
-        threshold: What steps are counted to; None: 0.95 for success, none for reward.
-        evaluations: By run folder, the fields of the :class:`frobs_train.Evaluation` to use instead of the newest one.
+        runs: Runs to compare, at least one.
+        metric: Metric to compare; None: success if every environment reports it, else reward.
+        threshold: Metric value up to which steps are counted; None: 0.95 for success, no threshold for reward.
+        evaluations: Fields of a :class:`frobs_train.Evaluation` to use instead of the newest one, by run folder.
 
     Raises:
-        RunError: There is no run, one has no log yet, or one knows no success and that is asked for.
+        RunError: No run is given, a run has no log yet, or success is requested and a run does not report it.
         ConfigurationError: The threshold is not finite.
     """
     if not runs:

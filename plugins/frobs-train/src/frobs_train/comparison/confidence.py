@@ -1,4 +1,4 @@
-"""Statistics over seeds, as few as they are: Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice"."""
+"""Statistics over few seeds, after Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice"."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from frobs_core.arrays import Floats
 
 RESAMPLES = 10_000
-"""Bootstrap samples of an interval; its ends then move by less than a hundredth of its width from seed to seed."""
+"""Bootstrap samples per interval. With another random seed, its ends move by less than 1 % of its width."""
 
 _SEED = 0
-_BLOCK = 2_000_000  # numbers that are drawn at a time
+_BLOCK = 2_000_000  # numbers drawn at a time
 _LEVELS = (2.5, 97.5)  # [%] of a 95 % interval
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % confidence interval, which is None if there is a single run."""
+    """A value with its 95 % confidence interval, whose ends are None for a single run."""
 
     value: float
     low: float | None
@@ -29,7 +29,7 @@ class Estimate:
 def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
     """Return the mean of the middle half of the values along an axis, as float64.
 
-    At each end a quarter of the values, rounded down, is left out, as in SciPy's ``trim_mean`` and in rliable.
+    A quarter of the values, rounded down, is dropped at each end, as in SciPy's ``trim_mean`` and in rliable.
     """
     ordered = np.sort(np.moveaxis(np.asarray(values, np.float64), axis, -1), axis=-1)
     count = ordered.shape[-1]
@@ -43,15 +43,15 @@ def estimate(strata: Sequence[Floats]) -> Estimate:
 
 
 def probability_of_improvement(first: Floats, second: Floats) -> Estimate:
-    """Estimate the probability that a run of the first group beats one of the second: P(X > Y) + P(X = Y) / 2."""
+    """Estimate the probability that a run of the first group beats a run of the second: P(X > Y) + P(X = Y) / 2."""
     return _bootstrap([first, second], lambda drawn: _wins(*drawn))
 
 
 def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the interquartile mean of curves, (seeds, points), and the ends of its interval; each (points,)."""
+    """Return the interquartile mean of curves, (seeds, points), and both ends of its interval, (points,) each."""
     curves = np.asarray(curves, np.float64)
     rng = np.random.default_rng(_SEED)
-    rows = rng.integers(len(curves), size=(RESAMPLES // 5, len(curves)))  # whole seeds: a curve hangs together
+    rows = rng.integers(len(curves), size=(RESAMPLES // 5, len(curves)))  # whole curves: points are correlated
     middles = np.stack([interquartile_mean(curves[:, point][rows]) for point in range(curves.shape[1])], axis=-1)
     low, high = np.percentile(middles, _LEVELS, axis=0)
     return interquartile_mean(curves, axis=0), low, high
@@ -68,7 +68,7 @@ def _bootstrap(groups: Sequence[Floats], statistic: Callable[[list[Floats]], Flo
 
 
 def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:
-    """Draw each array anew from itself, each (samples, values), a block at a time."""
+    """Yield blocks of bootstrap samples of each array, (samples, values) each."""
     rng = np.random.default_rng(_SEED)
     sizes = [len(array) for array in arrays]
     block = max(1, min(RESAMPLES, _BLOCK // (sum(sizes) * max(sizes))))
@@ -78,6 +78,6 @@ def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:
 
 
 def _wins(first: Floats, second: Floats) -> Floats:
-    """Return the share of pairs that the first wins, a tie counting half; (…,)."""
+    """Return the share of pairs that the first array wins, (…,); a tie counts as half a win."""
     difference = first[..., :, None] - second[..., None, :]
     return np.asarray(((difference > 0) + 0.5 * (difference == 0)).mean(axis=(-2, -1)))

@@ -1,4 +1,4 @@
-"""Gathering runs that differ in nothing but their seed, and naming the groups by what makes them differ."""
+"""Group runs that differ only in their seed, and label the groups by the settings that distinguish them."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ _INDIFFERENT = (
     "threads",
     "log",
 )
-"""Settings that change nothing about what is learned."""
+"""Settings that do not affect learning."""
 
 _SPOKEN = ("environment", "algorithm")
-"""Settings that a label says without their name."""
+"""Settings whose values appear in a label without their names."""
 
 _MOST = 3
-"""Settings that a label shows; longer ones end in the run's folder instead."""
+"""Largest number of settings in a label. With more, the label shows the name of a run folder instead."""
 
 
 def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """Group runs by environment, algorithm and configuration without the seed.
 
-    The keys are labels: environment, algorithm, and the settings that distinguish the group from others of these two,
-    for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
+    The keys are labels: environment, algorithm, and the settings that distinguish the group from others with the same
+    environment and algorithm, for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
     """
     gathered: dict[str, list[Run]] = {}
     for run in runs:
@@ -74,7 +74,7 @@ def _flat(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _short(key: str, keys: Mapping[str, Any]) -> str:
-    """Return the last part of a dotted key, unless another key ends alike."""
+    """Return the last part of a dotted key, or the whole key if another one has the same last part."""
     last = key.rpartition(".")[2]
     return last if sum(other.rpartition(".")[2] == last for other in keys) == 1 else key
 

@@ -1,4 +1,4 @@
-"""What one run came to: read from its evaluations and its log."""
+"""Result of a single run, read from its evaluations and its log."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LAST_PART = 0.1
 _POINTS = 200
 
 Columns = Mapping[str, Floats]
-"""The log of a run: columns (rows,) by name."""
+"""The log of a run: columns, (rows,) each, by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,18 +30,18 @@ class RunScore:
     run: Path
     seed: int
     final: float  # the metric at the end
-    source: Literal["evaluation", "training"]  # of ``final``
-    evaluated_steps: int | None  # at the evaluation; None: never evaluated
+    source: Literal["evaluation", "training"]  # origin of ``final``
+    evaluated_steps: int | None  # steps at the evaluation; None: never evaluated
     steps: int
     total_steps: int
-    steps_to_threshold: float | None  # of the smoothed metric; None: never reached
-    seconds: float  # [s]
+    steps_to_threshold: float | None  # based on the smoothed metric; None: never reached
+    seconds: float  # training time [s]
     steps_per_second: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A metric over the environment steps that all seeds have taken, with its 95 % interval; (points,) each."""
+    """Metric over the environment steps that all seeds have taken, with its 95 % interval; (points,) each."""
 
     steps: Floats
     middle: Floats
@@ -50,7 +50,7 @@ class Curve:
 
 
 def has_success(run: Run, columns: Columns) -> bool:
-    """Tell whether the environment says what success is."""
+    """Return whether the environment reports success."""
     logged = bool(np.isfinite(columns.get("episode/success", np.array([]))).any())
     return logged or any(found.get("success_rate") is not None for found in run.evaluations())
 
@@ -64,8 +64,8 @@ def score_run(
         run: The run.
         columns: Its log.
         metric: ``"success"`` or ``"reward"``.
-        threshold: Value of the metric until which steps are counted; None: none.
-        found: Fields of the evaluation to use; None: the newest one.
+        threshold: Metric value up to which steps are counted; None: no threshold.
+        found: Fields of the evaluation to use; None: the newest evaluation.
 
     Raises:
         RunError: No episode has ended yet.
@@ -95,7 +95,7 @@ def score_run(
 
 
 def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
-    """Return the learning curve over seeds, as far as all of them have come."""
+    """Return the learning curve over seeds, up to the last step that all seeds have reached."""
     smoothed = [_smoothed(columns, metric) for columns in logs]
     known = [(steps, values) for steps, values in smoothed if len(steps)]
     if not known:
@@ -134,7 +134,7 @@ def _last_part(columns: Columns, values: Floats) -> float:
 
 
 def _smoothed(columns: Columns, metric: str) -> tuple[Floats, Floats]:
-    """Return steps and smoothed values, without the rows in which nothing is known."""
+    """Return steps and smoothed values, without rows that have no value."""
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     smoothed = smooth(values, columns.get("episode/count", np.ones(len(steps))))
