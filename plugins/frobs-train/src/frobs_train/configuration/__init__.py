@@ -1,1 +1,1 @@
-"""The configuration of a run."""
+"""Configuration of a run."""

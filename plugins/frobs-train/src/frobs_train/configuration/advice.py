@@ -8,9 +8,9 @@ from frobs_train.configuration.resolve import resolve_config
 
 
 def advise_controller(config: RunConfig) -> str | None:
-    """Return one line if the ID's own controller learns in fewer steps than the chosen one; None otherwise.
+    """Return a hint if the ID's default controller learns in fewer steps than the chosen one; otherwise None.
 
-    The numbers of steps are those of the tuned settings.
+    The numbers of steps are taken from the tuned settings.
     """
     id, chosen = bare_id(config.environment), config.environment_kwargs.get("controller")
     if id not in environments() or not isinstance(chosen, str):

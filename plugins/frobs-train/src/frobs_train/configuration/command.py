@@ -1,4 +1,4 @@
-"""The command that a run's configuration comes to."""
+"""The command that reproduces a run's configuration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FLAGS = ("num_envs", "steps")
 def training_command(config: RunConfig) -> str | None:
     """Return the shortest ``frobs train`` command that resolves to a configuration.
 
-    None if no command does, because tuned settings or installed packages have changed.
+    Returns None if no command does, because tuned settings or installed packages have changed.
     """
     flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
     words = ["frobs", "train", config.environment]

@@ -1,4 +1,4 @@
-"""The configuration of a run."""
+"""Configuration of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.specs import AlgorithmRecord
 from frobs_core.yaml import find_origin
 
 OWNER = "the run configuration"
-"""What errors call it."""
+"""Name of the configuration in errors."""
 
 
 def _or_nothing(value: Any) -> Any:
@@ -21,11 +21,11 @@ def _or_nothing(value: Any) -> Any:
 
 
 class ThreadsConfig(BaseModel):
-    """Threads, where another number than the usual is wanted.
+    """Numbers of threads that override the defaults.
 
     Attributes:
-        simulator: Threads, or worker processes, of the simulator; None: one for each processor.
-        torch: Threads of the algorithm's library; None: what ``algorithm_config.torch_threads`` says.
+        simulator: Threads or worker processes of the simulator; None: one per processor.
+        torch: Threads of the algorithm's library; None: ``algorithm_config.torch_threads``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -35,7 +35,7 @@ class ThreadsConfig(BaseModel):
 
 
 class ComponentConfig(BaseModel):
-    """A wrapper or callback by name; further keys are the keywords of its constructor.
+    """A wrapper or callback, given by name. All other keys are keywords of its constructor.
 
     Attributes:
         name: ``"package.module:Name"``.
@@ -52,12 +52,12 @@ class ComponentConfig(BaseModel):
 
 
 class ResetFromConfig(BaseModel):
-    """The reverse curriculum: some training episodes begin in states on the path of the task's expert.
+    """Reverse curriculum: some training episodes begin in states on the path of the task's expert.
 
     Attributes:
         share: Share of the episodes that begin on the path, in (0, 1].
-        success: Share of successes, in (0, 1), at which the start moves back by one state.
-        states: Number of states on the path of an episode.
+        success: Success rate, in (0, 1), at which the start moves back by one state.
+        states: Number of states on the path of each episode.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -68,33 +68,32 @@ class ResetFromConfig(BaseModel):
 
 
 class RunConfig(BaseModel):
-    """Everything that a training is made from.
+    """Complete configuration of a training run.
 
     Attributes:
         environment: Gymnasium ID; ``"module:ID"`` imports the module first.
         environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
-        randomize: What differs between environments and episodes of the training; an evaluation leaves it out unless it
-            is asked for. See :mod:`frobs_core.randomization`.
-        reset_from: The reverse curriculum of the training, as in :class:`frobs_train.ResetFromConfig`; None: all episodes
-            begin as usual. Evaluations always begin as usual.
-        stagger: Whether the first episodes end at random times, so that those that last until the time limit do not all end at
-            once.
+        randomize: Randomization of environments and episodes during training. Evaluations use it only on request. See
+            :mod:`frobs_core.randomization`.
+        reset_from: Reverse curriculum of the training run, see :class:`frobs_train.ResetFromConfig`; None: all episodes
+            begin as usual. Episodes of evaluations always begin as usual.
+        stagger: Whether the first episodes end at random times, so that not all episodes reach the time limit at once.
         algorithm: Name of the algorithm.
-        algorithm_config: The algorithm's own settings.
-        num_envs: Environments that are stepped together.
-        steps: Environment steps, over all environments.
-        seed: Everything random comes from it; None: another one each time.
-        log_every: [environment steps] between rows of the log, at least; None: a five-hundredth of ``steps``.
-        checkpoint_every: [environment steps] between checkpoints; None: a tenth of ``steps``.
-        keep_checkpoints: How many of the newest checkpoints stay.
-        evaluate_every: [environment steps] between evaluations during the training, of the policy's mode on episodes
-            of their own; the best policy is kept. None: never.
-        evaluation_episodes: Of each of those evaluations.
-        stop_at_success: The training ends when an evaluation finds this share of successes, in (0, 1]; None: never.
-        threads: Who gets how many; see :func:`frobs_train.decide_threads`.
-        wrappers: Gymnasium's wrappers around the environment, the innermost first: each with ``name`` and its keywords.
-        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`: each with ``name`` and its keywords.
-        log: Services that receive the log and evaluations besides ``progress.csv``: ``"wandb"``, ``"mlflow"``.
+        algorithm_config: Settings of the algorithm.
+        num_envs: Number of environments that are stepped together.
+        steps: Environment steps, summed over all environments.
+        seed: Seed of all random numbers; None: a new seed for each run.
+        log_every: Minimum number of environment steps between rows of the log; None: a five-hundredth of ``steps``.
+        checkpoint_every: Environment steps between checkpoints; None: a tenth of ``steps``.
+        keep_checkpoints: Number of newest checkpoints to keep.
+        evaluate_every: Environment steps between evaluations during training. They play the deterministic policy on
+            separate episodes, and the best policy is kept. None: never.
+        evaluation_episodes: Number of episodes of each of these evaluations.
+        stop_at_success: Success rate of an evaluation, in (0, 1], at which training ends; None: never.
+        threads: Numbers of threads; see :func:`frobs_train.decide_threads`.
+        wrappers: Gymnasium wrappers around the environment, innermost first, each with ``name`` and its keywords.
+        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`, each with ``name`` and its keywords.
+        log: Services that receive the log and evaluations in addition to ``progress.csv``: ``"wandb"``, ``"mlflow"``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -123,15 +122,15 @@ class RunConfig(BaseModel):
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None
     ) -> dict[str, Any]:
-        """Return the keywords that the environment is made with.
+        """Return the keywords of the environment.
 
         Args:
-            simulator: Another one than the training's.
-            randomize: None: as in the training, if it is; True: as in the training; False: the nominal models; or what
-                to randomise instead.
+            simulator: Name of the simulator; None: the simulator of the training run.
+            randomize: None: the randomization of the training run, if any; True: the same, but required; False: the
+                nominal models; a mapping: other randomization settings.
 
         Raises:
-            ConfigurationError: As in the training, which randomises nothing.
+            ConfigurationError: ``randomize`` is True, but the training run does not randomize anything.
         """
         if randomize is True and not self.randomize:
             raise ConfigurationError(f"{OWNER} randomises nothing; leave out --randomized, or give what to randomise.")
@@ -146,7 +145,7 @@ class RunConfig(BaseModel):
 def differences(
     before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
 ) -> Iterator[tuple[str, Any, Any]]:
-    """Yield dotted key, old and new value of each setting that differs; None if a key is missing."""
+    """Yield dotted key, old value and new value of each setting that differs; a missing value is None."""
     for key in {**after, **before}:
         old, new = before.get(key), after.get(key)
         if isinstance(old, Mapping) and isinstance(new, Mapping):
@@ -156,15 +155,15 @@ def differences(
 
 
 def algorithm_record(name: str) -> AlgorithmRecord:
-    """Return an algorithm's record."""
+    """Return the record of an algorithm."""
     return cast(AlgorithmRecord, get_record("algorithm", name))
 
 
 def resolve_algorithm_config(record: AlgorithmRecord, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Check an algorithm's settings and fill in its defaults; complete settings are returned unchanged."""
+    """Check the settings of an algorithm and add its defaults. Complete settings are returned unchanged."""
     try:
         return dict(record.load().resolve_config(settings))
-    except UnknownParameterError as error:  # of an algorithm that does not look at where a key was written
+    except UnknownParameterError as error:  # the algorithm does not report the file and line
         origin = find_origin(settings, [error.name])
         if origin is None:
             raise

@@ -1,4 +1,4 @@
-"""Configuration files in layouts other than a run's own, which algorithms translate."""
+"""Configuration files in other layouts, which algorithms translate."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _log = logging.getLogger("frobs")
 def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
     """Read a YAML file, and translate it if an algorithm's record declares its layout.
 
-    Keys that have no meaning for a run are reported in one line.
+    Keys that have no meaning for a run are reported in a single line.
 
     Returns:
-        Keys of :class:`frobs_train.RunConfig`, and whether they were translated.
+        Keys of :class:`frobs_train.RunConfig`, and whether the file was translated.
     """
     mapping = load_yaml(file)
     found = {
@@ -46,7 +46,7 @@ def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[Co
 
 
 def _has(mapping: Any, key: str) -> bool:
-    """Return whether a file has a dotted key."""
+    """Return whether the mapping of a file contains a dotted key."""
     for part in key.split("."):
         if not isinstance(mapping, Mapping) or part not in mapping:
             return False

@@ -1,4 +1,4 @@
-"""Putting the configuration of a run together."""
+"""Resolve the configuration of a run."""
 
 from __future__ import annotations
 
@@ -30,28 +30,28 @@ def resolve_config(
     flags: Mapping[str, Any] | None = None,
     settings: Sequence[str] = (),
 ) -> RunConfig:
-    """Put a configuration together; what comes later in the list wins.
+    """Resolve a configuration from its sources; later sources in this list override earlier ones.
 
-    1. what the algorithm's record has tuned for this ID; 2. the file; 3. the flags; 4. the settings.
-    A file in another layout that the algorithm knows is translated, and stands for itself: what was tuned is left out.
-    A file may have a section ``controllers`` with one mapping for each controller, which counts when that controller
-    is chosen.
+    1. the settings that the algorithm's record has tuned for this ID; 2. the file; 3. the flags; 4. the settings.
+    If the file has another layout that the algorithm supports, it is translated and the tuned settings are not used.
+    The file may have a section ``controllers`` with one mapping per controller. Only the mapping of the chosen
+    controller is used.
 
     Args:
-        environment: Gymnasium ID; None: the file has it.
-        file: A YAML file with the keys of :class:`RunConfig`.
-        flags: Keys of :class:`RunConfig`, and those of ``environment_kwargs`` that have flags of their own: ``robot``,
-            ``tcp``, ``base``, ``simulator`` and ``controller``; those that are None do not count.
-        settings: ``"algorithm_config.n_steps=16"``: a dotted key and a YAML value.
+        environment: Gymnasium ID; None: the ID in the file.
+        file: YAML file with the keys of :class:`RunConfig`.
+        flags: Keys of :class:`RunConfig`, and the keys of ``environment_kwargs`` that have their own flags: ``robot``,
+            ``tcp``, ``base``, ``simulator`` and ``controller``. Values that are None are ignored.
+        settings: Dotted keys and YAML values, such as ``"algorithm_config.n_steps=16"``.
 
     Returns:
-        The configuration, with every default of the algorithm filled in.
+        The configuration, including all defaults of the algorithm.
 
     Raises:
-        UnknownNameError: No algorithm has the name.
+        UnknownNameError: No algorithm has this name.
         UnknownParameterError: A key is unknown.
         ConfigurationError: A value cannot be used.
-        ConfigFileError: Either, in a file.
+        ConfigFileError: A key in a file is unknown, or a value in it cannot be used.
     """
     from_flags = _from_flags(environment, flags or {})
     from_settings = merge(*(read_setting(setting) for setting in settings))
@@ -70,7 +70,7 @@ def resolve_config(
 
 
 def check_config(merged: Mapping[str, Any]) -> RunConfig:
-    """Return the configuration that merged settings make; the algorithm's settings are not checked.
+    """Validate merged settings and return their configuration. Settings of the algorithm are not checked.
 
     Raises:
         ConfigurationError: A key is unknown, or a value cannot be used.
@@ -88,7 +88,7 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
 
 
 def _check_stop(config: RunConfig) -> None:
-    """Refuse a threshold that nothing is compared with."""
+    """Reject a success threshold if there are no evaluations to compare it with."""
     if config.stop_at_success is not None and config.evaluate_every is None:
         raise MissingSettingError(
             f"{OWNER}: stop_at_success", "evaluate_every", "it is compared with evaluations during the training run"
@@ -96,7 +96,7 @@ def _check_stop(config: RunConfig) -> None:
 
 
 def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str, Any]:
-    """Hand the threads of the algorithm's library over to its own settings."""
+    """Add the number of threads of the algorithm's library to its settings."""
     if torch is None:
         return settings
     given = settings.get("torch_threads", torch)
@@ -108,7 +108,7 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
 
 
 def _check_randomize(merged: Mapping[str, Any]) -> None:
-    """Refuse what no environment could be randomised with, and a second place to write it."""
+    """Reject invalid randomization settings, and settings in the wrong place."""
     if "randomize" in _environment_kwargs(merged):
         reason = "'randomize' stands beside environment_kwargs, not in it; move it there."
         origin = find_origin(merged, ["environment_kwargs", "randomize"])
@@ -120,7 +120,7 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
     given = {key: value for key, value in flags.items() if value is not None}
     if environment is not None:
         given["environment"] = environment
-    if Path(str(given.get("robot", ""))).is_file():  # so that the run is found to be the same from any other folder
+    if Path(str(given.get("robot", ""))).is_file():  # the configuration must not depend on the working directory
         given["robot"] = str(Path(given["robot"]).resolve())
     for name in ("robot", "tcp", "base", "simulator", "controller"):
         if name in given:
@@ -129,7 +129,7 @@ def _from_flags(environment: str | None, flags: Mapping[str, Any]) -> dict[str, 
 
 
 def read_setting(setting: str) -> dict[str, Any]:
-    """Return ``key=value`` or ``section.key=value``, with a YAML value, as nested mappings."""
+    """Parse ``key=value`` or ``section.key=value``, with a YAML value, into nested mappings."""
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):
@@ -154,7 +154,7 @@ def _environment_kwargs(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_section(layer: ConfigMapping, controller: Any) -> tuple[Mapping[str, Any], ...]:
-    """Take the section of a controller out of a layer, to be laid over it."""
+    """Split a layer into the layer without its controller sections, and the section of a controller, if any."""
     sections = layer.get("controllers")
     if sections is None:
         return (layer,)
