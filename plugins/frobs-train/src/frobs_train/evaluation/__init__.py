@@ -1,1 +1,1 @@
-"""Evaluating, playing and filming policies."""
+"""Evaluate, watch and record policies."""

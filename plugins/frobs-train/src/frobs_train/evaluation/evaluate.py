@@ -1,4 +1,4 @@
-"""Evaluating what a run has learned, on episodes that it has never seen."""
+"""Evaluate the policy of a run on episodes that were not used in training."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ _log = logging.getLogger("frobs")
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """What an evaluation found.
+    """Result of an evaluation.
 
     Attributes:
-        success_rate: Share of the episodes that ended in success; None where the environment does not say.
-        success_interval: Wilson's 95 % interval of it.
-        mean_reward: Undiscounted, per episode.
-        mean_length: [control steps]
-        tracking_error: Mean over the second half of each episode, when the robot has had time to get there [m]; None
-            where the task has none.
-        episodes: How many.
-        success_by_octant: By the signs of the goal relative to the middle of the goal box (``"+x-y+z"``); None where
-            the task has no goal positions.
+        success_rate: Share of the episodes that ended in success; None if the environment does not report success.
+        success_interval: Wilson's 95 % interval of the success rate.
+        mean_reward: Mean undiscounted return per episode.
+        mean_length: Mean episode length [control steps].
+        tracking_error: Mean tracking error in the second half of the episodes, after the robot has had time to approach
+            the target [m]; None if the task has no tracking error.
+        episodes: Number of episodes.
+        success_by_octant: Success by octant of the goal box: the signs of the goal relative to its center, such as
+            ``"+x-y+z"``. None if the task has no goal positions.
         environment: Gymnasium ID.
-        simulator: Where another than the training's was asked for.
-        randomize: What was randomised; None: nothing, the nominal models.
-        seed: That the episodes come from.
-        deterministic: Whether the policy's mode was taken.
-        steps: Environment steps that the policy had trained for.
+        simulator: Name of the simulator, if one was chosen; None: the simulator of the training run.
+        randomize: Randomization settings; None: the nominal models.
+        seed: Seed of the episodes.
+        deterministic: Whether the policy's actions were deterministic.
+        steps: Environment steps for which the policy was trained.
     """
 
     success_rate: float | None
@@ -67,7 +67,7 @@ class Evaluation:
     steps: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return values that JSON can represent."""
         return asdict(self)
 
 
@@ -82,25 +82,25 @@ def evaluate(
     deterministic: bool = True,
     checkpoint: str | int = "newest",
 ) -> Evaluation:
-    """Evaluate a checkpoint, and write the result into the run's ``evaluations/``.
+    """Evaluate a checkpoint, and write the result to the run's ``evaluations/``.
 
-    Every environment plays a number of episodes that is fixed beforehand, so that short episodes do not count more.
-    Their seeds are never those of a training.
+    The number of episodes of each environment is fixed beforehand, so that short episodes are not overrepresented.
+    Seeds of evaluations are never used in training.
 
     Args:
         run: The run.
-        episodes: Exactly so many, ≥ 1.
-        simulator: Another one than the training's.
-        randomize: False: the nominal models; True: as in the training; or what to randomise instead.
-        seed: ≥ 0; None: the run's.
-        num_envs: How many are stepped together, ≥ 1.
-        deterministic: Take the mode of the policy, or else sample.
-        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+        episodes: Exact number of episodes, ≥ 1.
+        simulator: Name of the simulator; None: the simulator of the training run.
+        randomize: False: the nominal models; True: the randomization of the training run; a mapping: other settings.
+        seed: Seed of the episodes, ≥ 0; None: the run's seed.
+        num_envs: Number of environments that are stepped together, ≥ 1; None: chosen automatically.
+        deterministic: Whether to use the policy's deterministic actions instead of sampling.
+        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
 
     Raises:
-        CheckpointError: The checkpoint is not there, or none is usable.
+        CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
         ConfigurationError: A number is out of range.
-        RunError: The environment is not the one of the training.
+        RunError: The environment differs from that of the training run.
     """
     config = run.config
     chosen_seed = config.seed if seed is None else seed
@@ -138,11 +138,11 @@ def evaluate(
     if randomized:
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     path = run.path / "evaluations" / f"{name}.json"
-    if run.path.is_file() or isinstance(run, ExpertRun):  # a bundle, which stays as it is, or no run at all
+    if run.path.is_file() or isinstance(run, ExpertRun):  # there is no folder to write to
         return result
     try:
         write_json(path, result.to_dict())
-    except OSError as error:  # what was found is not lost for it
+    except OSError as error:  # return the result anyway
         _log.warning("%s cannot be written: %s; free some space, or make the folder writable.", path, error.strerror)
     if config.log and checkpoint == "newest" and deterministic:
         from frobs_train.logs.services import log_evaluation
@@ -152,9 +152,9 @@ def evaluate(
 
 
 def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
-    """Return how many environments an evaluation steps together: few if each is a process or an engine of its own.
+    """Return the number of environments that an evaluation steps together.
 
-    A paced simulator has one.
+    It is small if each environment is a separate process or engine, and 1 for a paced simulator.
     """
     name = simulator or config.environment_kwargs.get("simulator")
     if is_paced(name):
@@ -165,12 +165,12 @@ def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = Non
 
 
 def _digest(settings: Mapping[str, Any]) -> str:
-    """Return a short name of settings, so that evaluations with others stand beside each other."""
+    """Return a digest of settings, so that evaluations with different settings have different files."""
     return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]; rounding does not shut the proportion out."""
+    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]. It always contains the proportion."""
     z = 1.959963984540054  # 97.5 % quantile of the normal distribution
     rate = successes / episodes
     scale = 1.0 + z * z / episodes

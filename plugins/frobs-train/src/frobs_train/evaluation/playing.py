@@ -1,4 +1,4 @@
-"""Playing a fixed number of episodes with a policy."""
+"""Play a fixed number of episodes with a policy."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class OctantResult:
     """Success in one eighth of the goal box.
 
     Attributes:
-        success_rate: In [0, 1].
-        episodes: How many had their goal there.
+        success_rate: Success rate, in [0, 1].
+        episodes: Number of episodes with a goal in this octant.
     """
 
     success_rate: float
@@ -30,9 +30,9 @@ class OctantResult:
 def play_episodes(
     env: gym.vector.VectorEnv[Any, Any, Any], policy: Algorithm, episodes: int, seed: int, deterministic: bool = True
 ) -> EpisodeCounter:
-    """Play exactly so many episodes in an environment with same-step autoreset.
+    """Play an exact number of episodes in an environment with same-step autoreset.
 
-    Each environment plays a number of episodes that is fixed beforehand, so that short ones do not count more.
+    The number of episodes of each environment is fixed beforehand, so that short episodes are not overrepresented.
     """
     counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
     recorder = EpisodeRecorder(env, counter.add)
@@ -54,8 +54,8 @@ class EpisodeCounter:
     Args:
         num_envs: Number of environments.
         episodes: Total number of episodes.
-        goals: From :func:`goal_reader`.
-        errors: From :func:`error_reader`.
+        goals: Result of :func:`goal_reader`.
+        errors: Result of :func:`error_reader`.
     """
 
     def __init__(
@@ -68,9 +68,9 @@ class EpisodeCounter:
         self._left = np.full(num_envs, episodes // num_envs)
         self._left[: episodes % num_envs] += 1
         self._goals, self._errors = goals, errors
-        self._steps = np.zeros(num_envs, np.int64)  # into the episode
+        self._steps = np.zeros(num_envs, np.int64)  # steps since the start of the episode
         self._error_sum, self._error_count = 0.0, 0
-        self._begun: Floats = np.empty((num_envs, 3))  # goals at the episodes' starts
+        self._begun: Floats = np.empty((num_envs, 3))  # goals at the start of the episodes [m]
         self._ended: list[Floats] = []
         self._finished: FinishedEpisodes | None = None
         self.rewards: list[float] = []
@@ -83,12 +83,12 @@ class EpisodeCounter:
         return not self._left.any()
 
     def begin(self) -> None:
-        """Remember the first goals."""
+        """Store the goals of the first episodes."""
         if self._goals is not None:
             self._begun[:] = self._goals[0]()
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Count episodes."""
+        """Add the episodes that finished in a step."""
         wanted = self._left[finished.env_ids] > 0
         self._left[finished.env_ids[wanted]] -= 1
         self.rewards += finished.rewards[wanted].tolist()
@@ -99,7 +99,7 @@ class EpisodeCounter:
         self._finished = finished
 
     def after_step(self) -> None:
-        """Remember the goals of the episodes that have begun in the step, and the errors of those that go on."""
+        """Store the goals of episodes that began in this step, and add the tracking errors."""
         if self._errors is not None:
             self._steps += 1
             if self._finished is not None:
@@ -115,11 +115,11 @@ class EpisodeCounter:
 
     @property
     def tracking_error(self) -> float | None:
-        """Mean over the second halves of the episodes [m]; None where there is none."""
+        """Mean tracking error over the second halves of the episodes [m]; None if there is none."""
         return self._error_sum / self._error_count if self._error_count else None
 
     def by_octant(self) -> dict[str, OctantResult] | None:
-        """Return the success in each octant that had a goal."""
+        """Return the success in each octant that contained a goal; None without goals or successes."""
         if self._goals is None or not self.successes:
             return None
         above = np.concatenate(self._ended) > self._goals[1]  # (episodes, 3)
@@ -142,7 +142,7 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
 
 
 def error_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], int] | None:
-    """Return a function that reads tracking errors, (num_envs,) [m], and the time limit in steps; None if one lacks."""
+    """Return a function that reads tracking errors, (num_envs,) [m], and the time limit [steps]; None without both."""
     task: Any = getattr(env.unwrapped, "task", None)
     error: Any = getattr(task, "tracking_error", None)
     limit = env.spec.max_episode_steps if env.spec is not None else None

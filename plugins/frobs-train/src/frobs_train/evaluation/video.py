@@ -1,4 +1,4 @@
-"""A video of what a run has learned."""
+"""Record a video of a policy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 
 Frame = npt.NDArray[np.uint8]
-"""(height, width, 3) rgb."""
+"""RGB image, (height, width, 3)."""
 
 
 def record_video(
@@ -35,19 +35,19 @@ def record_video(
 
     Args:
         run: The run.
-        path: The file; None: ``video.mp4`` in the run's folder.
-        episodes: ≥ 1, from the run's evaluation seed.
-        randomized: Randomise as in the training, or else play on the nominal model.
-        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+        path: File to write; None: ``video.mp4`` in the run's folder.
+        episodes: Number of episodes, ≥ 1. They use the run's evaluation seed.
+        randomized: Use the randomization of the training run; otherwise the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
-        RenderingUnavailableError: No picture can be drawn on this machine.
-        RunError: imageio-ffmpeg is not installed, or no picture comes from the environment.
-        ConfigurationError: The environment cannot draw, or a number is out of range.
-        CheckpointError: The checkpoint is not there, or none is usable.
+        RenderingUnavailableError: This machine cannot render images.
+        RunError: imageio-ffmpeg is not installed, or the environment does not render RGB images.
+        ConfigurationError: The environment cannot render, or a number is out of range.
+        CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
     """
     whole_number("episodes", episodes, 1)
     try:
@@ -67,7 +67,7 @@ def record_video(
     try:
         policy, _ = acting_policy(run, env, checkpoint)
         frames = play_frames(env, policy, episodes, run.seeds.evaluation)
-        first = next(frames)  # before anything is written: drawing may be impossible here
+        first = next(frames)  # render before writing anything, because rendering may fail
         height, width = first.shape[:2]
 
         def write(aside: Path) -> None:
@@ -94,7 +94,7 @@ def record_video(
 
 
 def play_frames(env: gym.Env[Any, Any], policy: Algorithm, episodes: int, seed: int) -> Iterator[Frame]:
-    """Play episodes and yield a picture of every state."""
+    """Play episodes and yield an image of each state."""
     for episode in range(episodes):
         observation, _ = env.reset(seed=seed if episode == 0 else None)
         state, start, done = None, np.ones(1, bool), False
@@ -114,7 +114,7 @@ def add_batch(observation: Any) -> Any:
 
 
 def frames_per_second(env: gym.Env[Any, Any]) -> float:
-    """Return the rate at which steps are real time: of the control step, or what the environment says [1/s]."""
+    """Return the frame rate of real time [1/s], from the control timestep or the environment's metadata."""
     control_timestep = getattr(env.unwrapped, "control_timestep", None)
     return 1.0 / control_timestep if control_timestep else float(env.metadata.get("render_fps", 30))
 
@@ -122,9 +122,9 @@ def frames_per_second(env: gym.Env[Any, Any]) -> float:
 def _picture(env: gym.Env[Any, Any]) -> Frame:
     try:
         frame = env.render()
-    except gym.error.Error as error:  # of others' environments: a package that draws is not installed
+    except gym.error.Error as error:  # environments of other packages: a rendering package is missing
         raise RunError(f"cannot render: {error}") from error
     if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
         raise RunError(f"{env.spec.id if env.spec else env} draws no rgb picture; record another environment.")
-    # yuv420p halves height and width: an odd one gets its last row or column twice.
+    # yuv420p requires an even height and width: repeat the last row or column if they are odd.
     return np.pad(frame, ((0, frame.shape[0] % 2), (0, frame.shape[1] % 2), (0, 0)), mode="edge")

@@ -1,4 +1,4 @@
-"""Watching what a run has learned, in a window."""
+"""Watch a policy in a window."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
 
     Args:
         run: The run.
-        episodes: None: without end.
-        randomized: Randomise as in the training, or else play on the nominal model.
-        checkpoint: ``"newest"``, ``"best"`` of the evaluations during the training, or its environment steps.
+        episodes: Number of episodes; None: unlimited.
+        randomized: Use the randomization of the training run; otherwise the nominal model.
+        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
 
     Returns:
-        How many episodes ended.
+        The number of finished episodes.
 
     Raises:
         RenderingUnavailableError: There is no display.
         ConfigurationError: The environment has no window.
-        CheckpointError: The checkpoint is not there, or none is usable.
+        CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
     """
     env = make_env(
         run.config.environment,
@@ -35,7 +35,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         render_mode="human",
         wrappers=run.config.wrappers,
     )
-    # Others' environments wait by themselves in render; ours say how long a step is.
+    # Environments of other packages pace themselves in render; those of FRobs have a control timestep.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0
     try:
