@@ -1,4 +1,4 @@
-"""What a policy bundle says about its policy."""
+"""Facts about a policy that its bundle stores."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from frobs_train.runs.versions import versions
 
 _SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*( (AND|OR|WITH) [A-Za-z0-9][A-Za-z0-9.+-]*)*")
 _PARTS = ("task", "robot", "controller", "simulator")
-_CURVE = 60  # points of a learning curve: as many as can be told apart in a small picture
+_CURVE = 60  # points of a learning curve, enough for a small plot
 _NO_LICENSE = "No licence was given with this policy; ask whoever trained it before you pass it on.\n"
 
 
 def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfig) -> dict[str, Any]:
-    """Return what the policy acts on: environment, robot, controller, action and observation."""
+    """Return facts about environment, robot, controller, action and observation of the policy."""
     base: Any = env.unwrapped
-    base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # those that are stepped one by one are alike
+    base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # single environments are identical
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
     controller, observations = (base.controller, base.observations) if ours else (None, None)
     names = _names(vars(base.config) if ours else config.environment_kwargs)
     timestep = getattr(base, "control_timestep", None)
     changes = None if controller is None else controller.max_action_change
-    if controller is not None and env.single_action_space != controller.action_space:  # a wrapper's
+    if controller is not None and env.single_action_space != controller.action_space:  # a wrapper changes the actions
         changes = None
     unwrapped = observations is not None and env.single_observation_space == observations.space
     spaces = spaces_facts(env.single_observation_space, env.single_action_space)
@@ -78,13 +78,13 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
 
 
 def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
-    """Return the spaces of one environment as a bundle stores them, those of an observation by key."""
+    """Return the spaces of one environment as a bundle stores them; observation spaces are listed by key."""
     parts = _parts(observation_space)
     return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
 
 
 def training_facts(run: Run, steps: int) -> dict[str, Any]:
-    """Return where the policy comes from: algorithm, configuration, seed, time, results and versions."""
+    """Return facts about the policy's training: algorithm, configuration, seed, time, results and versions."""
     config = plain(run.config.model_dump())
     trained = run.path / "versions.json"
     curve = learning_curve(run, steps)
@@ -106,7 +106,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
 
 
 def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
-    """Return the log up to a checkpoint in few points: ``steps``, ``seconds``, mean ``reward`` and ``success``."""
+    """Return a few points of the log up to a checkpoint: ``steps``, ``seconds``, mean ``reward`` and ``success``."""
     path = run.path / "progress.csv"
     columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
     rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
@@ -122,7 +122,7 @@ def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
 
 
 def license_text(license: str | None) -> str:
-    """Return the text of the bundle's ``LICENSE`` for an SPDX expression, the path of a text, or None."""
+    """Return the text of the bundle's ``LICENSE`` for an SPDX expression, the path of a text file, or None."""
     if license is None:
         return _NO_LICENSE
     path = Path(license)
@@ -140,12 +140,12 @@ def license_text(license: str | None) -> str:
 
 
 def _names(keywords: Mapping[str, Any]) -> dict[str, str]:
-    """Return the names of the parts among an environment's keywords."""
+    """Return the names of registered parts in the keywords of an environment."""
     return {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
 
 
 def _parameters(config: RunConfig) -> Mapping[str, Any]:
-    """Return the keywords that the ID itself has; none where it is another package's."""
+    """Return the keywords of the environment ID; empty if it belongs to another package."""
     try:
         return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters
     except PluginError:
@@ -185,7 +185,7 @@ def _terms(observations: Observations) -> list[dict[str, Any]]:
 
 
 def _images(observations: Observations) -> dict[str, Any]:
-    """Return what takes each image, by its key in the observation, and the unit of its values."""
+    """Return the camera view and the unit of each image, by its key in the observation."""
     terms = observations.terms.values()
     return {term.key: {**plain(term.view), "unit": term.unit} for term in terms if term.view is not None}
 
@@ -210,7 +210,7 @@ def _space(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def _commit(folder: Path) -> dict[str, Any] | None:
-    """Return the commit of the repository that the run lies in, and whether anything differs from it; None: in none."""
+    """Return the commit of the repository that contains the run, and whether it is clean; None without one."""
 
     def git(*arguments: str) -> str:
         command = ["git", "-C", str(folder), *arguments]

@@ -1,4 +1,4 @@
-"""The trained policies that come with environment IDs; nothing heavy is imported to tell of them."""
+"""Trained policies of environment IDs, described without importing large packages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frobs_deploy import Bundle, BundleError, read_bundle
 
 
 def read_pretrained(environment: str) -> Bundle:
-    """Read the trained policy that comes with an ID, which may have the form ``frobs_core:frobs/…``.
+    """Read the trained policy of an environment ID, which may have the form ``frobs_core:frobs/…``.
 
     Raises:
         UnknownNameError: The ID does not exist.
@@ -27,7 +27,7 @@ def read_pretrained(environment: str) -> Bundle:
 
 
 def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
-    """Return what there is to know of a trained policy before it is used, in plain types."""
+    """Return facts about a trained policy, in plain types."""
     training: Mapping[str, Any] = bundle.manifest.get("training") or {}
     claimed = claimed_evaluation(bundle) or {}
     commit = (bundle.manifest.get("export") or {}).get("commit") or {}
@@ -53,9 +53,9 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
 
 
 def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[str, Any] | None:
-    """Return the evaluation with the most episodes before the export; None if there is none.
+    """Return the evaluation before the export that has the most episodes; None if there is none.
 
-    ``simulator`` None means the simulator of the training run.
+    If ``simulator`` is None, it is the simulator of the training run.
     """
     found = (bundle.manifest.get("training") or {}).get("evaluations") or []
     nominal = [row for row in found if row.get("simulator") == simulator and not row.get("randomize")]

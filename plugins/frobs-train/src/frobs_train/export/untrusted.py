@@ -1,4 +1,4 @@
-"""What a policy bundle of unknown origin may ask for: registered names, listed wrappers and plain data."""
+"""Contents that an untrusted policy bundle may have: registered names, listed wrappers and plain data."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import UntrustedFileError
 from frobs_train.configuration.config import RunConfig
 
 PARTS = ("task", "robot", "controller", "simulator")
-"""Keywords of an environment that name a registered part."""
+"""Keywords of an environment whose values name a registered part."""
 
 WRAPPERS: Mapping[str, int] = {
     **{
@@ -54,23 +54,23 @@ WRAPPERS: Mapping[str, int] = {
         )
     },
 }
-"""The wrappers that a bundle may name, with the largest integer that each takes: they compute, and write no file."""
+"""Wrappers that a bundle may name, with the largest integer that each accepts. They do not write files."""
 
 MAX_PIXELS = 2**22
-"""Most pixels in the images of one observation that a bundle may ask for: drawing larger ones could fill the memory."""
+"""Largest number of pixels in the images of one observation; rendering more could exhaust the memory."""
 
-_USUAL = (84, 84)  # of an image without a size
+_USUAL = (84, 84)  # default size of an image [pixels]
 
-_OWN = ("frobs_core",)  # modules that are imported anyway
-_NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # perhaps "distribution:name"
-_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # what makes a text a path, a URL or an import name
+_OWN = ("frobs_core",)  # modules that are always imported
+_NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # optionally "distribution:name"
+_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # marks of a path, a URL or an import name
 
 
 def check_config(path: Path, config: RunConfig) -> None:
-    """Check what playing a bundle would build, before anything of it is imported or created.
+    """Check the configuration of a bundle before anything in it is imported or created.
 
     Raises:
-        UntrustedFileError: It names a module, a file, a wrapper that is not listed, or anything but plain data.
+        UntrustedFileError: It names a module, a file or an unlisted wrapper, or contains other than plain data.
     """
     for reason in _reasons(config):
         raise UntrustedFileError(path, reason)
@@ -98,7 +98,7 @@ def _reasons(config: RunConfig) -> Iterator[str]:
 
 
 def _too_large(observations: Any) -> Iterator[str]:
-    """Yield a reason if images have too many pixels together. A term that is no image, or is wrong, is found later."""
+    """Yield a reason if the images have too many pixels in total. Invalid terms are detected later."""
     terms = observations.values() if isinstance(observations, Mapping) else ()
     sizes = [term.get("size", _USUAL if "camera" in term else None) for term in terms if isinstance(term, Mapping)]
     pairs = [size for size in sizes if isinstance(size, list | tuple) and len(size) == 2]
