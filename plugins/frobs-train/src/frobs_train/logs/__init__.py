@@ -1,1 +1,1 @@
-"""What a run records while it trains."""
+"""Records of a training run."""

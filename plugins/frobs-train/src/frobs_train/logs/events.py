@@ -22,8 +22,8 @@ class EventLog:
 
     Args:
         folder: Folder of the events.
-        resumed_at: Environment steps from which the run continues: later events are removed from existing files, and a
-            running TensorBoard is told to forget them. None: a new run.
+        resumed_at: Environment steps from which the run continues. Later events are removed from existing files, and a
+            running TensorBoard discards them. None: a new run.
 
     Raises:
         ImportError: TensorBoard is not installed.
@@ -40,7 +40,7 @@ class EventLog:
             for path in sorted(folder.glob("events.out.tfevents.*")):
                 _cut(path, resumed_at, Event)
         name = f"events.out.tfevents.{int(time.time()):010d}.{socket.gethostname()}.{os.getpid()}"
-        others = len(list(folder.glob(f"{name}.*")))  # of this process, within a second
+        others = len(list(folder.glob(f"{name}.*")))  # files that this process has opened in the same second
         self._file: IO[bytes] = (folder / f"{name}.{others}").open("wb")
         self._records = RecordWriter(self._file)
         self._write(file_version="brain.Event:2")
@@ -48,13 +48,13 @@ class EventLog:
             self._write(step=resumed_at + 1, session_log=SessionLog(status=SessionLog.START))
 
     def write(self, steps: int, values: Mapping[str, float]) -> None:
-        """Write scalars."""
+        """Write scalar values."""
         scalars = [self._summary.Value(tag=name, simple_value=value) for name, value in values.items()]
         self._write(step=steps, summary=self._summary(value=scalars))
 
     def close(self) -> None:
-        """Close the file; twice is harmless."""
-        with contextlib.suppress(OSError):  # what a full disk refused would be refused again
+        """Close the file. May be called twice."""
+        with contextlib.suppress(OSError):  # if the disk is full, flushing fails again
             self._file.close()
 
     def _write(self, **fields: Any) -> None:
@@ -63,7 +63,7 @@ class EventLog:
 
 
 def _cut(path: Path, steps: int, event: Any) -> None:
-    """Remove the events beyond some steps from a file, and a last one that a kill cut short."""
+    """Remove events after a number of steps from a file, and an incomplete last event."""
     data = path.read_bytes()
     kept, place = bytearray(), 0
     while place + _HEADER.size <= len(data):

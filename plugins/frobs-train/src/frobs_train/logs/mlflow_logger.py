@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from frobs_train.runs.run import Run
 
 _MOST_PARAMS, _MOST_METRICS, _LONGEST_PARAM = 100, 1000, 6000
-"""Limits of MLflow for one request and for the length of a parameter."""
+"""Limits of MLflow: parameters and metrics per request, and length of a parameter."""
 
 
 class MlflowLogger(ServiceLogger):
     """Sends a run to MLflow: rows and evaluations as metrics, the configuration as parameters, versions as tags.
 
-    The experiment is that of ``MLFLOW_EXPERIMENT_NAME``, or else ``frobs``. A resumed run uses the tracking URI with
-    which it began, unless ``MLFLOW_TRACKING_URI`` is set.
+    The experiment is ``MLFLOW_EXPERIMENT_NAME``, or else ``frobs``. A resumed run uses its first tracking URI, unless
+    ``MLFLOW_TRACKING_URI`` is set.
     """
 
     name: ClassVar[str] = "mlflow"

@@ -1,4 +1,4 @@
-"""The log of a run: ``progress.csv``, and the same as TensorBoard events."""
+"""The log of a run: ``progress.csv``, and the same values as TensorBoard events."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from frobs_train.logs.events import EventLog
 _REMOVE = "Remove the file to use the run without its log; a resumed run starts a new one."
 
 STEPS = "train/steps"
-"""The column that counts environment steps."""
+"""Column with the number of environment steps."""
 
 
 class ProgressLog:
@@ -47,7 +47,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def write(self, row: Mapping[str, float | None]) -> None:
-        """Write a row immediately; None leaves a cell empty."""
+        """Write a row immediately. None leaves a cell empty."""
         try:
             self._write_csv(row)
             if self._events is not None:
@@ -57,7 +57,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def sync(self) -> None:
-        """Wait until the rows are on the disk, because a checkpoint relies on them."""
+        """Flush the rows to the disk, because checkpoints rely on them."""
         if self._file is not None:
             try:
                 os.fsync(self._file.fileno())
@@ -65,8 +65,8 @@ class ProgressLog:
                 raise self._failure(error) from error
 
     def close(self) -> None:
-        """Close the files; twice is harmless."""
-        # What a full disk refused is in the file's buffer still, and would be refused again.
+        """Close the files. May be called twice."""
+        # If the disk is full, flushing the file's buffer fails again.
         with contextlib.suppress(OSError):
             if self._file is not None:
                 self._file.close()
@@ -102,7 +102,7 @@ class ProgressLog:
         self._columns = columns
 
     def _trim(self, steps: int) -> list[str]:
-        """Leave the rows up to some steps, and return the columns."""
+        """Remove the rows after a number of steps, and return the columns."""
         rows = read_rows(self._path)
         kept = [row for row in rows if _steps(row) <= steps]
         columns = list(rows[0]) if kept else []
@@ -118,7 +118,7 @@ class ProgressLog:
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a ``progress.csv`` as text; a last line that a kill cut short is left out.
+    """Return the rows of a ``progress.csv`` as text, without an incomplete last line.
 
     Raises:
         RunError: The file is damaged.
@@ -140,7 +140,7 @@ def read_columns(run: Path) -> dict[str, Floats]:
 
 
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
-    """Return a weighted moving mean over a share of the rows, (rows,), without NaN values; NaN if none is left."""
+    """Return a weighted moving mean over a share of the rows, (rows,), ignoring NaN; NaN if nothing is left."""
     half = int(window * len(values) / 2)
     valid = np.isfinite(values)
     weight = np.where(valid, np.nan_to_num(weights), 0.0)
@@ -154,7 +154,7 @@ def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
 
 
 def read_progress(path: Path) -> dict[str, list[float]]:
-    """Return the columns of a ``progress.csv``; an empty cell is NaN.
+    """Return the columns of a ``progress.csv``, with NaN for empty cells.
 
     Raises:
         RunError: The file is damaged.
@@ -175,7 +175,7 @@ def last_value(values: Sequence[float]) -> float | None:
 def _steps(row: Mapping[str, str]) -> float:
     try:
         return math.inf if None in row else float(row[STEPS])
-    except (KeyError, TypeError, ValueError):  # the disk lost power in the middle of it
+    except (KeyError, TypeError, ValueError):  # power loss while the row was written
         return math.inf
 
 
@@ -195,7 +195,7 @@ def _cell(value: float | None) -> str:
 
 
 def _open_events(folder: Path, resumed_at: int | None) -> EventLog | None:
-    """Return a writer, or None where TensorBoard is not installed: the CSV has the same numbers."""
+    """Return a writer; None if TensorBoard is not installed, because the CSV has the same values."""
     try:
         return EventLog(folder, resumed_at)
     except ImportError:

@@ -1,4 +1,4 @@
-"""Watching a vector environment: what every episode came to."""
+"""Record the episodes of a vector environment."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from frobs_train.environments import EnvironmentRecipe
 
 TERM_PREFIX = "frobs/reward/"
-"""What the keys of reward terms in ``info`` begin with."""
+"""Prefix of the keys of reward terms in ``info``."""
 
 FROM_PATH = "frobs/from_path"
-"""Key of ``final_info``: (num_envs,) bool, episodes that began on an expert's path and that statistics leave out."""
+"""Key in ``final_info``: (num_envs,) bool, True for episodes that began on an expert's path; not in statistics."""
 
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
-    """The n episodes that ended in one step; all arrays are (n,)."""
+    """The n episodes that ended in one step. All arrays are (n,)."""
 
     env_ids: npt.NDArray[np.intp]  # the environments in which they ended
     rewards: Floats  # undiscounted sums
@@ -34,12 +34,12 @@ class FinishedEpisodes:
 
 
 class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Reports the episodes that end, and changes nothing else.
+    """Reports finished episodes, and changes nothing else.
 
-    ``info`` gets ``episode`` and ``_episode`` as from Gymnasium's own recorder.
+    It adds ``episode`` and ``_episode`` to ``info``, like the recorder of Gymnasium.
 
     Args:
-        env: An environment with same-step autoreset.
+        env: A vector environment with same-step autoreset.
         on_episodes: Called in each step in which episodes end.
         recipe: How the environments were made, for algorithms that make more of them in other processes; None: unknown.
 
@@ -69,11 +69,11 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
     @property
     def term_names(self) -> tuple[str, ...]:
-        """Names of the reward terms that were seen so far."""
+        """Names of the reward terms seen so far."""
         return tuple(self._terms)
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin all episodes anew."""
+        """Reset all environments."""
         self._rewards[:] = 0.0
         self._lengths[:] = 0
         for sums in self._terms.values():
@@ -81,7 +81,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and add up."""
+        """Step, and add up rewards and lengths."""
         observation, rewards, terminated, truncated, info = self.env.step(actions)
         self.steps += self.num_envs
         self._rewards += rewards
@@ -106,7 +106,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return state
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._rewards[:] = snapshot["recorder/rewards"]
         self._lengths[:] = snapshot["recorder/lengths"]
         self._terms = {name: np.array(sums) for name, sums in _below("recorder/terms/", snapshot).items()}
@@ -116,7 +116,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         base.restore({key: value for key, value in snapshot.items() if not key.startswith(("recorder/", "wrapper/"))})
 
     def metrics(self) -> dict[str, float]:
-        """Return what the wrappers report for the log."""
+        """Return the metrics that the wrappers report for the log."""
         return {
             name: value
             for each in self._wrappers()
@@ -125,7 +125,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         }
 
     def _wrappers(self) -> list[Any]:
-        """Return the wrappers between this and the environment that have a state to save."""
+        """Return the wrappers between the recorder and the environment that have a state to save."""
         found, env = [], self.env
         while isinstance(env, gym.vector.VectorWrapper):
             if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):
@@ -134,7 +134,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return found
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
-        # Where an episode ended, the step's own terms are in final_info: info tells of the reset already.
+        # If an episode ended, the terms of this step are in final_info; info already describes the reset.
         final = info.get("final_info", {}) if done is not None else {}
         for key in info if not final else {**info, **final}:
             if key.startswith(TERM_PREFIX):

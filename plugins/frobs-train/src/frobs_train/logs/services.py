@@ -39,8 +39,8 @@ class ServiceLogger(TrainingCallback):
     """Sends each row of ``progress.csv`` to one run of a service.
 
     The file ``<name>.json`` in the run folder stores the ID of that run and the steps of the last row that was sent, so
-    that a resumed training run continues it and sends no row twice. Rows that could not be sent are sent again at the
-    next checkpoint. Rows that were logged before the service was chosen are sent first.
+    that a resumed training run continues it without sending rows twice. Rows that could not be sent are sent again at
+    the next checkpoint. Rows that were logged before the service was chosen are sent first.
     """
 
     name: ClassVar[str]
@@ -53,7 +53,7 @@ class ServiceLogger(TrainingCallback):
         self._run: Run | None = None
 
     def on_start(self, run: Run, steps: int) -> None:
-        """Open the run of the service, and send the rows that it lacks."""
+        """Open the run of the service, and send missing rows."""
         self._state = read_state(run, self.name)
         self._state |= self._open(run, self._state)
         self._run = run
@@ -65,7 +65,7 @@ class ServiceLogger(TrainingCallback):
         self._send()
 
     def on_progress(self, progress: Progress, row: Mapping[str, float | None]) -> None:
-        """Send a row, unless a resumed run repeats it."""
+        """Send a row, unless it was sent before the run was resumed."""
         steps = int(row[STEPS] or 0)
         if steps > self._sent:
             self._pending.append((steps, _finite(row)))
@@ -73,15 +73,15 @@ class ServiceLogger(TrainingCallback):
             self._send()
 
     def on_checkpoint(self, checkpoint: Checkpoint) -> None:
-        """Send the rows that could not be sent before."""
+        """Send rows that could not be sent before."""
         self._send()
 
     def on_end(self, run: Run, steps: int) -> None:
-        """Remember that the training run is complete."""
+        """Mark the training run as complete."""
         self._complete = True
 
     def close(self) -> None:
-        """Send what is left, and close the run of the service."""
+        """Send the remaining rows, and close the run of the service."""
         if self._run is not None:
             self._send()
             try:
@@ -139,18 +139,18 @@ class ServiceLogger(TrainingCallback):
 
     @abstractmethod
     def _log_finals(self, steps: int, values: Mapping[str, float]) -> None:
-        """Send the results of an evaluation after some steps."""
+        """Send the results of an evaluation at a number of steps."""
 
     @abstractmethod
     def _close(self, *, complete: bool) -> None:
-        """Close the run of the service; it stays resumable."""
+        """Close the run of the service so that it can be resumed."""
 
 
 def check_services(names: Sequence[str]) -> None:
     """Raise MissingDependencyError if the package of a service is not installed."""
     for name in names:
         found = find_spec(name)
-        if found is None or found.origin is None:  # a folder of this name, as W&B writes one, is no package
+        if found is None or found.origin is None:  # ignore folders of this name, as W&B writes them
             raise MissingDependencyError(f"--log {name}", [name], f"pip install 'frobs-train[{name}]'")
 
 
@@ -181,7 +181,7 @@ def log_evaluation(run: Run, found: Evaluation) -> None:
 
 
 def read_state(run: Run, name: str) -> dict[str, Any]:
-    """Return what the run folder stores about a service; an empty mapping if nothing was sent to it yet."""
+    """Return the state of a service in the run folder; empty if nothing was sent to it yet."""
     import json
 
     try:
@@ -192,7 +192,7 @@ def read_state(run: Run, name: str) -> dict[str, Any]:
 
 
 def facts_of(run: Run) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the configuration of a run and its versions, as plain values."""
+    """Return the configuration and the versions of a run, as plain values."""
     import json
 
     versions: dict[str, Any] = json.loads((run.path / "versions.json").read_text("utf-8"))

@@ -1,4 +1,4 @@
-"""What is known of the episodes that ended."""
+"""Statistics of finished episodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
 class EpisodeStatistics:
-    """Gathers finished episodes: those since the last row of the log, and the last 100."""
+    """Collects the finished episodes since the last row of the log, and the last 100."""
 
     def __init__(self) -> None:
         self._since: list[FinishedEpisodes] = []
@@ -23,7 +23,7 @@ class EpisodeStatistics:
         self.recent_successes: deque[float] = deque(maxlen=100)
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Take the episodes of a step."""
+        """Add the episodes that finished in a step."""
         self._since.append(finished)
         self.recent_rewards.extend(finished.rewards.tolist())
         self.recent_lengths.extend(finished.lengths.tolist())
@@ -31,7 +31,7 @@ class EpisodeStatistics:
             self.recent_successes.extend(finished.successes.tolist())
 
     def take_row(self, terms: Sequence[str]) -> dict[str, float | None]:
-        """Return the means over the episodes since the last call, or None; ``terms`` name all reward terms."""
+        """Return means over the episodes since the last call (None without any); ``terms`` names all reward terms."""
         episodes, self._since = self._since, []
         row: dict[str, float | None] = {"episode/count": sum(len(item.env_ids) for item in episodes)}
         row["episode/reward"] = _mean([item.rewards for item in episodes])
@@ -42,7 +42,7 @@ class EpisodeStatistics:
         return row
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return everything as arrays."""
+        """Return the state as arrays."""
         arrays: dict[str, np.ndarray[Any, Any]] = {
             "recent/rewards": np.array(self.recent_rewards, np.float64),
             "recent/lengths": np.array(self.recent_lengths, np.int64),
@@ -61,7 +61,7 @@ class EpisodeStatistics:
         return arrays
 
     def restore(self, arrays: Arrays) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self.recent_rewards = deque(arrays["recent/rewards"].tolist(), maxlen=100)
         self.recent_lengths = deque(arrays["recent/lengths"].tolist(), maxlen=100)
         self.recent_successes = deque(arrays["recent/successes"].tolist(), maxlen=100)

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class WandbLogger(ServiceLogger):
     """Sends a run to Weights & Biases: its rows, configuration, versions and evaluation.
 
-    The project is that of ``WANDB_PROJECT``, or else ``frobs``. Runs of one environment form a group. The files of
-    Weights & Biases are in the run folder.
+    The project is ``WANDB_PROJECT``, or else ``frobs``. Runs of the same environment form a group. Weights & Biases
+    writes its files to the run folder.
     """
 
     name: ClassVar[str] = "wandb"
