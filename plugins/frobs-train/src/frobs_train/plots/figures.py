@@ -1,4 +1,4 @@
-"""How every plot of FRobs looks, and how a figure is made without a display."""
+"""Common style of plots, and figures that need no display."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any
 from frobs_core.errors import RunError
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
-"""Distinguishable for the colour-blind too (Okabe and Ito 2008), the yellow left out."""
+"""Colors that color-blind people can distinguish (Okabe and Ito 2008), without the yellow."""
 
 INK = "#2b2b2b"
-"""Text."""
+"""Color of text."""
 
 FAINT = "#9a9a9a"
-"""Lines that mark a threshold."""
+"""Color of threshold lines."""
 
 
 def make_figure(width: float, height: float) -> Any:
-    """Return an empty figure of matplotlib, with a size in inches, that draws to files only."""
+    """Return an empty matplotlib figure that is drawn to files only; the size is in inches."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ def make_figure(width: float, height: float) -> Any:
 
 
 def dress(axis: Any, title: str = "", x_label: str = "", y_label: str = "") -> None:
-    """Give axes their grid, their ticks and their words."""
+    """Style the grid, ticks and labels of axes."""
     axis.grid(color="#e4e4e4", linewidth=0.8)
     axis.set_axisbelow(True)
     for side in ("top", "right", "left"):

@@ -20,7 +20,7 @@ from frobs_train.runs.run import Run
 
 @dataclass(frozen=True)
 class _Curves:
-    """The log of one run; every column (rows,), smoothed columns beside the raw ones."""
+    """Log of one run, with raw and smoothed columns, (rows,) each."""
 
     run: Run
     columns: dict[str, Floats]
@@ -34,21 +34,20 @@ class _Curves:
 
 
 def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
-    """Draw learning curve and reward terms of runs as one PNG.
+    """Plot the learning curves and reward terms of runs as one PNG file.
 
-    Runs that differ in nothing but their seed share a colour: a bold mean in a band from the
-    lowest to the highest.
+    Runs that differ only in their seed share a color: a bold mean line, and a band from the lowest to the highest run.
 
     Args:
-        runs: At least one.
-        path: The file; None: ``plots/learning_curve.png`` in the folder of a single run, ``learning_curves.png``
-            beside the first of several.
+        runs: Runs to plot, at least one.
+        path: File to write; None: ``plots/learning_curve.png`` in the folder of a single run, or
+            ``learning_curves.png`` next to the first of several runs.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
-        RunError: matplotlib is not installed, there is no run, or a run has no log yet.
+        RunError: matplotlib is not installed, no run is given, or a run has no log yet.
     """
     curves = [_Curves(run, read_columns(run.path)) for run in runs]
     if not curves:
@@ -74,7 +73,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
 
 
 def _groups(curves: Sequence[_Curves]) -> dict[str, list[_Curves]]:
-    """Gather runs that differ in nothing but the seed."""
+    """Group runs that differ only in the seed."""
     by_path = {curve.run.path: curve for curve in curves}
     groups = group_runs([curve.run for curve in curves])
     return {label: [by_path[run.path] for run in members] for label, members in groups.items()}
@@ -115,11 +114,11 @@ def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> 
 
 
 def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: str, scale: float = 1.0) -> None:
-    """Draw one run with its raw values behind, or several as mean and band."""
+    """Draw a single run with its raw values in the background, or several runs as mean and band."""
     if len(members) == 1:
         axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
         smooth = members[0].smooth(name)
-        known = np.isfinite(smooth)  # no episode ended in the other rows
+        known = np.isfinite(smooth)  # in the other rows, no episode ended
         axis.plot(members[0][STEPS][known], scale * smooth[known], color=color, linewidth=2.0, label=label)
         return
     steps = np.unique(np.concatenate([member[STEPS] for member in members]))
@@ -130,7 +129,7 @@ def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: s
 
 
 def _draw_evaluations(axis: Any, members: Sequence[_Curves], name: str, color: str, scale: float = 1.0) -> None:
-    """Draw what the evaluations during a training found, of the policy's mode: small rings."""
+    """Draw the results of evaluations during training as small rings."""
     for member in members:
         known = np.isfinite(member[name])
         if not known.any():
@@ -150,7 +149,7 @@ def _at(steps: Floats, member: _Curves, name: str) -> Floats:
 
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
-    """Mark what the deterministic policy reached on new episodes."""
+    """Mark the latest evaluation of the deterministic policy on new episodes."""
     found = [result for result in member.run.evaluations() if result.get("success_rate") is not None]
     if not found:
         return
@@ -176,7 +175,7 @@ def _dress(axis: Any) -> None:
 
 
 def count_text(value: float) -> str:
-    """Return a number of steps as people say it: ``"300 k"``, ``"1.5 M"``."""
+    """Format a number of steps: ``"300 k"``, ``"1.5 M"``."""
     for size, unit in ((1e6, " M"), (1e3, " k")):
         if abs(value) >= size:
             return f"{value / size:.3g}{unit}"

@@ -1,4 +1,4 @@
-"""The picture of a comparison: learning curves with their bands, and what the groups reached in the end."""
+"""Plots of comparisons: learning curves with bands, and the final results of the groups."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from frobs_train.plots.plot import count_text
 
 _TITLES = {"success": "Success", "reward": "Reward of an episode"}
 _COLUMNS = 3
-_PANEL = (5.4, 3.6)  # [inch] of one environment's curves
-_ROW = 0.36  # [inch] of one group in the lower part
+_PANEL = (5.4, 3.6)  # size of one environment's curves [inch]
+_ROW = 0.36  # height of one group in the lower part [inch]
 
 
 def plot_comparison(found: Comparison, path: Path | str) -> Path:
-    """Draw a comparison as a PNG.
+    """Plot a comparison as a PNG file.
 
-    Above, a panel for each environment: the interquartile mean over seeds in its 95 % band. Below, for each group what
-    its seeds reached in the end (dots), their interquartile mean (line) and its 95 % interval (band).
+    The upper part has a panel for each environment: the interquartile mean over seeds with its 95 % band. The lower
+    part shows the final results of each group: its seeds (dots), interquartile mean (line) and 95 % interval (band).
 
     Args:
-        found: From :func:`frobs_train.compare`.
-        path: The file.
+        found: Result of :func:`frobs_train.compare`.
+        path: File to write.
 
     Returns:
-        The file.
+        The path of the file.
 
     Raises:
         RunError: matplotlib is not installed.
@@ -40,7 +40,7 @@ def plot_comparison(found: Comparison, path: Path | str) -> Path:
     width = max(8.0, columns * _PANEL[0])
     figure = make_figure(width, 0.5 + rows * _PANEL[1] + below)
     upper, lower = figure.subfigures(2, 1, height_ratios=[rows * _PANEL[1], below], hspace=0.04)
-    names = dict.fromkeys(group.name for group in found.groups)  # one colour for one name in every environment
+    names = dict.fromkeys(group.name for group in found.groups)  # a name has the same color in all environments
     colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(names)}
     axes = upper.subplots(rows, columns, squeeze=False).flatten()
     for axis, (environment, members) in zip(axes, environments.items(), strict=False):
@@ -91,7 +91,7 @@ def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: 
 
 
 def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str]) -> None:
-    """Draw one row for each group, under the name of its environment where there are several."""
+    """Draw one row for each group. If there are several environments, their names are headings."""
     dress(axis)
     scale, row = _scale(found), 0
     ticks: list[tuple[int, str, str]] = []
@@ -106,7 +106,7 @@ def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Grou
     axis.set_ylim(row - 0.4, -0.6)
     axis.set_yticks([place for place, _, _ in ticks], [name for _, name, _ in ticks])
     for label, (_, _, color) in zip(axis.get_yticklabels(), ticks, strict=True):
-        label.set_color(color)  # so that they are the legend of the curves, too
+        label.set_color(color)  # the labels are also the legend of the curves
     axis.grid(visible=False, axis="y")
     if found.metric == "success":
         least = min(score.final for group in found.groups for score in group.runs)
