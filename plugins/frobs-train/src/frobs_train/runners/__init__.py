@@ -1,1 +1,1 @@
-"""Running many jobs: seeds, trials and evaluations, on this machine or on others."""
+"""Run many jobs (seeds, trials and evaluations) on one or several machines."""

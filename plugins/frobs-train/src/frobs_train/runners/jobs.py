@@ -1,4 +1,4 @@
-"""The jobs that FRobs gives to a runner. Each continues what an earlier call has begun."""
+"""Jobs for runners. Each job continues an earlier, interrupted call."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from frobs_train.runs.expert_run import ExpertRun
 from frobs_train.runs.run import Run
 from frobs_train.training.train import train
 
-_PROCESS_MEMORY = 2**30  # [B] Python, the libraries and a hundred environments
+_PROCESS_MEMORY = 2**30  # [B] for Python, the libraries and a hundred environments
 
 PolicyKind = Literal["run", "pretrained", "expert"]
-"""What is evaluated: a run folder or bundle, the trained policy of an environment ID, or the expert of its task."""
+"""Kind of policy: a run folder or bundle, the trained policy of an environment ID, or the expert of its task."""
 
 _COLUMNS = {
     "steps": "train/steps",
@@ -27,13 +27,13 @@ _COLUMNS = {
     "reward": "episode/reward",
     "length": "episode/length",
 }
-"""Facts about a training run, and the columns of its log that have them."""
+"""Facts about a training run, and the columns of its log that contain them."""
 
 
 def training_job(config: RunConfig, run_dir: Path) -> Job:
-    """Return the job that trains a run, or continues the run that is in the folder.
+    """Return the job that trains a run, or continues the run in the folder.
 
-    Its result is described in :func:`frobs_train.train_seeds`.
+    The result is described in :func:`frobs_train.train_seeds`.
     """
     return Job(
         name=f"seed {config.seed}",
@@ -54,7 +54,7 @@ def evaluation_job(
     """Return the job that evaluates a policy. Its result is ``run`` and the fields of :class:`frobs_train.Evaluation`.
 
     Args:
-        run: Run folder or bundle. An environment ID for the other kinds.
+        run: Run folder or bundle, or an environment ID for the other kinds.
         kind: ``"run"``; ``"pretrained"``: the trained policy of the ID; ``"expert"``: the expert of its task.
         settings: Settings of an expert's environment.
         trust: Whether a bundle may name files, modules and wrappers to import.
@@ -102,8 +102,7 @@ def evaluate_run(
 def estimate_memory(config: RunConfig) -> int:
     """Return the memory [B] that training is expected to need: a process and the replay buffer.
 
-    The buffer is the part that grows with the settings. It is taken to hold observations of 128 numbers; images are not
-    considered.
+    The size of the buffer depends on the settings. Observations are assumed to have 128 numbers; images are ignored.
     """
     settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)
     return _PROCESS_MEMORY + int(settings.get("buffer_size") or 0) * 2 * 128 * 4

@@ -1,4 +1,4 @@
-"""The runner of this process."""
+"""Runner that uses this process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_train.tuning.tune import Search, tune
 
 
 class LocalRunner(Runner):
-    """Runs one job after another in this process, each on all processors."""
+    """Runs one job after another in this process, using all processors for each."""
 
     name: ClassVar[str] = LOCAL
 
@@ -49,5 +49,5 @@ class LocalRunner(Runner):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings, one trial after another."""
+        """Search for settings, running one trial after another."""
         return tune(search, on_trial, on_progress)

@@ -1,6 +1,6 @@
-"""A runner: runs independent jobs, on this machine or on others.
+"""Runners, which run independent jobs on one or several machines.
 
-A distribution offers a runner under the entry-point group ``frobs.runners``::
+A distribution registers a runner in the entry-point group ``frobs.runners``::
 
     [project.entry-points."frobs.runners"]
     ray = "frobs_ray.runner:RayRunner"
@@ -38,9 +38,9 @@ class RunnerOptions:
     """Options of a runner.
 
     Attributes:
-        address: Address of the cluster to join; None: the one of the environment variables, or a new one on this machine.
+        address: Address of the cluster to join; None: from environment variables, or a new cluster on this machine.
         processors: Processors of each job; None: the runner's default.
-        memory: [B] of memory of each job; None: as estimated for the job.
+        memory: Memory of each job [B]; None: the estimate of the job.
     """
 
     address: str | None = None
@@ -50,16 +50,16 @@ class RunnerOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """A call that may happen in another process or on another machine.
+    """A function call that may run in another process or on another machine.
 
     If the process or machine fails, the runner calls the function again with the same arguments. The function must
-    therefore continue what the first call has begun.
+    therefore continue the work of the first call.
 
     Attributes:
         name: Name in progress reports and errors: ``"seed 3"``.
         function: ``"module:function"``. It is called with the arguments and with ``report``, a :data:`Report`.
         arguments: Keyword arguments that can be pickled. Paths must be absolute.
-        memory: [B] of memory that the job is expected to need.
+        memory: Memory that the job is expected to need [B].
     """
 
     name: str
@@ -94,7 +94,7 @@ class Runner(ABC):
     """Base class of runners.
 
     Args:
-        options: Options; a runner raises ConfigurationError for one that it does not support.
+        options: Options. A runner raises ConfigurationError if it does not support one of them.
     """
 
     name: ClassVar[str]
@@ -112,11 +112,11 @@ class Runner(ABC):
 
         Args:
             jobs: The jobs.
-            folder: Existing folder below which the jobs write. All machines must see it under the same path.
+            folder: Existing folder in which the jobs write. It must have the same path on all machines.
             on_progress: Called with the index of a job and its progress.
 
         Raises:
-            ConfigurationError: The jobs cannot run: a machine lacks something that they need.
+            ConfigurationError: The jobs cannot run because a machine does not meet their requirements.
         """
 
     @abstractmethod

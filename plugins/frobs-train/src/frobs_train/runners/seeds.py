@@ -1,4 +1,4 @@
-"""Training one configuration with several seeds."""
+"""Train one configuration with several seeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_train.training.session import check_environment
 
 
 def seed_folders(config: RunConfig, seeds: Sequence[int], run_dir: Path | None = None) -> dict[int, Path]:
-    """Return the run folder of each seed: ``DIR/seed3``, or the usual one if no folder is given."""
+    """Return the run folder of each seed: ``DIR/seed3``, or the default folder if none is given."""
     configs = [config.model_copy(update={"seed": seed}) for seed in seeds]
     return {
         seed: default_run_dir(each) if run_dir is None else run_dir / f"seed{seed}"
@@ -39,11 +39,11 @@ def train_seeds(
     Args:
         config: See :func:`frobs_train.resolve_config`; its seed is ignored.
         seeds: The seeds, each in [0, 2³²).
-        runner: Where the seeds are trained.
+        runner: Runner that trains the seeds.
         run_dir: Folder for the run folders ``seed0``, ``seed1``, …; None: ``runs/<ID>/<algorithm>_seed<seed>``.
         on_progress: Called with the index of a seed and its progress.
-        on_existing: What to do with run folders that exist; see :func:`frobs_train.train`. With ``"resume"``, seeds that
-            are complete are not trained again.
+        on_existing: How to handle existing run folders; see :func:`frobs_train.train`. With ``"resume"``, complete
+            seeds are not trained again.
 
     Yields:
         The outcome of each seed as soon as it is known. Its result is a mapping with ``run``, ``environment``,
