@@ -1,4 +1,4 @@
-"""Checkpoints: folders that are complete or not there."""
+"""Checkpoints: folders that are either complete or absent."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _BEST = "best"
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A checkpoint that was written completely.
+    """A complete checkpoint.
 
     Attributes:
-        path: Its folder.
-        steps: Environment steps at which it was written.
+        path: The folder.
+        steps: Environment steps when it was written.
     """
 
     path: Path
     steps: int
 
     def verify(self) -> None:
-        """Check that nothing in it has changed.
+        """Check that its files have not changed.
 
         Raises:
             CheckpointError: A file is missing, damaged or new.
@@ -40,7 +40,7 @@ class Checkpoint:
 
 
 def list_checkpoints(folder: Path) -> list[Checkpoint]:
-    """Return the complete checkpoints of a folder, oldest first; the best is not among them."""
+    """Return the complete checkpoints of a folder, oldest first, without ``best``."""
     if not folder.is_dir():
         return []
     named = ((path, _NAME.match(path.name)) for path in folder.iterdir())
@@ -49,7 +49,7 @@ def list_checkpoints(folder: Path) -> list[Checkpoint]:
 
 
 def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
-    """Return the newest undamaged checkpoint, and one line for each newer one that is damaged."""
+    """Return the newest undamaged checkpoint, and one line for each newer, damaged one."""
     damaged = []
     for checkpoint in reversed(list_checkpoints(folder)):
         try:
@@ -65,16 +65,16 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
 def write_checkpoint(
     folder: Path, steps: int, save: Callable[[Path], None], keep: int, previous: Checkpoint | None = None
 ) -> Checkpoint:
-    """Write a checkpoint aside, rename it into place, and remove the oldest ones.
+    """Write a checkpoint to a temporary folder, rename it, and remove the oldest ones.
 
-    If it cannot be written, it raises CheckpointError and earlier checkpoints are intact.
+    If writing fails, CheckpointError is raised and earlier checkpoints remain intact.
 
     Args:
         folder: Folder of all checkpoints.
         steps: Environment steps so far.
-        save: Writes into the empty folder that it receives.
+        save: Function that writes to the empty folder that it receives.
         keep: Number of checkpoints to keep.
-        previous: Checkpoint whose files may be linked instead of written again.
+        previous: Checkpoint whose files may be hard-linked instead of written again.
     """
     final = folder / f"step_{steps:09d}"
     _write(final, save, None if previous is None else previous.path)
@@ -84,15 +84,15 @@ def write_checkpoint(
 
 
 def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
-    """Write the checkpoint ``best`` and replace the previous one, which stays if writing fails."""
+    """Write the checkpoint ``best``. It replaces the previous one, which is kept if writing fails."""
     _write(folder / _BEST, save, None)
     return folder / _BEST
 
 
 def clean(folder: Path, beyond: int | None = None) -> list[Path]:
-    """Remove what a killed process has left, and rename checkpoints ``beyond`` some steps, which would count as newer.
+    """Remove the leftovers of a killed process, and rename checkpoints ``beyond`` a number of steps.
 
-    The caller must hold the run's lock. Returns the new paths of renamed checkpoints.
+    They would otherwise count as newer. The caller must hold the run's lock. Returns the new paths of renamed ones.
     """
     if not folder.is_dir():
         return []
@@ -123,7 +123,7 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
         listed = checksums.write_checksums(aside, files, previous)
         for path in [*files, listed, *(path for path in aside.rglob("*") if path.is_dir()), aside]:
             sync(path)
-        if final.exists():  # the best so far, or written by a run that was continued from before it
+        if final.exists():  # the previous best, or the run was resumed from an earlier checkpoint
             shutil.rmtree(old, ignore_errors=True)
             os.replace(final, old)
         os.replace(aside, final)
@@ -139,12 +139,12 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
 
 
 def _remove(path: Path) -> None:
-    """Remove a checkpoint; a kill leaves all of it, or nothing that would be taken for one."""
+    """Remove a checkpoint atomically, so that a killed process leaves no incomplete one."""
     aside = path.with_name(f".{path.name}.old")
     shutil.rmtree(aside, ignore_errors=True)
     try:
         os.replace(path, aside)
-    except OSError:  # it stays, and the next one tries again
+    except OSError:  # keep it; writing the next checkpoint tries again
         return
     shutil.rmtree(aside, ignore_errors=True)
 

@@ -1,4 +1,4 @@
-"""What a checkpoint's files are checked by."""
+"""Checksums of the files of a checkpoint."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pathlib import Path
 from frobs_core.errors import CheckpointError
 
 NAME = "checksums.json"
-"""The file that lists them; a folder that has it was written completely."""
+"""File that lists the checksums. A folder that contains it is complete."""
 
 
 def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None = None) -> Path:
-    """Write the checksums of files into their folder and return the written file.
+    """Write the checksums of files to their folder and return the written file.
 
-    A file that is a hard link to the same file in ``previous`` keeps the checksum from there.
+    If a file is a hard link to the same file in ``previous``, its checksum is copied from there.
     """
     known = {} if previous is None else _read_if_possible(previous)
     checksums = {}

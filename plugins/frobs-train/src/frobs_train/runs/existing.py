@@ -1,4 +1,4 @@
-"""What to do with a run folder that is there already."""
+"""Handle an existing run folder."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from frobs_train.training.monitor import Progress
 from frobs_train.training.resume import resume
 
 ON_EXISTING = ("error", "increment", "overwrite", "resume")
-"""What may be done with it."""
+"""Ways to handle an existing run folder."""
 
 
 def settle_existing(path: Path, on_existing: str) -> Path:
-    """Return the folder to use; nothing is changed yet. ``on_existing`` is one of :data:`ON_EXISTING`."""
+    """Return the folder to use, without changing anything. ``on_existing`` is one of :data:`ON_EXISTING`."""
     choice("on_existing", on_existing, ON_EXISTING)
     if not path.exists():
         return path
@@ -31,13 +31,13 @@ def settle_existing(path: Path, on_existing: str) -> Path:
     if not is_run(path):
         raise RunError(f"{path} is no run: it holds no config.yaml and versions.json; remove it yourself.")
     if on_existing == "overwrite":
-        with RunLock(path):  # nobody trains in it
+        with RunLock(path):  # check that no process is training in it
             pass
     return path
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
-    """Continue a run of the same configuration; more steps extend it. RunError names the keys that differ."""
+    """Continue a run with the same configuration, or extend it by more steps. RunError lists differing keys."""
     run = Run.open(path)
     new, old = config.model_dump(), run.config.model_dump()
     if config.seed is None:

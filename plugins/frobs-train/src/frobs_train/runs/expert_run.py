@@ -1,4 +1,4 @@
-"""The scripted expert of a task, in the place of a run."""
+"""The scripted expert of a task, with the interface of a run."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from frobs_train.runs.run import Run
 
 
 class ExpertRun(Run):
-    """The scripted expert of an environment's task: it acts, and has not been trained.
+    """The scripted, untrained expert of an environment's task, with the interface of a run.
 
     Args:
         environment: Gymnasium ID.
-        settings: ``"environment_kwargs.robot=ur5"``, ``"seed=3"``: keys of :class:`frobs_train.RunConfig` and YAML values.
+        settings: Keys of :class:`frobs_train.RunConfig` and YAML values, such as ``"environment_kwargs.robot=ur5"``.
 
     Raises:
         ConfigurationError: A setting cannot be used.
@@ -35,10 +35,10 @@ class ExpertRun(Run):
 
 
 class ExpertPolicy:
-    """Acts as the expert of an environment's task does; it has the ``predict`` of an algorithm.
+    """The expert of an environment's task, with the ``predict`` of an algorithm.
 
     Args:
-        env: The environment, single or a vector.
+        env: A single or vector environment.
 
     Raises:
         RunError: The environment's task has no expert.
@@ -56,5 +56,5 @@ class ExpertPolicy:
     def predict(
         self, observation: Any, state: Any, episode_start: Mask, deterministic: bool = True
     ) -> tuple[Action, Any]:
-        """Return actions for the present state of the environment, (num_envs, …), and ``state``."""
+        """Return actions for the current state of the environment, (num_envs, …), and ``state`` unchanged."""
         return self._expert.act(episode_start), state

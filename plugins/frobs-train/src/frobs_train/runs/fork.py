@@ -1,4 +1,4 @@
-"""Continuing a copy of a run with other settings of the algorithm, as population-based training does."""
+"""Continue a copy of a run with other settings of the algorithm, for population-based training."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from frobs_train.runs.run import Run
 
 
 def copy_run(source: Path, target: Path) -> None:
-    """Copy what is needed to continue a run into a new folder. Files of checkpoints, which never change, are linked.
+    """Copy the files that are needed to continue a run to a new folder. Checkpoint files are hard-linked.
 
-    The copy is a new run for Weights & Biases and MLflow, because its rows differ from now on.
+    The copy is a new run for Weights & Biases and MLflow, because its later rows differ.
     """
     left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)
@@ -31,12 +31,12 @@ def copy_run(source: Path, target: Path) -> None:
 def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
     """Replace a run folder by a copy of another run that continues with other settings.
 
-    Nobody may train in ``path`` meanwhile.
+    No process may train in ``path`` meanwhile.
 
     Args:
-        source: Folder of the other run; it has a checkpoint.
+        source: Folder of the other run, which has a checkpoint.
         path: The run folder to write.
-        config: Configuration from now on. It differs from the other run's in settings of the algorithm only.
+        config: New configuration. It differs from that of the other run only in settings of the algorithm.
 
     Returns:
         The run, ready for :func:`frobs_train.resume`.
@@ -56,5 +56,5 @@ def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
 def _link(source: str, target: str) -> None:
     try:
         os.link(source, target)
-    except OSError:  # another disk
+    except OSError:  # the folders are on different disks
         shutil.copy2(source, target)

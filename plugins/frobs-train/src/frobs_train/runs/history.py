@@ -1,7 +1,7 @@
 """The configuration that a run has used, and its changes: ``history.json``.
 
-``config.yaml`` shows the same configuration to people. If somebody edits that file, resuming the run treats the edit as a
-change; everything else uses the recorded configuration.
+``config.yaml`` contains the same configuration for people. If it is edited, resuming the run treats the edit as a
+change. Everything else uses the recorded configuration.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ _FIXED = {
     "wrappers": "the policy was trained with them",
     "threads.torch": "it is a setting of the algorithm, and another number may round differently",
 }
-"""Keys of a configuration that a run keeps, and why."""
+"""Keys of a configuration that cannot change during a run, and the reasons."""
 
 _PART = "the policy and the snapshots in the checkpoints belong to this environment"
 
 
 def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
-    """Check that a run may go on with another configuration.
+    """Check that a run can continue with another configuration.
 
     Args:
-        before: The configuration that it has used.
-        after: The configuration to use.
-        source: Where ``after`` comes from, for the message: ``"--set"``.
+        before: The previous configuration.
+        after: The new configuration.
+        source: Origin of the new configuration, for the message: ``"--set"``.
 
     Raises:
-        RunError: A setting differs that a run keeps.
+        RunError: A setting differs that cannot change.
     """
     for key, old, new in differences(before.model_dump(), after.model_dump()):
         section, _, rest = key.partition(".")
@@ -63,19 +63,19 @@ def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
 
 
 def write_history(folder: Path, config: RunConfig, changes: Sequence[Mapping[str, Any]] = ()) -> None:
-    """Write a configuration as ``config.yaml``, then the same and its changes as ``history.json``."""
+    """Write a configuration to ``config.yaml``, then the configuration and its changes to ``history.json``."""
     values = plain(config.model_dump(), for_yaml=True)
     write_text(folder / "config.yaml", dump_yaml(values))
     write_json(folder / FILE, {"config": values, "changes": list(changes)})
 
 
 def has_history(folder: Path) -> bool:
-    """Return whether a run folder has the file; versions before 0.2 did not write it."""
+    """Return whether a run folder contains ``history.json``. Versions before 0.2 did not write it."""
     return (folder / FILE).is_file()
 
 
 def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any], ...]]:
-    """Return the configuration and its changes; None for a run of a version that did not write them.
+    """Return the configuration and its changes; None for a run of a version that did not record them.
 
     Raises:
         RunError: The file is damaged.
@@ -91,7 +91,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:
-    """Return the record of a change after some environment steps."""
+    """Return the record of a change at a number of environment steps."""
     found = differences(before.model_dump(), after.model_dump())
     return {
         "steps": steps,

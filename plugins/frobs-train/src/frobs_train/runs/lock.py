@@ -1,4 +1,4 @@
-"""One process for each run folder: a lock of the operating system, which ends with the process that holds it."""
+"""Lock that gives one process access to a run folder. The operating system releases it when the process ends."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from frobs_core.errors import RunError
 from frobs_train.errors import RunBusyError
 
 NAME = ".lock"
-"""The file in the run folder that is locked; it says which process holds it."""
+"""Locked file in the run folder. It contains the process that holds the lock."""
 
 _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 
 
 class RunLock:
-    """Holds a run folder for this process, as a context manager.
+    """Locks a run folder for this process, as a context manager.
 
-    If neither the machine nor the file system supports locks, a living process that the file names holds the folder.
+    If the machine or the file system does not support locks, the folder counts as locked while the process that the
+    file names is running.
     """
 
     def __init__(self, path: Path) -> None:
@@ -31,7 +32,7 @@ class RunLock:
         self._descriptor: int | None = None
 
     def __enter__(self) -> Self:
-        """Take the lock, or raise RunBusyError."""
+        """Acquire the lock, or raise RunBusyError."""
         try:
             descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
@@ -43,7 +44,7 @@ class RunLock:
             holder = _read(descriptor)
             if not (_lock(descriptor) if _has_locks(descriptor) else not _alive(holder)):
                 raise RunBusyError(self._path, *holder)
-            # A full disk is no reason to refuse: the lock holds without its text.
+            # If the disk is full, the lock also works without its text.
             with contextlib.suppress(OSError):
                 _write(descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
         except BaseException:
@@ -55,7 +56,7 @@ class RunLock:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Release it; the file stays, for removing it could take it from another process."""
+        """Release the lock. The file is kept, because another process may already have locked it."""
         if self._descriptor is not None:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._descriptor, 0)
@@ -66,7 +67,7 @@ class RunLock:
 def _has_locks(descriptor: int) -> bool:
     try:
         import fcntl
-    except ImportError:  # no POSIX
+    except ImportError:  # not POSIX
         return False
     try:
         fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -90,7 +91,7 @@ def _lock(descriptor: int) -> bool:
 
 
 def _read(descriptor: int) -> tuple[int | None, str | None]:
-    """Return process and machine that the file names."""
+    """Return the process and the machine that the file names."""
     try:
         holder = json.loads(os.pread(descriptor, 4096, 0) or b"{}")
         return int(holder["pid"]), str(holder["host"])
@@ -104,7 +105,7 @@ def _write(descriptor: int, text: str) -> None:
 
 
 def _alive(holder: tuple[int | None, str | None]) -> bool:
-    """Tell whether a process lives; one on another machine is taken to."""
+    """Return whether a process is running. Processes on other machines are assumed to be running."""
     pid, host = holder
     if pid is None or pid == os.getpid():
         return False

@@ -1,4 +1,4 @@
-"""A trained model in a file of its own, in the place of a run."""
+"""A model file of another library, with the interface of a run."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from frobs_train.runs.run import Run
 
 
 class ModelFile(Run):
-    """A file that an algorithm's own library wrote: it acts, and that is all that there is of a run.
+    """A model that the library of an algorithm has saved, with the interface of a run. It can only act.
 
     Args:
-        file: The file; which algorithms read it, its suffix tells.
-        environment: Gymnasium ID in which it acts.
-        algorithm: Name of the algorithm; None: the file tells.
-        settings: ``"environment_kwargs.controller=joint_position"``, ``"seed=3"``, ``"wrappers=[…]"``: keys of
-            :class:`frobs_train.RunConfig` and YAML values.
-        trust: Open the file also where that executes what it holds.
+        file: The model file. Its suffix determines which algorithms can read it.
+        environment: Gymnasium ID in which the model acts.
+        algorithm: Name of the algorithm; None: read from the file.
+        settings: Keys of :class:`frobs_train.RunConfig` and YAML values, such as
+            ``"environment_kwargs.controller=joint_position"``, ``"seed=3"`` or ``"wrappers=[…]"``.
+        trust: Whether to open the file even if that executes code in it.
 
     Attributes:
         path: The file.
 
     Raises:
-        ConfigurationError: No algorithm reads such files, or a setting cannot be used.
-        UnknownNameError: No algorithm has the name.
+        ConfigurationError: No algorithm reads files of this type, or a setting cannot be used.
+        UnknownNameError: No algorithm has this name.
     """
 
     def __init__(
@@ -57,16 +57,16 @@ class ModelFile(Run):
         """Open the file for an environment.
 
         Args:
-            observation_space: Of one environment.
-            action_space: Of the same.
+            observation_space: Observation space of a single environment.
+            action_space: Action space of a single environment.
 
         Returns:
-            What acts: it has the spaces and ``predict`` of an algorithm; and the steps that it had trained for.
+            The policy, with the spaces and ``predict`` of an algorithm, and the steps for which it was trained.
 
         Raises:
             CheckpointError: The file is missing or damaged.
-            UntrustedFileError: It can only be opened by executing it.
-            RunError: The environment is not like the one of the training.
+            UntrustedFileError: The file can only be opened by executing code in it.
+            RunError: The spaces of the environment differ from those used in training.
         """
         module, _, function = self._opener.partition(":")
         opener: Callable[..., tuple[Any, int]] = getattr(import_module(module), function)
@@ -74,7 +74,7 @@ class ModelFile(Run):
 
 
 def _opener(file: Path, algorithm: str | None) -> str:
-    """Return the function that opens a file, as its algorithm's record names it."""
+    """Return the name of the function that opens a file, from the record of its algorithm."""
     records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
     if algorithm is not None:
         record = algorithm_record(algorithm)

@@ -1,4 +1,4 @@
-"""The policy that a run has learned."""
+"""Load the policy of a run."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ _log = logging.getLogger("frobs")
 
 
 def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple[Algorithm, int]:
-    """Return what acts in an environment: the policy of a run, a bundle or a model file, or the expert of the task.
+    """Return a policy for an environment: that of a run, a bundle or a model file, or the expert of the task.
 
     Args:
         run: The run.
-        env: The environment, single or a vector.
-        checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
+        env: A single or vector environment.
+        checkpoint: ``"newest"`` (undamaged), ``"best"``, or environment steps.
 
     Returns:
-        What acts, of which ``predict`` can be used, and the environment steps that it was trained for.
+        The policy, of which ``predict`` can be used, and the environment steps for which it was trained.
 
     Raises:
-        RunError: The environment is not like the one of the training, or its task has no expert.
+        RunError: The environment differs from that of the training run, or its task has no expert.
     """
     if isinstance(run, ExpertRun):
         return cast("Algorithm", ExpertPolicy(env)), 0
@@ -41,16 +41,16 @@ def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple
 def load_policy(
     run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
 ) -> tuple[Algorithm, int]:
-    """Load a checkpoint for prediction; the run may be training, or be a bundle or a model file.
+    """Load a checkpoint for prediction. The run may still be training, or may be a bundle or a model file.
 
     Args:
         run: The run.
-        observation_space: Space of one environment in which the policy will act.
-        action_space: Space of the same environment.
-        checkpoint: ``"newest"`` that is undamaged, ``"best"``, or its environment steps.
+        observation_space: Observation space of a single environment in which the policy will act.
+        action_space: Action space of the same environment.
+        checkpoint: ``"newest"`` (undamaged), ``"best"``, or environment steps.
 
     Returns:
-        The algorithm, and the environment steps that it was trained for. For a bundle or a model file, only the spaces
+        The algorithm, and the environment steps for which it was trained. For a bundle or a model file, only the spaces
         and ``predict`` can be used.
     """
     if isinstance(run, BundleRun | ModelFile):
@@ -75,7 +75,7 @@ def load_policy(
 
 
 def _load(run: Run, which: str | int, attempts: int = 3) -> tuple[Algorithm, int]:
-    """Load a checkpoint; a training may take it away meanwhile, when there are newer ones."""
+    """Load a checkpoint. Try again if a running training process has replaced it by a newer one."""
     checkpoint, damaged = run.find_checkpoint(which)
     for line in damaged:
         _log.warning("%s The one before is used.", line)

@@ -1,4 +1,4 @@
-"""A run: one training, and the folder that holds all of it."""
+"""A run: one training run and its folder."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ class Run:
     ::
 
         config.yaml      the resolved configuration
-        history.json     the same as it was used, and its changes
-        .lock            which process trains
-        versions.json    of Python, the core, the plugins and the libraries
+        history.json     the configuration as used, and its changes
+        .lock            the process that is training
+        versions.json    versions of Python, the core, the plugins and the libraries
         progress.csv     a row for each iteration
-        tensorboard/     the same as events
-        checkpoints/     step_…, each complete, and best
-        wandb.json       which run of Weights & Biases this run is sent to, and how far; mlflow.json: the same of MLflow
-        evaluations/     what `frobs evaluate` found, as JSON
+        tensorboard/     the same values as events
+        checkpoints/     step_… and best
+        wandb.json       ID of the Weights & Biases run, and steps sent; mlflow.json: the same for MLflow
+        evaluations/     results of `frobs evaluate`, as JSON
         plots/           learning curve and reward terms
         video.mp4
 
-    Made by :meth:`create` or :meth:`open`.
+    Use :meth:`create` or :meth:`open` to get one.
 
     Attributes:
         path: The folder.
-        config: The resolved configuration that was used; its seed is never None.
-        edited: The configuration in ``config.yaml``, if somebody has edited the file.
-        changes: Changes by ``frobs resume``, oldest first: ``steps`` after which they count, ``time``, and
+        config: The resolved configuration as used; its seed is never None.
+        edited: The configuration in ``config.yaml`` if the file was edited; otherwise None.
+        changes: Changes by ``frobs resume``, oldest first, each with ``steps`` from which it applies, ``time``, and
             ``settings`` with the old and the new value of each key.
     """
 
@@ -58,16 +58,16 @@ class Run:
 
     @classmethod
     def create(cls, path: Path, config: RunConfig, *, replace: bool = False) -> Run:
-        """Make a new run folder: complete, or not there.
+        """Create a new run folder atomically.
 
         Args:
-            path: The folder; it must not exist.
-            config: Resolved; a missing seed is drawn.
-            replace: A run that is there is removed for it.
+            path: The folder, which must not exist unless ``replace`` is set.
+            config: Resolved configuration. A missing seed is drawn.
+            replace: Whether to replace an existing run.
 
         Raises:
             RunExistsError: The folder exists.
-            RunError: It cannot be made.
+            RunError: The folder cannot be created.
         """
         if config.seed is None:
             config = config.model_copy(update={"seed": draw_seed()})
@@ -76,7 +76,7 @@ class Run:
         aside = path.with_name(f".{path.name}.{os.getpid()}")
         old = path.with_name(f".{path.name}.{os.getpid()}.old")
         try:
-            shutil.rmtree(aside, ignore_errors=True)  # of a process of this number that was killed
+            shutil.rmtree(aside, ignore_errors=True)  # left by a killed process with the same ID
             aside.mkdir(parents=True)
         except OSError as error:
             raise RunError(f"the run folder {path} cannot be created: {error.strerror}; choose another.") from error
@@ -89,7 +89,7 @@ class Run:
         except OSError as error:
             if old.exists():
                 os.replace(old, path)
-            elif path.exists():  # somebody else was quicker
+            elif path.exists():  # another process was faster
                 raise RunExistsError(path) from error
             raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
         finally:
@@ -102,8 +102,8 @@ class Run:
         """Open a run folder.
 
         Raises:
-            RunError: The folder is none, or its ``history.json`` is damaged.
-            ConfigurationError: Its configuration is damaged.
+            RunError: The folder is not a run folder, or its ``history.json`` is damaged.
+            ConfigurationError: The configuration is damaged.
         """
         path = Path(path)
         if not (path / "config.yaml").is_file():
@@ -118,25 +118,25 @@ class Run:
 
     @property
     def has_new_algorithm_settings(self) -> bool:
-        """Whether settings of the algorithm have changed since the run began, as population-based training does."""
+        """Whether settings of the algorithm have changed since the run began, as in population-based training."""
         return any(key.startswith("algorithm_config.") for change in self.changes for key in change["settings"])
 
     @property
     def seeds(self) -> RunSeeds:
-        """The seeds that the run's seed was spread into."""
+        """Seeds that are derived from the run's seed."""
         assert self.config.seed is not None
         return spread_seed(self.config.seed)
 
     @property
     def checkpoints(self) -> list[Checkpoint]:
-        """The complete checkpoints, oldest first."""
+        """Complete checkpoints, oldest first."""
         return list_checkpoints(self.path / "checkpoints")
 
     def newest_checkpoint(self) -> tuple[Checkpoint, list[str]]:
         """Return the newest undamaged checkpoint, and one line for each damaged one that is newer.
 
         Raises:
-            CheckpointError: There is none.
+            CheckpointError: There is no undamaged checkpoint.
         """
         return newest_checkpoint(self.path / "checkpoints")
 
@@ -144,11 +144,10 @@ class Run:
         """Return a checkpoint to predict with, and one line for each damaged one that is newer.
 
         Args:
-            which: ``"newest"`` that is undamaged, ``"best"`` of the evaluations during the training, or its
-                environment steps.
+            which: ``"newest"`` (undamaged), ``"best"`` (of the evaluations during training), or environment steps.
 
         Raises:
-            CheckpointError: It is not there, or damaged.
+            CheckpointError: It does not exist, or is damaged.
         """
         if which == "newest":
             return self.newest_checkpoint()
@@ -163,7 +162,7 @@ class Run:
         return chosen, []
 
     def record(self, before: RunConfig, steps: int) -> None:
-        """Write the configuration and, if it differs from the one before, the change after some steps.
+        """Write the configuration and, if it has changed, the change at a number of steps.
 
         Raises:
             RunError: A file cannot be written.
@@ -179,18 +178,18 @@ class Run:
         self.edited = None
 
     def evaluations(self) -> list[dict[str, Any]]:
-        """Return what ``evaluations/`` holds, in the order of the names."""
+        """Return the results in ``evaluations/``, ordered by file name."""
         import json
 
         return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
 
 
 def is_run(path: Path) -> bool:
-    """Tell a run's folder."""
+    """Return whether a folder is a run folder."""
     return (path / "config.yaml").is_file() and (path / "versions.json").is_file()
 
 
 def default_run_dir(config: RunConfig) -> Path:
-    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen."""
+    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or with the time if no seed was chosen."""
     ending = datetime.now().strftime("%Y%m%d-%H%M%S") if config.seed is None else f"seed{config.seed}"
     return Path("runs") / config.environment.rpartition(":")[2] / f"{config.algorithm}_{ending}"

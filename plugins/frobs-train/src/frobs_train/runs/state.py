@@ -1,4 +1,4 @@
-"""The run's own part of a checkpoint: what it knows beside the algorithm and the environment. Nothing is executed."""
+"""State of a run in a checkpoint, besides algorithm and environment. Reading it executes no code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from frobs_core.errors import CheckpointError
 
 FORMAT = 1
-"""Of ``run.json``."""
+"""Version of the format of ``run.json``."""
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
@@ -24,20 +24,20 @@ class RunState:
     """State of a run at a checkpoint."""
 
     steps: int  # environment steps so far
-    elapsed: float  # [s] of training so far
-    metrics: Mapping[str, float] = field(default_factory=dict)  # of the algorithm since the last row of the log
+    elapsed: float  # training time so far [s]
+    metrics: Mapping[str, float] = field(default_factory=dict)  # metrics of the algorithm since the last row of the log
     stopped: str | None = None  # why the training run ended early; None: it did not
     exact: bool = False  # whether the snapshot is the complete state of the environment
     format: int = FORMAT
 
     def write(self, folder: Path, episodes: Arrays) -> None:
-        """Write ``run.json``, and what is known of episodes as ``run.npz``."""
+        """Write ``run.json``, and the episode statistics to ``run.npz``."""
         (folder / "run.json").write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
         write_arrays(folder / "run.npz", episodes)
 
 
 def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]:
-    """Read what :meth:`RunState.write` wrote."""
+    """Read the files written by :meth:`RunState.write`."""
     path = folder / "run.json"
     try:
         values = json.loads(path.read_text("utf-8"))
@@ -50,13 +50,13 @@ def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]
 
 
 def write_arrays(path: Path, arrays: Arrays) -> None:
-    """Write arrays by name."""
+    """Write arrays, by name."""
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read what :func:`write_arrays` wrote; raise CheckpointError if the file is missing or damaged."""
+    """Read a file written by :func:`write_arrays`. Raises CheckpointError if it is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
@@ -65,12 +65,12 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
-    """Write ``best.json`` of the best policy."""
+    """Write ``best.json`` for the best policy."""
     (folder / "best.json").write_text(json.dumps({"steps": steps, "rank": list(rank)}) + "\n", encoding="utf-8")
 
 
 def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
-    """Return the environment steps of the best policy, and its rank: success, then reward."""
+    """Return the environment steps of the best policy, and its rank: (success, reward)."""
     path = folder / "best.json"
     try:
         values = json.loads(path.read_text("utf-8"))

@@ -1,4 +1,4 @@
-"""What a run was made with."""
+"""Versions with which a run was made."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LIBRARIES = ("numpy", "gymnasium", "mujoco", "torch", "stable-baselines3")
 
 
 def versions() -> dict[str, object]:
-    """Return the versions of Python, the core, the plugins and the libraries that decide over numbers."""
+    """Return the versions of Python, the core, the plugins and the libraries that affect numerical results."""
     from frobs_core import __version__, plugins
 
     libraries = {}
