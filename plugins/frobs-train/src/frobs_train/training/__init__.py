@@ -1,1 +1,1 @@
-"""Training and resuming."""
+"""Train and resume."""

@@ -1,4 +1,4 @@
-"""What others may do while a run trains."""
+"""Callbacks, which run user code during training."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ if TYPE_CHECKING:
 
 
 class TrainingCallback:
-    """Base class of callbacks: each method does nothing until a subclass says what.
+    """Base class of callbacks. All methods do nothing by default.
 
-    Named in the configuration as ``callbacks: [{name: "package.module:Class", keyword: …}]``. What it remembers is in
-    no checkpoint: a run that is continued builds it anew, and says from where in :meth:`on_start`.
+    Add callbacks to the configuration with ``callbacks: [{name: "package.module:Class", keyword: …}]``. Checkpoints do
+    not contain their state. A resumed run builds new callbacks, and passes its environment steps to :meth:`on_start`.
     """
 
     def on_start(self, run: Run, steps: int) -> None:
-        """Take note that the training begins, or goes on.
+        """Called when training begins or is resumed.
 
         Args:
             run: The run.
-            steps: Environment steps that were taken before; 0: it begins.
+            steps: Environment steps taken before; 0 for a new run.
         """
 
     def on_progress(self, progress: Progress, row: Mapping[str, float | None]) -> bool | None:
-        """Take note of a row of the log.
+        """Called after each row of the log.
 
         Args:
-            progress: How far the training is.
-            row: Column to value.
+            progress: Progress of the training run.
+            row: Values by column.
 
         Returns:
-            False ends the training, with a checkpoint.
+            False to end training with a checkpoint.
         """
         return None
 
     def on_checkpoint(self, checkpoint: Checkpoint) -> None:
-        """Take note of a checkpoint that was written."""
+        """Called after a checkpoint was written."""
 
     def on_end(self, run: Run, steps: int) -> None:
-        """Take note that the training has ended, and was not interrupted."""
+        """Called when training has ended without an interruption."""
 
     def close(self) -> None:
-        """Release resources. Called last, also after an interruption or an error, and even if the training never began."""
+        """Release resources. Called last, even after an interruption or an error, or if training never began."""
 
 
 def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]:

@@ -1,4 +1,4 @@
-"""Whether a training that is continued from a checkpoint equals one that never stopped."""
+"""Check whether a resumed training run is identical to an uninterrupted one."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from frobs_train.configuration.config import RunConfig, algorithm_record
 _STATELESS = ("RescaleAction", "ClipAction", "TransformAction", "FlattenObservation", "FilterObservation",
               "RescaleObservation", "ReshapeObservation", "ResizeObservation", "GrayscaleObservation",
               "DtypeObservation", "TransformObservation", "ClipReward", "TransformReward")  # fmt: skip
-"""Gymnasium's own wrappers that remember nothing."""
+"""Stateless wrappers of Gymnasium."""
 
 
 def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> bool:
-    """Tell whether a checkpoint can hold the environment's state, exactly or nearly."""
+    """Return whether a checkpoint can contain the environment's state, exactly or approximately."""
     base = env.unwrapped
     return hasattr(base, "snapshot") and hasattr(base, "restore") and _level(config) is not Level.UNSUPPORTED
 
@@ -39,7 +39,7 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
 
 
 def _level(config: RunConfig) -> Level:
-    """Return how well the simulator restores its state; exact where it is not one of ours."""
+    """Return how exactly the simulator restores its state; exact for environments of other packages."""
     known = registry.environments().get(config.environment.removeprefix("frobs_core:"))
     if known is None:
         return Level.EXACT
@@ -58,7 +58,7 @@ def _wrappers(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[gym.vector.Vecto
 
 
 def _tells(wrapper: object) -> bool:
-    """Tell whether a wrapper saves what it remembers, or remembers nothing."""
+    """Return whether a wrapper saves its state, or is stateless."""
     cls = type(wrapper)
     if hasattr(cls, "snapshot") and hasattr(cls, "restore"):
         return True

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM during a training: stop where it can be continued exactly; a second one stops at once."""
+"""Handle Ctrl-C and SIGTERM: the first stops training where it can resume exactly, the second stops at once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class TrainingInterrupt(KeyboardInterrupt):
-    """A training was interrupted; its run can be continued.
+    """Training was interrupted; the run can be resumed.
 
     Args:
         path: The run's folder.
@@ -23,7 +23,7 @@ class TrainingInterrupt(KeyboardInterrupt):
         signum: The signal.
 
     Attributes:
-        exit_code: What a shell reports for a program that the signal ended: 130 for Ctrl-C, 143 for SIGTERM.
+        exit_code: Exit status of a program that the signal ended: 130 for Ctrl-C, 143 for SIGTERM.
     """
 
     def __init__(self, path: Path, checkpoint: int | None, signum: int) -> None:
@@ -36,14 +36,14 @@ class TrainingInterrupt(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Context manager that catches Ctrl-C and SIGTERM in the main thread; ``requested`` is the signal that came."""
+    """Context manager that catches Ctrl-C and SIGTERM in the main thread. ``requested`` is the received signal."""
 
     def __init__(self) -> None:
         self.requested: int | None = None
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Self:
-        """Begin to catch."""
+        """Install the signal handlers."""
         if threading.current_thread() is threading.main_thread():
             self._before = {number: signal.signal(number, self._take) for number in _SIGNALS}
         return self
@@ -51,7 +51,7 @@ class Interrupts:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Give the signals back to whom they belonged."""
+        """Restore the previous signal handlers."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before = {}
@@ -61,5 +61,5 @@ class Interrupts:
             raise KeyboardInterrupt
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
-        with contextlib.suppress(RuntimeError):  # in the middle of another line
+        with contextlib.suppress(RuntimeError):  # the signal arrived while a line was being logged
             _log.warning("Stopping after the rollout that is under way, with a checkpoint; %s stops at once.", again)

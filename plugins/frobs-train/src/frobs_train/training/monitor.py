@@ -1,4 +1,4 @@
-"""What a run does while an algorithm trains: log, tell, evaluate, keep checkpoints."""
+"""Log, report progress, evaluate and write checkpoints while an algorithm trains."""
 
 from __future__ import annotations
 
@@ -25,18 +25,19 @@ from frobs_train.training.periodic_evaluation import TrainingEvaluation
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a training is.
+    """Progress of a training run.
 
     Attributes:
         steps: Environment steps so far.
-        total_steps: Environment steps in all.
-        elapsed: [s] of training, what was done before an interruption included.
-        steps_per_second: Since the start.
-        seconds_left: [s] estimated.
+        total_steps: Environment steps in total.
+        elapsed: Training time, including the time before interruptions [s].
+        steps_per_second: Mean speed since the start [environment steps/s].
+        seconds_left: Estimated remaining time [s].
         reward: Mean over the last 100 episodes; None before the first ends.
         length: Mean over the last 100 episodes [control steps].
-        success: Mean over the last 100 episodes; None where the environment does not say.
-        evaluation: Success, or reward where the environment does not say, of the last evaluation; None: there was none.
+        success: Mean over the last 100 episodes; None if the environment does not report success.
+        evaluation: Success of the last evaluation, or its reward if the environment does not report success; None
+            before the first evaluation.
     """
 
     steps: int
@@ -98,14 +99,14 @@ class RunMonitor:
         self._plan(self.steps)
 
     def _plan(self, steps: int) -> None:
-        """Say when the next row, checkpoint and evaluation are due: a function of the steps alone."""
+        """Determine when the next row, checkpoint and evaluation are due. This depends only on the steps."""
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_checkpoint = (steps // self._every + 1) * self._every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
 
     def is_due(self, steps: int) -> bool:
-        """Return whether a row, an evaluation or a checkpoint is due, or somebody wants the training to stop."""
+        """Return whether a row, an evaluation or a checkpoint is due, or an interruption was requested."""
         if steps >= self._next:
             return True
         if self._context.interrupts.requested is None:
@@ -114,10 +115,10 @@ class RunMonitor:
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Write a row, report the progress, and evaluate if it is time.
+        """Write a row, report the progress, and evaluate if an evaluation is due.
 
-        If only an interruption was due, no row is written, so that the log equals that of an uninterrupted run: the
-        metrics are kept for the next row.
+        If only an interruption was due, the metrics are kept for the next row, so that the log equals that of an
+        uninterrupted run.
         """
         self._metrics.update(metrics)
         early, self._early = self._early, False
@@ -132,12 +133,12 @@ class RunMonitor:
         successes: Floats | None = None,
         terms: Mapping[str, Floats] | None = None,
     ) -> None:
-        """Take episodes of environments that the algorithm steps in other processes."""
+        """Add episodes of environments that the algorithm steps in other processes."""
         nowhere = np.full(len(rewards), -1, np.intp)
         self._context.env.add_elsewhere(FinishedEpisodes(nowhere, rewards, lengths, successes, dict(terms or {})))
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Write a checkpoint if one is due, or if the training stops here."""
+        """Write a checkpoint if one is due or training stops."""
         stopping = self.stopped is not None or self._context.interrupts.requested is not None
         if stopping or steps >= self._next_checkpoint:
             self.write_checkpoint(steps, save)
@@ -145,12 +146,12 @@ class RunMonitor:
             self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
 
     def finish(self, save: Callable[[Path, Path | None], None]) -> None:
-        """Write the last checkpoint, unless the training has just written it."""
+        """Write the last checkpoint, unless one was just written."""
         if self.checkpoint is None or self.checkpoint.steps != self.steps:
             self.write_checkpoint(self.steps, save)
 
     def write_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Write a checkpoint now: ``algorithm/``, ``run.json``, ``run.npz``, and ``environment.npz``."""
+        """Write a checkpoint: ``algorithm/``, ``run.json``, ``run.npz`` and ``environment.npz``."""
         context = self._context
         previous = None if self.checkpoint is None else self.checkpoint.path / "algorithm"
         state = RunState(
@@ -195,7 +196,7 @@ class RunMonitor:
             **evaluated,
         }
         self._metrics = {}
-        # A checkpoint that is due is offered next, and plans what comes after it.
+        # Do not plan the next checkpoint here: if one is due, it is offered next.
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)

@@ -1,4 +1,4 @@
-"""Evaluating while a run trains, and keeping the best policy."""
+"""Evaluate during training, and keep the best policy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_train.runs.state import read_best, write_best
 
 
 class TrainingEvaluation:
-    """Plays the same episodes each time, deterministically and in its own environments; training is not affected.
+    """Evaluates on the same episodes each time, deterministically. Separate environments keep training unaffected.
 
     Attributes:
         latest: Success of the last evaluation, or its reward if the environment does not report success.
@@ -34,7 +34,7 @@ class TrainingEvaluation:
         self.latest: float | None = None
 
     def evaluate(self, steps: int) -> dict[str, float]:
-        """Evaluate, keep the policy if it is the best so far, and return columns of the log."""
+        """Evaluate, save the policy if it is the best so far, and return columns for the log."""
         config = self._run.config
         if self._env is None:
             count = usual_num_envs(config, config.evaluation_episodes)
@@ -52,14 +52,14 @@ class TrainingEvaluation:
         return {**row, "evaluation/reward": reward, "evaluation/length": float(np.mean(found.lengths))}
 
     def why_stop(self) -> str | None:
-        """Return why the training has reached its end; None: it has not."""
+        """Return why training ends; None if it continues."""
         wanted = self._run.config.stop_at_success
         if wanted is None or self._success is None or self._success < wanted:
             return None
         return f"an evaluation found {100 * self._success:.1f} % success; stop_at_success is {100 * wanted:.1f} %"
 
     def close(self) -> None:
-        """Close the environments; twice is harmless."""
+        """Close the environments. May be called twice."""
         if self._env is not None:
             self._env.close()
             self._env = None
@@ -74,7 +74,7 @@ class TrainingEvaluation:
 
 
 def _best_so_far(run: Run) -> tuple[float, float] | None:
-    """Return the rank of the policy that is kept: a run that is continued from before it must not lose it."""
+    """Return the rank of the saved policy. A run that resumes from an earlier checkpoint must keep the policy."""
     try:
         checkpoint, _ = run.find_checkpoint("best")
         return read_best(checkpoint.path)[1]

@@ -1,4 +1,4 @@
-"""The environments and the algorithm of a new training run, before there is a run folder."""
+"""Make the environments and the algorithm of a new training run, before the run folder exists."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_train.training.session import check_action_space, make_training_env, 
 
 @dataclass(frozen=True, kw_only=True)
 class PreparedTraining:
-    """What a training run needs besides its folder.
+    """Environments and algorithm of a training run.
 
     Attributes:
         env: The environments, seeded. Close them when the run ends.
@@ -39,7 +39,7 @@ def prepare_training(config: RunConfig) -> PreparedTraining:
         config: See :func:`frobs_train.resolve_config`. Without a seed, the seed is 0.
 
     Raises:
-        UnknownNameError: No such environment ID or algorithm.
+        UnknownNameError: The environment ID or algorithm does not exist.
         ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
     """
     record = algorithm_record(config.algorithm)

@@ -1,4 +1,4 @@
-"""Continuing a training from its newest checkpoint."""
+"""Resume a training run from its newest checkpoint."""
 
 from __future__ import annotations
 
@@ -38,34 +38,34 @@ def resume(
     settings: Sequence[str] = (),
     on_progress: Callable[[Progress], bool | None] | None = None,
 ) -> Run:
-    """Continue a run from its newest undamaged checkpoint, or from its beginning where there is none yet.
+    """Continue a run from its newest undamaged checkpoint, or from the beginning if there is none yet.
 
-    Where the environment restores its state exactly, the run goes on as if it had never stopped: same weights, same
-    ``progress.csv`` but for the times. Where it does not, its episodes begin anew, and a line of the log says so.
+    If the environment restores its state exactly, the result is identical to that of an uninterrupted run: the same
+    weights, and the same ``progress.csv`` except for the times. Otherwise episodes are reset, and a warning is logged.
 
-    What changes in the configuration is reported and recorded in the run's ``history.json``.
+    Changes of the configuration are logged, and recorded in the run's ``history.json``.
 
     Args:
         run: The run, or its folder.
-        steps: Environment steps in all; None: those of the configuration. More than there extend a run, and its
-            configuration with it; schedules such as ``lin_3e-4`` then fall over the new total, so that they rise once.
-        settings: Changes, ``"key=value"`` each: evaluations, logging, checkpoints, callbacks, threads of the simulator
-            and parameters of the task may change. An edit of ``config.yaml`` counts as such a change.
-        on_progress: Called after each row of the log; where it returns False, the training ends with a checkpoint.
+        steps: Total number of environment steps; None: as configured. A larger number extends the run and changes its
+            configuration. Schedules such as ``lin_3e-4`` then use the new total, so their values jump up once.
+        settings: Changes, as ``"key=value"``. Evaluations, logging, checkpoints, callbacks, threads of the simulator
+            and parameters of the task can change. Edits of ``config.yaml`` count as changes.
+        on_progress: Called after each row of the log. If it returns False, training ends with a checkpoint.
 
     Returns:
-        The run. One that is complete is left as it is.
+        The run. A complete run is returned unchanged.
 
     Raises:
-        RunError: The folder is no run, or cannot be written, or the run keeps a setting that should change.
-        RunBusyError: Another process trains in it.
-        ConfigurationError: Fewer steps were asked for than were taken, or a setting cannot be used.
-        CheckpointError: No checkpoint can be used, though there are some.
-        TrainingError: The environment or the algorithm raised.
-        TrainingInterrupt: Ctrl-C or SIGTERM came.
+        RunError: The folder is not a run folder, cannot be written, or a changed setting is fixed for the run.
+        RunBusyError: Another process is training in the folder.
+        ConfigurationError: The number of steps is below the steps taken, or a setting cannot be used.
+        CheckpointError: There are checkpoints, but none can be used.
+        TrainingError: The environment or the algorithm raised an exception.
+        TrainingInterrupt: Ctrl-C or SIGTERM was received.
     """
     path = run.path if isinstance(run, Run) else Path(run)
-    Run.open(path)  # an error leaves no lock file behind
+    Run.open(path)  # if this fails, no lock file is created
     with RunLock(path):
         run = Run.open(path)
         checkpoints.clean(run.path / "checkpoints")
@@ -91,7 +91,7 @@ def resume(
 
 
 def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] = ()) -> RunConfig:
-    """Return the configuration with which a run is resumed; the arguments are those of :func:`resume`."""
+    """Return the configuration with which a run is resumed. The arguments are those of :func:`resume`."""
     written = run.edited or run.config
     check_change(run.config, written, str(run.path / "config.yaml"))
     given = [read_setting(setting) for setting in settings]
@@ -102,7 +102,7 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
 
 
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
-    """Return the newest undamaged checkpoint and where the run stood; None where nothing was written yet."""
+    """Return the newest undamaged checkpoint and the state of the run; None if there is no checkpoint yet."""
     if not run.checkpoints:
         _log.warning("%s has no checkpoint yet: it begins anew, from its seed.", run.path)
         return None, None
@@ -153,7 +153,7 @@ def _continue(
 
 
 def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
-    """Return the environment to where it was; say it where that is not possible, or not exact."""
+    """Restore the environment, and return whether that succeeded. Log a warning if it is not exact."""
     why = why_not_exact(run.config, env.env)
     if why is not None:
         _log.warning("Not an exact continuation: %s.", why)

@@ -1,4 +1,4 @@
-"""The reverse curriculum: training episodes begin on the path of an expert, at first near its end."""
+"""Reverse curriculum: training episodes begin on the path of an expert, at first near its end."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ from frobs_train.logs.recorder import FROM_PATH
 _WITHOUT = "--set reset_from=null trains without it"
 
 _AT_FRONT = 0.5
-"""Share of the episodes on the path that begin at the front; the others begin behind it, anywhere up to the end."""
+"""Share of the episodes on the path that begin at the front. The others begin between the front and the end."""
 
 _EPISODES = 50
-"""Episodes from the front after which it can move."""
+"""Number of episodes from the front after which it can move."""
 
 
 class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Lets a share of the episodes begin in states through which the task's expert has passed.
+    """Starts a share of the episodes in states that the task's expert has visited.
 
-    The expert acts for one episode in each environment. Its successful episodes give states at equal distances in time. The
-    front is the number of the earliest state in which an episode may begin. It moves from the end of the path to its start,
-    by one state whenever enough of the last episodes that began there succeeded. Such an episode has the time left that the
-    expert had left. Goals, objects and randomized parameters are those of the expert's episode.
+    The expert acts for one episode in each environment. Its successful episodes provide states at equal time intervals.
+    The front is the number of the earliest state in which an episode may begin. It moves from the end of the path to
+    its start, by one state whenever enough of the last episodes that began there succeeded. An episode from the path
+    has the remaining time, goals, objects and randomized parameters of the expert's episode.
 
-    ``final_info`` gets ``frobs/from_path``, (num_envs,) bool: whether the episode that ended had begun on the path.
+    ``final_info`` contains ``frobs/from_path``, (num_envs,) bool: whether the finished episode had begun on the path.
 
     Args:
         env: A native vector environment with same-step autoreset, or wrappers around one.
-        config: Settings.
-        seed: Of the expert's episodes.
+        config: Settings of the curriculum.
+        seed: Seed of the expert's episodes.
 
     Attributes:
         front: Number of the earliest state, counted from 0 at the start of the path.
 
     Raises:
-        RunError: The environment is not a native vector environment, its task has no expert, or the expert cannot use its
-            controllers or never succeeds.
+        RunError: The environment is not a native vector environment, its task has no expert, or the expert cannot use
+            its controllers or never succeeds.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:
@@ -58,12 +58,12 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
         self.front = config.states - 1
-        self._state = np.full(base.num_envs, -1)  # in which each episode began; -1: as usual
-        self._episodes = self._successes = 0  # from the front, since it moved
+        self._state = np.full(base.num_envs, -1)  # state in which each episode began; -1: as usual
+        self._episodes = self._successes = 0  # of episodes from the front, since it last moved
         base.call_after_reset(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
-        """Move the share of the environments of a mask to states on the path."""
+        """Move a share of the environments that a mask selects to states on the path."""
         rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
         drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
         on_path = drawn[:, 0] < self._config.share
@@ -98,16 +98,16 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             self._episodes = self._successes = 0
 
     def metrics(self) -> dict[str, float]:
-        """Return the front for the log, as a share of the path: 0 is its start."""
+        """Return the front for the log, as a fraction of the path; 0 is its start."""
         return {"curriculum/front": self.front / (self._config.states - 1)}
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return the state of the curriculum; the path is made anew from the seed."""
+        """Return the state of the curriculum, without the path, which is reproduced from the seed."""
         counts = np.array([self.front, self._episodes, self._successes])
         return {"state": self._state.copy(), "counts": counts}
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Return to a snapshot."""
+        """Restore a snapshot."""
         self._state[:] = snapshot["state"]
         self.front, self._episodes, self._successes = snapshot["counts"].tolist()
 
@@ -122,11 +122,11 @@ def _expert_path(
     """Let the expert act for an episode in each environment.
 
     Returns:
-        Snapshots one after another, (states · num_envs, …) each; and the numbers of the environments in which the expert
+        Concatenated snapshots, (states · num_envs, …) each, and the numbers of the environments in which the expert
         succeeded.
 
     Raises:
-        RunError: The task has no expert, or it cannot use the environment's controllers, or it never succeeds.
+        RunError: The task has no expert, or the expert cannot use the environment's controllers or never succeeds.
     """
     try:
         expert = load_expert(env)
@@ -136,7 +136,7 @@ def _expert_path(
         raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
     env.reset(
         seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)}
-    )  # whole episodes: with a mask, none is staggered
+    )  # full episodes: a reset with a mask does not stagger them
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []
@@ -144,7 +144,7 @@ def _expert_path(
     for step in range(steps):
         if step in taken:
             snapshots += [env.snapshot()] * int((taken == step).sum())
-        broken |= begins & (step > 0)  # another episode has begun before the time limit
+        broken |= begins & (step > 0)  # an episode ended before the time limit
         _, _, terminated, truncated, info = env.step(expert.act(begins))
         begins = terminated | truncated
     successes = info["final_info"]["is_success"] if begins.any() else np.zeros(env.num_envs)

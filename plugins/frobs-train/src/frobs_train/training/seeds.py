@@ -1,4 +1,4 @@
-"""Spreading one seed, so that runs with neighbouring seeds share nothing."""
+"""Derive the seeds of a run from one seed, so that runs with neighboring seeds share no random numbers."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ _HALF = 2**30
 
 @dataclass(frozen=True)
 class RunSeeds:
-    """The seeds of a run. Environment *i* of several uses the first one's seed plus *i*."""
+    """Seeds of a run. Environment *i* of a vector environment uses the seed plus *i*."""
 
     environment: int  # in [0, 2³⁰)
     algorithm: int  # in [0, 2³¹)
-    evaluation: int  # in [2³⁰, 2³¹): never one of the training run
-    validation: int  # in [2³⁰, 2³¹): the best policy is chosen and measured on different episodes
+    evaluation: int  # in [2³⁰, 2³¹): never used in training
+    validation: int  # in [2³⁰, 2³¹): chooses the best policy, on episodes other than those of evaluations
 
 
 def spread_seed(seed: int) -> RunSeeds:
-    """Spread a seed, ≥ 0, through NumPy's ``SeedSequence``."""
+    """Derive the seeds of a run from one seed, ≥ 0, with NumPy's ``SeedSequence``."""
     environment, algorithm, evaluation, validation = (
         int(child.generate_state(1, np.uint32)[0]) for child in np.random.SeedSequence(seed).spawn(4)
     )
@@ -29,10 +29,10 @@ def spread_seed(seed: int) -> RunSeeds:
 
 
 def later_seed(seed: int, steps: int) -> int:
-    """Return a seed, in [0, 2³⁰), for environments that begin anew after some steps of a training."""
+    """Return a seed, in [0, 2³⁰), for environments that are reset after a number of training steps."""
     return int(np.random.SeedSequence([seed, steps]).generate_state(1, np.uint32)[0]) % (_HALF - 2**20)
 
 
 def draw_seed() -> int:
-    """Return a seed that nobody has chosen, in [0, 2³²)."""
+    """Return a random seed, in [0, 2³²)."""
     return int(np.random.SeedSequence().generate_state(1, np.uint32)[0])

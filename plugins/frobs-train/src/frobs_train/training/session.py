@@ -1,4 +1,4 @@
-"""What beginning and continuing a training have in common."""
+"""Common parts of starting and resuming a training run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _log = logging.getLogger("frobs")
 
 
 def training_recipe(config: RunConfig) -> EnvironmentRecipe:
-    """Return how the environments of a training run are made, with their share of the processors."""
+    """Return the recipe of a training run's environments, including their share of the processors."""
     keywords = config.keywords()
     simulator = decide_threads(config).simulator
     if simulator is not None:
@@ -47,7 +47,7 @@ def training_recipe(config: RunConfig) -> EnvironmentRecipe:
 
 
 def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make the environments of a training run, with their share of the processors."""
+    """Make the environments of a training run, using their share of the processors."""
     recipe = training_recipe(config)
     env = make_vector_env(recipe.environment, config.num_envs, recipe.kwargs, recipe.wrappers)
     if config.reset_from is None:
@@ -71,7 +71,7 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
 
 
 def check_environment(config: RunConfig) -> None:
-    """Raise the error of a configuration whose environment cannot be made, or in which the algorithm cannot act."""
+    """Raise an error if the environment of a configuration cannot be made, or the algorithm cannot act in it."""
     env = make_training_env(config.model_copy(update={"num_envs": 1}))
     try:
         check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
@@ -89,21 +89,21 @@ def run_training(
     state: RunState | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> None:
-    """Train to the end, or until somebody or something stops it.
+    """Train until the end, or until training is stopped.
 
     Args:
         run: The run, locked.
         env: The environments.
-        episodes: Filled by the environments' recorder.
-        algorithm: New, or loaded.
+        episodes: Statistics that the environments' recorder fills.
+        algorithm: New or loaded algorithm.
         callbacks: Callbacks of the configuration.
         tell: Called with the progress after each row.
         state: State of a resumed run.
         checkpoint: Checkpoint from which it is resumed.
 
     Raises:
-        TrainingInterrupt: Ctrl-C or SIGTERM came; everything needed to resume is written.
-        TrainingError: The environment or the algorithm raised.
+        TrainingInterrupt: Ctrl-C or SIGTERM was received; everything needed to resume is written.
+        TrainingError: The environment or the algorithm raised an exception.
         CheckpointError: A checkpoint cannot be written.
         RunError: The log cannot be written.
     """
@@ -160,7 +160,7 @@ def _resumable(monitor: RunMonitor) -> int | None:
 
 
 def _cause(error: Exception) -> str:
-    """Say in one line what was raised, and where."""
+    """Describe an exception and its location in one line."""
     frames = traceback.extract_tb(error.__traceback__)
     where = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {str(error).rstrip('.')}{where}"

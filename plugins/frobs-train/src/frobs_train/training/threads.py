@@ -1,4 +1,4 @@
-"""Who gets which processor: decided here, once, for simulator, algorithm and worker processes."""
+"""Distribute the processors among simulator, algorithm and worker processes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from frobs_core import registry
 from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 
-_most: int | None = None  # processors that a runner allows
+_most: int | None = None  # number of processors that a runner allows
 
 
 @dataclass(frozen=True, kw_only=True)
 class Threads:
-    """How the processors are shared.
+    """Distribution of the processors.
 
     Attributes:
-        processors: That this process may use.
-        simulator: Threads, or worker processes, that step the environments; None: the environment is not ours.
-        torch: Threads of the algorithm's library; None: the algorithm does not say.
+        processors: Number of processors that this process may use.
+        simulator: Threads or worker processes that step the environments; None: an environment of another package.
+        torch: Threads of the algorithm's library; None if the algorithm has no such setting.
     """
 
     processors: int
@@ -30,19 +30,19 @@ class Threads:
     torch: int | None
 
     def __str__(self) -> str:
-        """Say it in half a line."""
+        """Return a short description."""
         shares = [("simulator", self.simulator), ("torch", self.torch)]
         named = ", ".join(f"{name} {_count(number, 'thread')}" for name, number in shares if number is not None)
         return _count(self.processors, "processor") + (f": {named}" if named else "")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return values that JSON can represent."""
         return asdict(self)
 
 
 @contextmanager
 def processors_limited_to(count: int) -> Iterator[None]:
-    """Let this process believe that it may use at most so many processors, because jobs run side by side."""
+    """Limit the number of processors that this process uses, because other jobs run at the same time."""
     global _most
     before, _most = _most, count
     try:
@@ -52,7 +52,7 @@ def processors_limited_to(count: int) -> Iterator[None]:
 
 
 def usable_processors() -> int:
-    """Return how many processors this process may use: its share of a container, batch job or runner."""
+    """Return how many processors this process may use: its share in a container, batch job or runner."""
     found = _affinity()
     return found if _most is None else min(found, _most)
 
@@ -64,11 +64,11 @@ def _affinity() -> int:
 
 
 def decide_threads(config: RunConfig) -> Threads:
-    """Decide who gets which processors.
+    """Decide how many threads the simulator and the algorithm use.
 
-    The simulator gets what ``threads.simulator`` or the keyword ``num_threads`` of the environment says, else every
-    processor, but no more than there are environments. The algorithm has its own in its settings (``torch_threads``,
-    one by default: small networks are fastest so), for another number of theirs may round differently.
+    The simulator uses ``threads.simulator``, or the keyword ``num_threads`` of the environment, or else all processors,
+    but at most one thread per environment. The threads of the algorithm are its setting ``torch_threads``, because
+    another number may round differently. The default is 1, which is fastest for small networks.
     """
     processors = usable_processors()
     simulator = None

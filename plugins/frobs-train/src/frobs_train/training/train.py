@@ -1,4 +1,4 @@
-"""Training."""
+"""Train a policy."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ def train(
     *,
     on_existing: str = "error",
 ) -> Run:
-    """Train, and write one folder.
+    """Train a policy, and write one run folder.
 
-    The folder is made once everything else stands, so that bad input leaves nothing behind. Ctrl-C and SIGTERM, where
-    this is the main thread, stop the training at the next moment from which it can continue exactly: a checkpoint is
-    written first. For algorithms that collect whole rollouts, that is the end of the one under way.
+    The folder is created after everything else, so that invalid input leaves no files behind. In the main thread,
+    Ctrl-C and SIGTERM write a checkpoint and stop training at the next point from which it can resume exactly. For
+    algorithms that collect rollouts, this is the end of the current rollout.
 
     Args:
         config: See :func:`frobs_train.resolve_config`.
-        run_dir: The folder; None: ``runs/<ID>/<algorithm>_seed<seed>``, or with the time where no seed was chosen.
-        on_progress: Called after each row of the log; where it returns False, the training ends with a checkpoint.
-        on_existing: What to do with a folder that is there: ``"error"``; ``"increment"``: write ``name_2``, ``name_3``,
-            …; ``"overwrite"``: remove it, if it is a run; ``"resume"``: continue it, if it is a run of this
-            configuration.
+        run_dir: The folder; None: ``runs/<ID>/<algorithm>_seed<seed>``, or with the time if no seed was chosen.
+        on_progress: Called after each row of the log. If it returns False, training ends with a checkpoint.
+        on_existing: How to handle an existing folder. ``"error"``: raise an error; ``"increment"``: write ``name_2``,
+            ``name_3``, …; ``"overwrite"``: remove it, if it is a run; ``"resume"``: continue it, if it is a run with
+            this configuration.
 
     Returns:
         The run, with at least one checkpoint.
 
     Raises:
         RunExistsError: The folder exists.
-        RunBusyError: Another process trains in it.
-        UnknownNameError: No such environment ID or algorithm.
+        RunBusyError: Another process is training in the folder.
+        UnknownNameError: The environment ID or algorithm does not exist.
         ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
         CheckpointError: A checkpoint cannot be written.
-        TrainingError: The environment or the algorithm raised.
-        TrainingInterrupt: Ctrl-C or SIGTERM came.
+        TrainingError: The environment or the algorithm raised an exception.
+        TrainingInterrupt: Ctrl-C or SIGTERM was received.
     """
     path = settle_existing(Path(run_dir) if run_dir is not None else default_run_dir(config), on_existing)
     record = algorithm_record(config.algorithm)
