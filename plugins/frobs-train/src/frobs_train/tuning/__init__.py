@@ -1,1 +1,1 @@
-"""Searching for settings."""
+"""Search for settings."""

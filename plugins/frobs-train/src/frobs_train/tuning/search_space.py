@@ -1,4 +1,4 @@
-"""Search spaces: which settings a search varies, and between which values. Data, as YAML."""
+"""Search spaces: the settings that a search varies, and their possible values, as YAML."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 
 class Dimension(BaseModel):
-    """One setting that is searched.
+    """A setting that is searched.
 
     Attributes:
         type: ``float``, ``int`` or ``choice``.
-        low: Least number.
-        high: Greatest number, included.
-        log: Whether numbers are drawn evenly on a logarithmic scale.
-        step: Distance between numbers; None: any.
-        choices: What is chosen from: any values that YAML can hold.
-        prefix: Text before a number: ``lin_`` for a rate that falls to 0.
+        low: Lower bound of a number.
+        high: Upper bound of a number, inclusive.
+        log: Whether numbers are drawn uniformly on a logarithmic scale.
+        step: Distance between numbers; None: any number.
+        choices: Values of a choice: any values that YAML can represent.
+        prefix: Text before a number, such as ``lin_`` for a rate that decreases to 0.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -61,10 +61,10 @@ class Dimension(BaseModel):
         return self
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
-        """Have a trial choose a value."""
+        """Let a trial choose a value."""
         if self.type == "choice":
             assert self.choices is not None
-            texts = {_text(value): value for value in self.choices}  # a storage keeps scalars only
+            texts = {_text(value): value for value in self.choices}  # a storage supports only scalars
             return texts[trial.suggest_categorical(key, list(texts))]
         assert self.low is not None
         assert self.high is not None
@@ -99,7 +99,7 @@ class Dimension(BaseModel):
         return self._bounded(new)
 
     def _bounded(self, value: float) -> Any:
-        """Return the nearest number of this dimension, as settings contain it."""
+        """Return the nearest number of this dimension, in the form used in settings."""
         assert self.low is not None
         assert self.high is not None
         if self.step is not None:
@@ -109,7 +109,7 @@ class Dimension(BaseModel):
 
     @property
     def example(self) -> Any:
-        """A value of it."""
+        """An example of a value."""
         if self.type == "choice":
             assert self.choices is not None
             return self.choices[0]
@@ -121,7 +121,7 @@ class Dimension(BaseModel):
 
 
 SearchSpace = Mapping[str, Dimension]
-"""Dotted key of the run's configuration, as in ``--set``, then what is searched there."""
+"""Searched settings, by dotted key of the run's configuration, as in ``--set``."""
 
 
 def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> SearchSpace:
@@ -140,7 +140,7 @@ def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> Searc
 
 
 def read_space(mapping: ConfigMapping) -> SearchSpace:
-    """Check a search space; a list means a choice among its members."""
+    """Validate a search space. A list is a choice among its items."""
     return {key: _dimension(mapping, key) for key in mapping}
 
 
@@ -160,7 +160,7 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
 
 
 def setting(key: str, value: Any) -> str:
-    """Return ``"key=value"`` as ``--set`` takes it."""
+    """Return ``"key=value"``, as ``--set`` accepts it."""
     return f"{key}={json.dumps(value)}"
 
 

@@ -1,4 +1,4 @@
-"""A study: where the trials of a search are kept, and what is known of them."""
+"""Studies, which store the trials of a search and their results."""
 
 from __future__ import annotations
 
@@ -18,34 +18,34 @@ if TYPE_CHECKING:
     import optuna
 
 SAMPLERS = ("tpe", "gp", "random")
-"""How settings are chosen: by a tree of Parzen estimators, by a Gaussian process, or blindly."""
+"""Methods that choose settings: tree-structured Parzen estimator, Gaussian process, or random."""
 
 PRUNERS = ("median", "halving", "hyperband", "population", "none")
-"""How unpromising trials are stopped: below the median, by successive halving, by Hyperband, not at all, or, with
-``population``, replaced by variants of better trials, which only a runner on a cluster supports."""
+"""Methods that stop unpromising trials: below the median, successive halving, Hyperband, or none. ``population``
+replaces them by variants of better trials, which only a runner on a cluster supports."""
 
 REPORTS = 20
-"""Reports of a run to the pruner, evenly over its steps."""
+"""Number of reports of a run to the pruner, at equal numbers of steps."""
 
 _State = Literal["running", "complete", "pruned", "failed"]
 
 _ATTEMPTS = 5
 
-_HEARTBEAT = 60  # [s] a process that is silent for twice as long is dead, and its trial has failed
+_HEARTBEAT = 60  # [s] if a process is silent for twice as long, its trial counts as failed
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrialResult:
-    """One trial: settings, and what training with them came to.
+    """A trial: its settings and its result.
 
     Attributes:
-        number: In the study, from 0.
+        number: Number in the study, from 0.
         state: ``"running"``, ``"complete"``, ``"pruned"`` or ``"failed"``.
-        value: The metric, mean over seeds; of a pruned trial the last that was seen; None: none.
-        settings: What was chosen, by dotted key.
-        runs: The run folders.
-        seconds: [s] that it took; None: it runs.
-        error: Why it failed; empty: it did not.
+        value: Mean of the metric over seeds; for a pruned trial, the last reported value; None if there is none.
+        settings: Chosen settings, by dotted key.
+        runs: Run folders.
+        seconds: Duration [s]; None while it is running.
+        error: Error that ended the trial; empty if it has not failed.
     """
 
     number: int
@@ -59,15 +59,15 @@ class TrialResult:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyResult:
-    """What a search has found so far.
+    """Results of a search so far.
 
     Attributes:
-        name: Of the study in its storage.
+        name: Name of the study in its storage.
         storage: URL of the storage.
-        folder: Where the runs and ``best.yaml`` are.
-        trials: Of all processes, in their order.
-        best: The best complete trial; None: there is none.
-        best_config: The file with its configuration, as ``frobs train --config`` takes it.
+        folder: Folder with the runs and ``best.yaml``.
+        trials: Trials of all processes, in order.
+        best: Best complete trial; None if there is none.
+        best_config: File with the configuration of the best trial, for ``frobs train --config``.
     """
 
     name: str
@@ -78,12 +78,12 @@ class StudyResult:
     best_config: Path | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return values that JSON can represent."""
         return asdict(self)
 
 
 def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -> optuna.Study:
-    """Open or create a study. ``storage`` is any database URL that Optuna supports; ``seeds`` is the runs per trial."""
+    """Open or create a study with ``seeds`` runs per trial. ``storage`` is any database URL that Optuna supports."""
     try:
         import optuna
     except ImportError as error:
@@ -101,7 +101,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
                 sampler=_sampler(sampler),
                 pruner=_pruner(pruner, seeds),
             )
-        except Exception as error:  # each database has its own
+        except Exception as error:  # each database has its own exceptions
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise StudyError(
                 name,
@@ -114,14 +114,14 @@ def _database(url: str) -> optuna.storages.RDBStorage:
     import optuna
     from sqlalchemy.exc import IntegrityError, OperationalError
 
-    # Two processes may write to one SQLite file: each waits for the other.
+    # If two processes write to one SQLite file, each waits for the other.
     engine = {"connect_args": {"timeout": 60}} if url.startswith("sqlite") else {}
     for attempt in range(_ATTEMPTS):
         try:
             return optuna.storages.RDBStorage(
                 url, engine_kwargs=engine, heartbeat_interval=_HEARTBEAT, grace_period=2 * _HEARTBEAT
             )
-        except (IntegrityError, OperationalError):  # another process makes the tables just now
+        except (IntegrityError, OperationalError):  # another process is creating the tables
             if attempt == _ATTEMPTS - 1:
                 raise
             time.sleep(0.2 * 2**attempt)
@@ -130,7 +130,7 @@ def _database(url: str) -> optuna.storages.RDBStorage:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Keep Optuna's own log, and its warnings about what is experimental in it, from the screen."""
+    """Hide Optuna's log, and its warnings about experimental features."""
     import optuna
 
     level = optuna.logging.get_verbosity()
@@ -144,7 +144,7 @@ def quiet() -> Iterator[None]:
 
 
 def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
-    """Store how a study was begun (JSON), and raise StudyError if it is continued with anything else."""
+    """Store the settings with which a study began, as JSON, and raise StudyError if they differ later."""
     known = study.user_attrs.get("frobs")
     now = json.loads(json.dumps(begun_with))
     if known is None:
@@ -160,12 +160,12 @@ def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
 
 
 def results(study: optuna.Study) -> tuple[TrialResult, ...]:
-    """Return the trials of a study, in their order."""
+    """Return the trials of a study, in order."""
     return tuple(to_result(trial) for trial in study.get_trials(deepcopy=False))
 
 
 def to_result(trial: optuna.trial.FrozenTrial) -> TrialResult:
-    """Return what is known of a trial."""
+    """Convert a trial of Optuna to a result."""
     from optuna.trial import TrialState
 
     names: dict[TrialState, _State] = {
@@ -193,7 +193,7 @@ def _sampler(name: str) -> optuna.samplers.BaseSampler:
         return samplers.RandomSampler()
     if name == "gp":
         return samplers.GPSampler()
-    # A constant liar keeps processes side by side from trying the same. No seed: they would share it.
+    # A constant liar keeps parallel processes from trying the same settings. A seed would be shared by all of them.
     return samplers.TPESampler(multivariate=True, constant_liar=True)
 
 

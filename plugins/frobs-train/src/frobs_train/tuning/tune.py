@@ -1,4 +1,4 @@
-"""Searching for settings: each trial is a run, or one for each seed."""
+"""Search for settings. Each trial trains one run per seed."""
 
 from __future__ import annotations
 
@@ -38,24 +38,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """What is searched, and how.
+    """Settings of a search.
 
     Attributes:
-        environment: Gymnasium ID; None: the file has it.
-        trials: How many the study shall have in the end, those of earlier commands and other processes included.
-        file: A YAML file with the keys of :class:`RunConfig`: what all trials have in common.
-        flags: As those of :func:`frobs_train.resolve_config`; ``seed`` is the first seed of each trial.
-        settings: ``"algorithm_config.n_steps=16"``; what is set is not searched.
-        space: A YAML file with the search space; None: the one that the algorithm offers.
-        folder: Of the study; None: ``studies/<ID>/<algorithm>``.
+        environment: Gymnasium ID; None: the ID in the file.
+        trials: Total number of trials in the study, including those of earlier commands and other processes.
+        file: YAML file with keys of :class:`RunConfig` that apply to all trials.
+        flags: Flags, as in :func:`frobs_train.resolve_config`; ``seed`` is the first seed of each trial.
+        settings: Fixed settings, such as ``"algorithm_config.n_steps=16"``, which are not searched.
+        space: YAML file with the search space; None: the search space of the algorithm.
+        folder: Folder of the study; None: ``studies/<ID>/<algorithm>``.
         storage: Any Optuna storage URL; None: the SQLite file ``study.db`` in the folder.
-        name: Of the study in the storage; None: ``<ID>/<algorithm>``.
-        seeds: Runs of each trial, with seeds that follow each other.
-        episodes: Of the evaluation at the end of each run.
-        metric: ``"success"`` or ``"reward"``; None: success where the environment tells it.
-        sampler: How settings are chosen: ``tpe``, ``gp`` or ``random``.
-        pruner: How unpromising trials are stopped: ``median``, ``halving``, ``hyperband`` or ``none``; with the runner
-            ``ray`` also ``population``, which replaces them by variants of better ones.
+        name: Name of the study in the storage; None: ``<ID>/<algorithm>``.
+        seeds: Number of runs of each trial, which use consecutive seeds.
+        episodes: Number of episodes of the evaluation at the end of each run.
+        metric: ``"success"`` or ``"reward"``; None: success if the environment reports it, else reward.
+        sampler: Method that chooses settings: ``tpe``, ``gp`` or ``random``.
+        pruner: Method that stops unpromising trials: ``median``, ``halving``, ``hyperband`` or ``none``; with the
+            runner ``ray`` also ``population``, which replaces them by variants of better ones.
     """
 
     environment: str | None = None
@@ -74,10 +74,10 @@ class Search:
     pruner: str = "median"
 
     def resolve(self, chosen: Mapping[str, Any] | None = None) -> RunConfig:
-        """Return the configuration of a trial, or, with nothing chosen, what all have in common.
+        """Return the configuration of a trial or, without chosen settings, the one that all trials share.
 
         Raises:
-            UnknownNameError: No algorithm has the name.
+            UnknownNameError: No algorithm has this name.
             ConfigurationError: A setting is unknown or cannot be used.
         """
         more = [setting(key, value) for key, value in (chosen or {}).items()]
@@ -85,21 +85,21 @@ class Search:
 
 
 class Session:
-    """An open study: it draws settings and records results. Several processes may have the same study open.
+    """An open study, which draws settings and records results. Several processes can open the same study.
 
     Args:
-        search: What is searched, and how.
+        search: Settings of the search.
 
     Attributes:
-        search: The same.
+        search: Settings of the search.
         base: The configuration that all trials share.
         space: The search space.
         folder: Folder of the study.
-        study: The study of Optuna.
+        study: The Optuna study.
 
     Raises:
         RunError: Optuna is not installed, or the folder holds the trials of another study.
-        UnknownNameError: No such environment ID or algorithm.
+        UnknownNameError: The environment ID or algorithm does not exist.
         ConfigurationError: A setting, the search space, the storage or a number cannot be used.
     """
 
@@ -117,7 +117,7 @@ class Session:
             self.folder.mkdir(parents=True, exist_ok=True)
         self.study = open_study(search.name or identifier, self._storage, search.sampler, search.pruner, search.seeds)
         trials = self.folder / "trials"
-        if trials.exists() and not self.study.get_trials(deepcopy=False):  # in this order: other processes may add some
+        if trials.exists() and not self.study.get_trials(deepcopy=False):  # in this order, as others may add trials
             raise RunError(
                 f"{self.folder} holds trials, but the study has none; choose another --study-dir, or remove the folder."
             )
@@ -133,7 +133,7 @@ class Session:
 
     @property
     def finished(self) -> int:
-        """Number of trials that count: not those that are running or were interrupted."""
+        """Number of finished trials, without those that are running or were interrupted."""
         return sum(result.state != "running" and result.error != "interrupted" for result in results(self.study))
 
     def draw(self, trial: optuna.Trial) -> dict[str, Any]:
@@ -145,7 +145,7 @@ class Session:
         return chosen
 
     def result(self) -> StudyResult:
-        """Return what the study has found so far, and write ``best.yaml``."""
+        """Return the results of the study so far, and write ``best.yaml``."""
         return _result(self.study, self.search, self._storage, self.folder)
 
 
@@ -154,22 +154,22 @@ def tune(
     on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
     on_progress: Callable[[int, int, Progress], None] | None = None,
 ) -> StudyResult:
-    """Search until the study has its number of trials. An existing study is continued.
+    """Search until the study has the requested number of trials. An existing study is continued.
 
-    Several processes may work on one study at once. Each finishes the trial that it has begun, so there may be a few more
-    trials than requested. A trial that fails is recorded and does not end the study. Trials that Ctrl-C ended do not count.
+    Several processes can work on one study at once. Each finishes its current trial, so there may be a few more trials
+    than requested. Failed trials are recorded and do not end the study. Trials that Ctrl-C ended do not count.
 
     Args:
-        search: What is searched, and how.
+        search: Settings of the search.
         on_trial: Called after each trial of this process.
         on_progress: Called during a trial with its number, the index of its seed and the progress of that run.
 
     Returns:
-        What the study has found, in all processes.
+        The results of the study, including those of other processes.
 
     Raises:
         RunError: Optuna is not installed, or the folder holds the trials of another study.
-        UnknownNameError: No such environment ID or algorithm.
+        UnknownNameError: The environment ID or algorithm does not exist.
         ConfigurationError: A setting, the search space, the storage or a number cannot be used.
     """
     if search.pruner == "population":
@@ -233,14 +233,14 @@ def run_trial(
     """Train and evaluate all seeds of a trial.
 
     Args:
-        search: What is searched, and how.
+        search: Settings of the search.
         folder: Folder of the study.
         number: Number of the trial.
-        chosen: Its settings.
-        report: Called with a step that counts the reports, in [0, ``REPORTS`` × seeds], and with the mean of the metric up
-            to this step. If it returns False, the trial ends.
+        chosen: Settings of the trial.
+        report: Called with the number of the report, in [0, ``REPORTS`` × seeds], and the mean of the metric so far. If
+            it returns False, the trial ends.
         on_progress: Called with the index of a seed and the progress of its run.
-        on_existing: What to do with run folders that exist; see :func:`frobs_train.train`.
+        on_existing: How to handle existing run folders; see :func:`frobs_train.train`.
 
     Returns:
         The mean of the metric over the seeds; None if ``report`` ended the trial.
@@ -255,7 +255,7 @@ def run_trial(
             on_progress(index, progress)
             value = _metric(search, progress.success, progress.reward)
             part = REPORTS * progress.steps // progress.total_steps
-            if value is None or part <= reported or part >= REPORTS:  # the end is evaluated
+            if value is None or part <= reported or part >= REPORTS:  # the final value comes from the evaluation
                 return True
             reported = part
             stopped = not report(REPORTS * index + part, float(np.mean([*values, value])))
@@ -282,7 +282,7 @@ def _final(search: Search, found: Evaluation) -> float:
 
 
 def _space(search: Search, base: RunConfig) -> SearchSpace:
-    """Return what is searched: the space without what is set, each of its keys tried once."""
+    """Return the search space without fixed settings, after trying each of its keys once."""
     fixed = {text.partition("=")[0].strip() for text in search.settings}
     full = load_space(algorithm_record(base.algorithm), search.space)
     space = {key: dimension for key, dimension in full.items() if key not in fixed}
@@ -294,7 +294,7 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except UnknownParameterError as error:
             raise SearchSpaceError(f"the search space names '{key}': {error}", key) from error
         except ConfigurationError:
-            continue  # a value that another setting may make usable: the trial that chooses it tells
+            continue  # another setting may make the value usable; otherwise the trial reports it
     return space
 
 
