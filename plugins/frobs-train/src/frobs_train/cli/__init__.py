@@ -1,1 +1,1 @@
-"""The commands of this distribution."""
+"""Commands of this distribution."""

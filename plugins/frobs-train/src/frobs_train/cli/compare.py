@@ -1,4 +1,4 @@
-"""``frobs compare``: see which runs learned better, and how sure that is."""
+"""``frobs compare``: compare runs over their seeds, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Metric(StrEnum):
-    """What runs are compared by."""
+    """Metrics by which runs are compared."""
 
     success = "success"
     reward = "reward"
@@ -106,7 +106,7 @@ def compare(
 
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
-    """Return an evaluation of each run, by its folder; raise JobsError if one failed."""
+    """Return an evaluation of each run, by run folder. Raises JobsError if an evaluation failed."""
     from frobs_train.cli.evaluate_runs import run_evaluations
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import raise_failures

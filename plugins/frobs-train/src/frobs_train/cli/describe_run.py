@@ -1,4 +1,4 @@
-"""What ``frobs show`` says about a run folder."""
+"""Facts about a run folder for ``frobs show``."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 def is_run(path: Path) -> bool:
-    """Tell a run's folder."""
+    """Return whether a folder is a run folder."""
     return (path / "config.yaml").is_file()
 
 
 def describe_run(path: Path) -> dict[str, Any]:
-    """Return the facts about a run: how far it is trained, what it holds, evaluations and configuration.
+    """Return the facts about a run: progress, contents, evaluations and configuration.
 
-    ``success``, ``reward`` and ``length`` are those of the last row of the log in which an episode ended.
+    ``success``, ``reward`` and ``length`` come from the last row of the log in which an episode ended.
     """
     from frobs_train import Run
     from frobs_train.logs.progress import last_value, read_progress
@@ -53,7 +53,7 @@ def describe_run(path: Path) -> dict[str, Any]:
 
 
 def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts about a run, from :func:`describe_run`, as people read them, on one screen."""
+    """Return the facts about a run, from :func:`describe_run`, in a short form for people."""
     shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
     shown |= facts["environment_kwargs"]
     if facts["config"]["randomize"]:
@@ -87,7 +87,7 @@ def _best(run: Run) -> int | None:
 
 
 def _threads(path: Path) -> str | None:
-    """Return how the processors were shared when the run began."""
+    """Return the distribution of the processors when the run began."""
     from frobs_train import Threads
 
     try:

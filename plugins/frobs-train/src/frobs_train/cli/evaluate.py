@@ -1,4 +1,4 @@
-"""``frobs evaluate``: measure what a run has learned."""
+"""``frobs evaluate``: measure the performance of a policy."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def evaluate(
 
 
 def summary(found: Evaluation) -> dict[str, object]:
-    """Return an evaluation as people read it."""
+    """Return an evaluation in a form for people."""
     facts: dict[str, object] = {"environment": found.environment, "simulator": found.simulator}
     if found.randomize:
         facts["randomized"] = ", ".join(found.randomize)

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> None:
-    """Evaluate several policies, and print one row for each.
+    """Evaluate several policies, and print one row for each policy.
 
     Args:
-        jobs: From :func:`frobs_train.runners.jobs.evaluation_job`.
-        runner: Where they are evaluated.
-        json: Write JSON to stdout, and nothing else there.
+        jobs: Jobs from :func:`frobs_train.runners.jobs.evaluation_job`.
+        runner: Runner that evaluates them.
+        json: Whether to write only JSON to stdout.
 
     Raises:
         JobsError: An evaluation failed.
@@ -40,7 +40,7 @@ def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> N
 
 
 def run_evaluations(jobs: Sequence[Job], runner: Runner) -> list[Outcome]:
-    """Run the jobs of evaluations with their progress, and return their outcomes in the order of the jobs."""
+    """Run evaluation jobs, show their progress, and return their outcomes in the order of the jobs."""
     runs = [run.parent for job in jobs if isinstance(run := job.arguments["run"], Path)]
     folder = Path(os.path.commonpath(runs)) if runs else Path.cwd()
     return collect_outcomes(

@@ -1,4 +1,4 @@
-"""``frobs export``: one file that runs a policy without the trainer."""
+"""``frobs export``: write a policy as one file that runs without the trainer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The progress of jobs: a bar for each job in a terminal, plain lines elsewhere. Written to stderr."""
+"""Progress of jobs on stderr: a bar for each job in a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import Outcome
 
 _LINE_EVERY = 10.0
-"""[s] between plain lines."""
+"""Time between plain lines [s]."""
 
 
 def collect_outcomes(
@@ -28,11 +28,11 @@ def collect_outcomes(
 
     Args:
         names: Names of the jobs.
-        start: Runs the jobs; called with the function that receives their progress.
-        if_interrupted: What to do after Ctrl-C, for the message.
+        start: Function that runs the jobs; it is called with the function that receives their progress.
+        if_interrupted: Instruction for the user after Ctrl-C, for the message.
 
     Returns:
-        An outcome for each job; :func:`frobs_train.raise_failures` raises the error if one failed.
+        An outcome for each job; :func:`frobs_train.raise_failures` raises an error if a job failed.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
@@ -49,12 +49,12 @@ def collect_outcomes(
 
 
 def short_path(path: Path) -> str:
-    """Return a path relative to the working directory if it is below it."""
+    """Return a path relative to the working directory if it is inside."""
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 class JobsProgress:
-    """Shows how far each job is, as a context manager.
+    """Shows the progress of each job, as a context manager.
 
     Args:
         names: Names of the jobs.
@@ -83,7 +83,7 @@ class JobsProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Leave the bars as they are."""
+        """Stop the bars and leave them on the screen."""
         if self._bars is not None:
             self._bars.stop()
 

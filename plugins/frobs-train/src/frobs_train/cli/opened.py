@@ -1,4 +1,4 @@
-"""What ``frobs evaluate`` and ``frobs play`` work on: a run, or a model file with an environment."""
+"""Options of ``frobs evaluate`` and ``frobs play`` that choose a policy, and the policy as a run."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ def open_run(
     pretrained: bool = False,
     expert: bool = False,
 ) -> Run:
-    """Open a run, a bundle, a model file, the policy that comes with an ID, or the expert of its task.
+    """Open a run, a bundle, a model file, the trained policy of an ID, or the expert of its task.
 
     Raises:
-        ConfigurationError: A flag that belongs to ``--model`` stands alone, or a setting cannot be used.
-        RunError: The folder is no run, or no policy comes with the ID.
-        BundleError: The file is no bundle.
+        ConfigurationError: A flag of ``--model`` is used without it, or a setting cannot be used.
+        RunError: The folder is not a run folder, or the ID has no trained policy.
+        BundleError: The file is not a bundle.
         UntrustedFileError: The bundle needs ``--trust``.
     """
     from frobs_core.registry import bare_id, pretrained_ids

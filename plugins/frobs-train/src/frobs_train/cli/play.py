@@ -1,4 +1,4 @@
-"""``frobs play``: watch what a run has learned."""
+"""``frobs play``: watch a policy, or record a video."""
 
 from __future__ import annotations
 

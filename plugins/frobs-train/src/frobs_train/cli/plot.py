@@ -1,4 +1,4 @@
-"""``frobs plot``: see how runs have learned."""
+"""``frobs plot``: plot learning curves."""
 
 from __future__ import annotations
 

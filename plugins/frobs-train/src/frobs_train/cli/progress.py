@@ -1,4 +1,4 @@
-"""How far a training is: a live bar in a terminal, plain lines elsewhere. Written to stderr."""
+"""Progress of a training run on stderr: a live bar in a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ if TYPE_CHECKING:
     from frobs_train import Progress
 
 _LINE_EVERY = 10.0
-"""[s] between plain lines."""
+"""Time between plain lines [s]."""
 
 
 class TrainingProgress:
-    """Shows steps, steps/s, success, reward and the time left; a context manager.
+    """Shows steps, steps/s, success, reward and the remaining time, as a context manager.
 
     Args:
-        headline: What is trained; shown when the training has begun, so that bad input is answered by its error alone.
-        total_steps: Environment steps in all.
+        headline: Description of the training run, shown after training has begun, so that invalid input prints only an
+            error.
+        total_steps: Environment steps in total.
 
     Attributes:
-        last: The latest progress; None before the first.
+        last: The latest progress; None before the first report.
     """
 
     def __init__(self, headline: str, total_steps: int) -> None:
@@ -38,7 +39,7 @@ class TrainingProgress:
         self._next_line = 0.0
 
     def __enter__(self) -> Self:
-        """Start the bar: it moves while the environment is built, too."""
+        """Start the bar, which also moves while the environment is built."""
         if self._console.is_terminal:
             self._bar = self._make_bar()
             self._task = self._bar.add_task("", total=self._total, numbers="starting")
@@ -48,7 +49,7 @@ class TrainingProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Leave the bar as it stands, unless it has not moved; or write the last line."""
+        """Stop the bar, and remove it if there was no progress; without a bar, write the last line."""
         if self._bar is not None:
             self._bar.live.transient = self.last is None
             self._bar.stop()
@@ -56,7 +57,7 @@ class TrainingProgress:
             self._write_line(self.last)
 
     def update(self, progress: Progress) -> None:
-        """Show where the training is."""
+        """Show the progress of training."""
         if self.last is None:
             self._console.print(self._headline, markup=False, soft_wrap=True)
         self.last = progress

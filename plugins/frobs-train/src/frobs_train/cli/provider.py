@@ -1,4 +1,4 @@
-"""What ``frobs list`` and ``frobs show`` report about trained policies and runs."""
+"""Facts about trained policies and runs for ``frobs list`` and ``frobs show``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class TrainProvider(Provider):
     kind = "run"
 
     def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
-        """Return ``pretrained``: the facts about the ID's trained policy, or None."""
+        """Return ``pretrained``: facts about the ID's trained policy, or None."""
         return {"pretrained": _pretrained(id) if record.pretrained else None}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:

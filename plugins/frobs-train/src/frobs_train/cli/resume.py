@@ -1,4 +1,4 @@
-"""``frobs resume``: continue a training."""
+"""``frobs resume``: continue a training run."""
 
 from __future__ import annotations
 

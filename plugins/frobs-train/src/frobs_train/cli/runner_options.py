@@ -1,4 +1,4 @@
-"""Options of the commands that give jobs to a runner."""
+"""Options of commands that use a runner."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ JobMemory = Annotated[
 
 
 def open_runner(name: str, address: str | None, cpus: int | None, memory: float | None) -> Runner:
-    """Return the runner that a command line asks for."""
+    """Return the runner for the options of a command line."""
     from frobs_train.runners.runner import RunnerOptions, load_runner
 
     size = None if memory is None else int(memory * 1e9)

@@ -1,4 +1,4 @@
-"""``frobs train``: learn a policy."""
+"""``frobs train``: train a policy."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def train(
     """
     from frobs_core.registry import find_spec
 
-    find_spec(env_id)  # before torch is imported, so that a typing error is answered at once
+    find_spec(env_id)  # before torch is imported, so that a typo is reported at once
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
     from frobs_train.cli.train_seeds import train_and_report

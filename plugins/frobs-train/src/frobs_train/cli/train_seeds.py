@@ -1,4 +1,4 @@
-"""``frobs train --seeds``: train several seeds, and summarize them."""
+"""``frobs train --seeds``: train several seeds, and print a summary."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 def train_and_report(
     config: RunConfig, count: int, runner: Runner, run_dir: Path | None, on_existing: str, *, json: bool
 ) -> None:
-    """Train a number of seeds, and print one row for each.
+    """Train several seeds, and print one row for each seed.
 
     Args:
-        config: The configuration; its seed is the first one, 0 if it has none.
+        config: The configuration. Its seed is the first seed; 0 if it is None.
         count: Number of seeds.
-        runner: Where the seeds are trained.
+        runner: Runner that trains the seeds.
         run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.
-        on_existing: The same.
-        json: Write JSON to stdout, and nothing else there.
+        on_existing: See :func:`frobs_train.runners.seeds.train_seeds`.
+        json: Whether to write only JSON to stdout.
 
     Raises:
         JobsError: A seed failed.

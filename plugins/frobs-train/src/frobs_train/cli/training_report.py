@@ -1,4 +1,4 @@
-"""What ``frobs train`` and ``frobs resume`` have in common: the live bar, and the facts at the end."""
+"""Output of ``frobs train`` and ``frobs resume``: the live bar, and the facts at the end."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 def report_training(
     headline: str, total_steps: int, train: Callable[[Callable[[Progress], None]], Run], *, json: bool
 ) -> None:
-    """Train with a live bar, and write what came of it.
+    """Train with a live bar, and print the result.
 
     Args:
-        headline: What is trained.
-        total_steps: Environment steps in all.
-        train: Trains, and calls what it is given after each row.
-        json: Write JSON to stdout, and nothing else there.
+        headline: Description of the training run.
+        total_steps: Environment steps in total.
+        train: Function that trains, and calls its argument after each row of the log.
+        json: Whether to write only JSON to stdout.
     """
     with only_json(json), TrainingProgress(headline, total_steps) as progress:
         run = train(progress.update)
@@ -53,12 +53,12 @@ def report_training(
 
 
 def describe_training(config: RunConfig, begun: str, where: str) -> str:
-    """Say in one line what is trained, and who gets which processors.
+    """Describe a training run and its threads in one line.
 
     Args:
-        config: Resolved.
+        config: Resolved configuration.
         begun: ``"training"`` or ``"resuming"``.
-        where: The run folder, and what else is to be said of it.
+        where: The run folder, and further remarks.
     """
     from frobs_train import decide_threads
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import Runner
 
 _SHOWN = 10
-"""Trials in the table."""
+"""Number of trials in the table."""
 
 
 class Sampler(StrEnum):
-    """How settings are chosen."""
+    """Methods that choose settings."""
 
     tpe = "tpe"
     gp = "gp"
@@ -33,7 +33,7 @@ class Sampler(StrEnum):
 
 
 class Pruner(StrEnum):
-    """How trials that promise little are ended."""
+    """Methods that stop unpromising trials."""
 
     median = "median"
     halving = "halving"
@@ -185,7 +185,7 @@ def tune(
 
 
 def _watched(search: Search, runner: Runner) -> StudyResult:
-    """Search, with a line on stderr for each trial and a status in a terminal."""
+    """Search, and write a line to stderr for each trial; show a status in a terminal."""
     with console(stderr=True).status("preparing") as status:
 
         def on_progress(number: int, index: int, progress: Progress) -> None:
@@ -241,7 +241,7 @@ def _row(trial: TrialResult, keys: list[str]) -> list[str]:
 
 
 def _rounded(value: Any) -> Any:
-    """Shorten a number, also behind a prefix."""
+    """Round a number, also after a prefix."""
     if isinstance(value, str) and "_" in value:
         prefix, _, number = value.rpartition("_")
         try:
