@@ -1,15 +1,15 @@
 """Training, evaluating, comparing and exporting policies.
 
-    configuration/   what a run is told: settings, wrappers and callbacks by name, other layouts of YAML
+    configuration/   settings, wrappers and callbacks by name, other YAML layouts
     runs/            the run folder: checkpoints, locks, versions, policies
     training/        train, resume, seeds, threads, monitoring, interrupts
-    logs/            progress.csv, TensorBoard events, statistics of episodes
+    logs/            progress.csv, TensorBoard events, episode statistics
     evaluation/      evaluate, play, video, view
     comparison/      statistics over seeds
-    plots/           learning curves and comparisons as pictures
+    plots/           figures of learning curves and comparisons
     tuning/          search for settings
-    runners/         many jobs, on this machine or on others
-    export/          policy bundles, written and used in place of a run; pretrained policies
+    runners/         run many jobs on one or several machines
+    export/          write policy bundles and use them like runs; pretrained policies
     cli/             the commands
 
 The names below are imported when they are first used, because most of them need pydantic and Gymnasium.

@@ -1,4 +1,4 @@
-"""The commands of this distribution, as strings: nothing is imported to list them."""
+"""Commands of this distribution, as strings, so that listing them imports nothing."""
 
 from frobs_cli.commands import Command
 

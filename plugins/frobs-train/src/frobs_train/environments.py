@@ -1,4 +1,4 @@
-"""Making environments by Gymnasium ID, ours and others'."""
+"""Create environments by Gymnasium ID: those of FRobs and of other packages."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from frobs_train.errors import ComponentError, EnvironmentBuildError
 
 @dataclass(frozen=True)
 class EnvironmentRecipe:
-    """How the environments of a training run were made, so that other processes can make more of them.
+    """Recipe of a training run's environments, with which other processes can make more of them.
 
     Attributes:
         environment: Gymnasium ID.
         kwargs: Keywords of the environment.
         wrappers: Wrappers of the run's configuration.
-        obstacle: What a copy would lack, as a clause for an error message; empty: nothing.
+        obstacle: Why copies would be incomplete, as a clause for an error message; empty if they are complete.
     """
 
     environment: str
@@ -37,7 +37,7 @@ class EnvironmentRecipe:
     obstacle: str = ""
 
     def make(self, num_envs: int, num_threads: int) -> gym.vector.VectorEnv[Any, Any, Any]:
-        """Make ``num_envs`` environments, unseeded; those of FRobs are stepped by ``num_threads`` threads."""
+        """Make ``num_envs`` unseeded environments. FRobs environments are stepped by ``num_threads`` threads."""
         kwargs = dict(self.kwargs)
         if "num_threads" in kwargs:
             kwargs["num_threads"] = min(num_threads, num_envs)
@@ -47,10 +47,11 @@ class EnvironmentRecipe:
 def make_vector_env(
     environment: str, num_envs: int, kwargs: Mapping[str, Any], wrappers: Sequence[ComponentConfig] = ()
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make a vector environment with same-step autoreset: the ID's own if it has one, else single environments in turn.
+    """Make a vector environment with same-step autoreset.
 
-    A paced simulator has a single environment. Wrappers of single environments are applied to each one, which rules out the ID's own vector environment; wrappers
-    of vector environments are applied to the whole.
+    The ID's native vector environment is used if there is one; otherwise single environments are stepped one by one. A
+    paced simulator has a single environment. Wrappers of single environments are applied to each environment, so the
+    native vector environment cannot be used. Wrappers of vector environments are applied to the vector environment.
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)
@@ -85,7 +86,7 @@ def _make_vec(
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
         if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
             return env
-        env.close()  # Gymnasium's own reset in the next step
+        env.close()  # it resets in the next step, Gymnasium's default
     return gym.make_vec(
         spec,
         num_envs,
@@ -97,7 +98,7 @@ def _make_vec(
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:
-    """Return whether a simulator, by name or record, is paced by the world; False for an unknown one."""
+    """Return whether a simulator, given by name or record, is paced; False if it is unknown."""
     record = plugins.records("simulator").get(simulator) if isinstance(simulator, str) else simulator
     return isinstance(record, SimulatorRecord) and record.is_paced
 
@@ -112,7 +113,7 @@ def make_env(
     render_mode: str | None = None,
     wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.Env[Any, Any]:
-    """Make one environment with wrappers of single environments."""
+    """Make one environment and apply wrappers of single environments."""
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     for cls, component in loaded:

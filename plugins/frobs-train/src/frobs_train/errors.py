@@ -3,7 +3,7 @@
 RunError                    in :mod:`frobs_core.errors`, as algorithms raise it too
 ├── RunExistsError          the run folder exists
 ├── RunBusyError            another process is training in the run folder
-├── TrainingError           the training run failed; says where, and what can be resumed
+├── TrainingError           the training run failed; names the cause and the resumable step
 └── JobsError               some of several jobs failed
 
 ConfigurationError          in :mod:`frobs_core.errors`
@@ -23,7 +23,7 @@ from frobs_core.errors import ConfigurationError, RunError
 
 
 class RunExistsError(RunError):
-    """The run folder is there already.
+    """The run folder already exists.
 
     Args:
         path: The folder.
@@ -38,12 +38,12 @@ class RunExistsError(RunError):
 
 
 class RunBusyError(RunError):
-    """Another process trains in the run folder.
+    """Another process is training in the run folder.
 
     Args:
         path: The folder.
-        pid: Of that process; None where it does not say.
-        host: The machine that it runs on; None where it does not say.
+        pid: ID of that process; None if unknown.
+        host: Machine that it runs on; None if unknown.
     """
 
     def __init__(self, path: Path, pid: int | None = None, host: str | None = None) -> None:
@@ -58,13 +58,13 @@ class RunBusyError(RunError):
 
 
 class TrainingError(RunError):
-    """The training failed: the environment or the algorithm raised.
+    """Training failed: the environment or the algorithm raised an exception.
 
     Args:
         path: The run's folder.
-        steps: Environment steps that were taken.
-        cause: What was raised, and where.
-        resumable: Environment steps of the newest checkpoint; None: there is none yet.
+        steps: Environment steps taken so far.
+        cause: The exception and its location.
+        resumable: Environment steps of the newest checkpoint; None if there is none yet.
     """
 
     def __init__(self, path: Path, steps: int, cause: str, resumable: int | None) -> None:
@@ -83,11 +83,11 @@ class JobsError(RunError):
     """Some of several jobs failed; the others are complete.
 
     Args:
-        failed: Name of each failed job, and the error that ended it.
+        failed: Name and error of each failed job.
         total: Number of all jobs.
     """
 
-    command_exit_code = 1  # the input was good, and the other jobs are complete
+    command_exit_code = 1  # the input was valid and the other jobs are complete
 
     def __init__(self, failed: Sequence[tuple[str, Exception]], total: int) -> None:
         self.failed = tuple(failed)
@@ -102,7 +102,7 @@ class EnvironmentBuildError(ConfigurationError):
     Args:
         environment: Gymnasium ID.
         keywords: Keywords of the environment.
-        cause: The exception of the environment.
+        cause: Exception that the environment raised.
     """
 
     def __init__(self, environment: str, keywords: Mapping[str, Any], cause: Exception) -> None:
@@ -120,7 +120,7 @@ class ComponentError(ConfigurationError):
     Args:
         kind: ``"wrapper"`` or ``"callback"``.
         name: ``"package.module:Name"``.
-        reason: What is wrong and what to do.
+        reason: The problem and its solution.
     """
 
     def __init__(self, kind: str, name: str, reason: str) -> None:
@@ -134,8 +134,8 @@ class SearchSpaceError(ConfigurationError):
     """A search space cannot be used.
 
     Args:
-        reason: What is wrong and what to do.
-        key: The setting that it concerns; None for the whole space.
+        reason: The problem and its solution.
+        key: Affected setting; None if the whole space is affected.
     """
 
     def __init__(self, reason: str, key: str | None = None) -> None:
@@ -149,7 +149,7 @@ class StudyError(ConfigurationError):
 
     Args:
         study: Name or storage of the study.
-        reason: What is wrong and what to do.
+        reason: The problem and its solution.
     """
 
     def __init__(self, study: str, reason: str) -> None:
