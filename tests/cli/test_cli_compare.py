@@ -48,4 +48,4 @@ def test_json_has_it_all(facts: Callable[..., Any], tmp_path: Path) -> None:
 def test_a_folder_that_is_no_run_is_bad_input(frobs: Callable[..., Result], tmp_path: Path) -> None:
     result = frobs("compare", str(tmp_path))
     assert result.exit_code == 2
-    assert "holds no config.yaml" in result.stderr
+    assert "contains no config.yaml" in result.stderr

@@ -27,10 +27,10 @@ BAD = {
     "algorithm": (("train", "CartPole-v1", "--algorithm", "ppp"), "Did you mean 'ppo'?"),
     "setting": (("train", "CartPole-v1", "--set", "num_env=2"), "Did you mean 'num_envs'?"),
     "setting without value": (("train", "CartPole-v1", "--set", "num_envs"), "key=value"),
-    "run": (("evaluate", "nowhere"), "nowhere is no folder"),
-    "run to plot": (("plot", "nowhere"), "nowhere is no folder"),
-    "run to play": (("play", "nowhere"), "nowhere is no folder"),
-    "run to show": (("show", "run:nowhere"), "nowhere is no folder"),
+    "run": (("evaluate", "nowhere"), "nowhere is not a folder"),
+    "run to plot": (("plot", "nowhere"), "nowhere is not a folder"),
+    "run to play": (("play", "nowhere"), "nowhere is not a folder"),
+    "run to show": (("show", "run:nowhere"), "nowhere is not a folder"),
     "video and viewer": (("play", "nowhere", "--video", "x.mp4", "--viewer"), "cannot be combined"),
 }
 

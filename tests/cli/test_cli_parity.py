@@ -97,7 +97,7 @@ def test_a_run_belongs_to_one_id(frobs: Frobs) -> None:
         (("CartPole-v1", "--simulators", "mujoco,mujoco"), "not an environment of FRobs"),
         ((ID, "--simulators", "mujoco,mujoco", "--only", "lidars"), "Did you mean 'lidar'?"),
         (("frobs/Nothing-v0",), "no environment ID is named"),
-        ((ID, "--simulators", "mujoco,mujoco", "--run", "nowhere"), "nowhere is no folder"),
+        ((ID, "--simulators", "mujoco,mujoco", "--run", "nowhere"), "nowhere is not a folder"),
         ((ID, "--simulators", "mujoco,mujoco", "--actions", "none.json"), "does not exist"),
         ((ID, "--simulators", "mujoco,mujoco", "--actions", "wrong.json"), "shape (2, 3)"),
     ],

@@ -37,6 +37,7 @@ SOURCES = (
     "plugins/frobs-deploy/src",
     "plugins/frobs-ros/src",
     "plugins/frobs-rl-compat/src",
+    "plugins/frobs-train/src",
     "plugins/frobs-algos-sbx/src",
     "plugins/frobs-ray/src",
 )

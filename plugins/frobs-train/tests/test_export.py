@@ -262,7 +262,7 @@ def test_a_bundle_is_evaluated_as_a_run_is(copied: Run, quick: Any) -> None:
 
 
 def test_what_is_neither_a_run_nor_a_bundle_is_named(tmp_path: Path) -> None:
-    with pytest.raises(RunError, match="is no folder"):
+    with pytest.raises(RunError, match="is not a folder"):
         open_run_or_bundle(tmp_path / "missing")
     (tmp_path / "text").write_text("hello")
     with pytest.raises(BundleError, match="not a policy bundle"):
@@ -282,8 +282,8 @@ def test_a_wrapped_environment_is_told_as_the_policy_sees_it(quick: Any) -> None
     assert said["observation"]["terms"]
 
 
-def test_the_licence_is_a_name_or_a_text(copied: Run, quick: Any, tmp_path: Path) -> None:
-    assert "No licence was given" in read_bundle(export(copied).path).license
+def test_the_license_is_a_name_or_a_text(copied: Run, quick: Any, tmp_path: Path) -> None:
+    assert "No license was given" in read_bundle(export(copied).path).license
     assert read_bundle(export(copied).path).manifest["license"] is None
     named = read_bundle(export(copied, license="Apache-2.0 WITH LLVM-exception").path)
     assert named.license == "SPDX-License-Identifier: Apache-2.0 WITH LLVM-exception\n"
@@ -292,7 +292,7 @@ def test_the_licence_is_a_name_or_a_text(copied: Run, quick: Any, tmp_path: Path
     given = read_bundle(export(copied, license=str(text)).path)
     assert (given.manifest["license"], given.license) == ("Our Own License", text.read_text())
     text.write_text(" \n")
-    for wrong, message in [("missing/file.txt", "no SPDX identifier"), (str(text), "is empty")]:
+    for wrong, message in [("missing/file.txt", "not an SPDX identifier"), (str(text), "is empty")]:
         with pytest.raises(ConfigurationError, match=message):
             export(copied, license=wrong)
 

@@ -131,7 +131,7 @@ def test_where_there_is_no_snapshot_episodes_begin_anew_and_it_is_said(
 def test_a_run_without_a_checkpoint_begins_anew(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     whole = train(config(), tmp_path / "whole")
     run = resume(train_until(16, config(), tmp_path / "run"))
-    assert "has no checkpoint yet: it begins anew" in caplog.text
+    assert "has no checkpoint yet, so it starts again" in caplog.text
     assert rows(run) == rows(whole)
 
 
@@ -268,7 +268,7 @@ def test_an_existing_folder_is_an_error_or_counted_or_replaced_or_continued(tmp_
 @pytest.mark.parametrize("what", ["overwrite", "resume"])
 def test_what_is_no_run_is_neither_removed_nor_continued(what: str, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").touch()
-    with pytest.raises(RunError, match="is no run"):
+    with pytest.raises(RunError, match="is not a run"):
         train(config(), tmp_path, on_existing=what)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 

@@ -61,7 +61,7 @@ def test_the_command_line_has_a_word_for_it(run: Run) -> None:
 
 
 def test_what_was_not_randomised_cannot_be_asked_for() -> None:
-    with pytest.raises(ConfigurationError, match="randomises nothing"):
+    with pytest.raises(ConfigurationError, match="does not randomize anything"):
         resolve_config(REACH).keywords(randomize=True)
 
 
@@ -82,7 +82,7 @@ def test_mistakes_are_named_with_their_line(tmp_path: Path) -> None:
 def test_it_stands_in_one_place(tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("environment_kwargs:\n  randomize: {mass: {scale: 1.1}}\n")
-    with pytest.raises(ConfigFileError, match=r"settings\.yaml:2: 'randomize' stands beside environment_kwargs"):
+    with pytest.raises(ConfigFileError, match=r"settings\.yaml:2: 'randomize' belongs next to environment_kwargs"):
         resolve_config(REACH, file=file)
 
 

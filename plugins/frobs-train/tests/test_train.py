@@ -143,7 +143,7 @@ def test_the_folder_is_named_after_the_seed_or_the_time() -> None:
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RunError, match=r"holds no config\.yaml"):
+    with pytest.raises(RunError, match=r"contains no config\.yaml"):
         Run.open(tmp_path)
-    with pytest.raises(RunError, match="is no folder"):
+    with pytest.raises(RunError, match="is not a folder"):
         Run.open(tmp_path / "nowhere")

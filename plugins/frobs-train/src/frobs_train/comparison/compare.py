@@ -177,7 +177,7 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
             seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
             notes.append(f"{group.label}: {seeds}; take three or more before you believe a difference.")
         if len({score.seed for score in group.runs}) < len(group.runs):
-            notes.append(f"{group.label}: runs with the same seed are no independent samples.")
+            notes.append(f"{group.label}: runs with the same seed are not independent samples.")
     for score in scores:
         if score.steps < score.total_steps:
             notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")

@@ -133,7 +133,9 @@ class RunConfig(BaseModel):
             ConfigurationError: ``randomize`` is True, but the training run does not randomize anything.
         """
         if randomize is True and not self.randomize:
-            raise ConfigurationError(f"{OWNER} randomises nothing; leave out --randomized, or give what to randomise.")
+            raise ConfigurationError(
+                f"{OWNER} does not randomize anything; leave out --randomized, or specify what to randomize."
+            )
         chosen = self.randomize if randomize is None or randomize is True else randomize
         return {
             **self.environment_kwargs,

@@ -110,7 +110,7 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
 def _check_randomize(merged: Mapping[str, Any]) -> None:
     """Reject invalid randomization settings, and settings in the wrong place."""
     if "randomize" in _environment_kwargs(merged):
-        reason = "'randomize' stands beside environment_kwargs, not in it; move it there."
+        reason = "'randomize' belongs next to environment_kwargs, not in it; move it there."
         origin = find_origin(merged, ["environment_kwargs", "randomize"])
         raise ConfigFileError(*origin, reason) if origin else ConfigurationError(f"{OWNER}: {reason}")
     read_settings(merged.get("randomize"))

@@ -30,7 +30,7 @@ from frobs_train.runs.versions import versions
 _SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*( (AND|OR|WITH) [A-Za-z0-9][A-Za-z0-9.+-]*)*")
 _PARTS = ("task", "robot", "controller", "simulator")
 _CURVE = 60  # points of a learning curve, enough for a small plot
-_NO_LICENSE = "No licence was given with this policy; ask whoever trained it before you pass it on.\n"
+_NO_LICENSE = "No license was given for this policy; ask its author before you distribute it.\n"
 
 
 def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfig) -> dict[str, Any]:
@@ -130,12 +130,14 @@ def license_text(license: str | None) -> str:
         try:
             text = path.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise ConfigurationError(f"the licence {license} cannot be read: {error}.") from error
+            raise ConfigurationError(f"the license {license} cannot be read: {error}.") from error
         if text.strip():
             return text
-        raise ConfigurationError(f"the licence {license} is empty.")
+        raise ConfigurationError(f"the license {license} is empty.")
     if not _SPDX.fullmatch(license):
-        raise ConfigurationError(f"license '{license}': there is no such file, and it is no SPDX identifier ('MIT').")
+        raise ConfigurationError(
+            f"license '{license}': there is no such file, and it is not an SPDX identifier such as 'MIT'."
+        )
     return f"SPDX-License-Identifier: {license}\n"
 
 

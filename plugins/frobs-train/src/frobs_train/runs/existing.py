@@ -29,7 +29,7 @@ def settle_existing(path: Path, on_existing: str) -> Path:
     if on_existing == "increment":
         return next(other for number in count(2) if not (other := path.with_name(f"{path.name}_{number}")).exists())
     if not is_run(path):
-        raise RunError(f"{path} is no run: it holds no config.yaml and versions.json; remove it yourself.")
+        raise RunError(f"{path} is not a run: it contains no config.yaml and versions.json; remove it yourself.")
     if on_existing == "overwrite":
         with RunLock(path):  # check that no process is training in it
             pass

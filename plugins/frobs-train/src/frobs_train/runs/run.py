@@ -107,8 +107,8 @@ class Run:
         """
         path = Path(path)
         if not (path / "config.yaml").is_file():
-            what = "holds no config.yaml" if path.is_dir() else "is no folder"
-            raise RunError(f"{path} {what}; name a run folder, as 'frobs train' prints it at its end.")
+            what = "contains no config.yaml" if path.is_dir() else "is not a folder"
+            raise RunError(f"{path} {what}; name the run folder that 'frobs train' printed.")
         written = validate(RunConfig, load_yaml(path / "config.yaml"), "a run")
         used, changes = read_history(path)
         run = cls(path, written if used is None else used)

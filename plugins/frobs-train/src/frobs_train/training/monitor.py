@@ -203,7 +203,7 @@ class RunMonitor:
         context.log.write(row)
         progress = self._progress(steps, elapsed, rate)
         if context.tell is not None and context.tell(progress) is False:
-            self.stopped = "whoever is told the progress ended it"
+            self.stopped = "the caller's on_progress ended it"
         for callback in context.callbacks:
             if callback.on_progress(progress, row) is False:
                 self.stopped = f"the callback {type(callback).__name__} ended it"

@@ -79,10 +79,17 @@ def resume(
                 "steps", config.steps, f"above {done:,}, the number of steps that {run.path} has taken"
             )
         if steps is None and config == run.config and state is not None and state.stopped is not None:
-            _log.warning("%s is complete after %s steps: %s. More steps go on.", run.path, f"{done:,}", state.stopped)
+            _log.warning(
+                "%s is complete after %s steps: %s. Resume it with more steps to continue.",
+                run.path,
+                f"{done:,}",
+                state.stopped,
+            )
             return run
         if done >= config.steps:
-            _log.warning("%s is complete: %s steps were taken. More steps go on.", run.path, f"{done:,}")
+            _log.warning(
+                "%s is complete: %s steps were taken. Resume it with more steps to continue.", run.path, f"{done:,}"
+            )
             return run
         run, before = copy(run), run.config
         run.config = config
@@ -104,7 +111,7 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
     """Return the newest undamaged checkpoint and the state of the run; None if there is no checkpoint yet."""
     if not run.checkpoints:
-        _log.warning("%s has no checkpoint yet: it begins anew, from its seed.", run.path)
+        _log.warning("%s has no checkpoint yet, so it starts again from its seed.", run.path)
         return None, None
     checkpoint, damaged = run.newest_checkpoint()
     state, _ = read_state(checkpoint.path)
