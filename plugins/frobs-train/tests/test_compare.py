@@ -37,7 +37,7 @@ def make(
 
 def evaluated(run: Run, success: float, steps: int = 2000, **changes: Any) -> Run:
     found = {"steps": steps, "episodes": 100, "success_rate": success, "mean_reward": -1.0, "simulator": None}
-    write_json(run.path / "evaluations" / f"{steps}_{len(changes)}.json", {**found, "randomize": None, **changes})
+    write_json(run.path / "evaluations" / f"{steps}_{'-'.join(changes)}.json", {**found, "randomize": None, **changes})
     return run
 
 
@@ -74,6 +74,7 @@ def test_the_newest_evaluation_as_trained_counts(tmp_path: Path) -> None:
     evaluated(run, 0.8, steps=2000)
     evaluated(run, 0.1, steps=2000, simulator="pybullet")
     evaluated(run, 0.1, steps=2000, simulator=None, randomize={"masses": {}})
+    evaluated(run, 0.1, steps=2000, deterministic=False)
     [score] = compare([run]).groups[0].runs
     assert (score.final, score.source, score.evaluated_steps) == (0.8, "evaluation", 2000)
 

@@ -29,6 +29,12 @@ def test_an_evaluation_is_written_and_repeats(copied: Run) -> None:
     assert copied.evaluations() == [found]
 
 
+def test_an_evaluation_of_sampled_actions_has_a_file_of_its_own(copied: Run) -> None:
+    evaluate(copied, 3)
+    evaluate(copied, 3, deterministic=False)
+    assert sorted(found["deterministic"] for found in copied.evaluations()) == [False, True]
+
+
 def test_another_seed_gives_other_episodes(copied: Run) -> None:
     assert evaluate(copied, 20).mean_reward != evaluate(copied, 20, seed=99).mean_reward
 

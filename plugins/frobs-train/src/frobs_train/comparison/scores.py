@@ -113,7 +113,10 @@ def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, fl
     found = [
         (int(result["steps"]), int(result["episodes"]), float(result[key]))
         for result in run.evaluations()
-        if result.get(key) is not None and not result.get("simulator") and not result.get("randomize")
+        if result.get(key) is not None
+        and not result.get("simulator")
+        and not result.get("randomize")
+        and result.get("deterministic", True)
     ]
     values = columns.get(f"evaluation/{metric}", np.array([]))
     found += [(int(columns[STEPS][row]), 0, float(values[row])) for row in np.flatnonzero(np.isfinite(values))]

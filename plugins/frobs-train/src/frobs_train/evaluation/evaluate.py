@@ -137,6 +137,8 @@ def evaluate(
     name = f"step_{steps:09d}_seed{chosen_seed}_{episodes}episodes{f'_{simulator}' if simulator else ''}"
     if randomized:
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
+    if not deterministic:
+        name += "_sampled"
     path = run.path / "evaluations" / f"{name}.json"
     if run.path.is_file() or isinstance(run, ExpertRun):  # there is no folder to write to
         return result
