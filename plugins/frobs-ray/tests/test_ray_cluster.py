@@ -58,3 +58,9 @@ def test_an_address_without_a_cluster_is_named(address: str) -> None:
     message = f"cannot connect to the Ray cluster at '{address}'.*ray start"
     with pytest.raises(ClusterConnectionError, match=message), connect(address):
         pass
+
+
+def test_an_algorithm_of_rllib_names_a_cluster_that_does_not_answer(make: Any, monitor: Any) -> None:
+    algorithm = make("rllib_ppo", {"num_env_runners": 1, "ray_address": "127.0.0.1:1"})
+    with pytest.raises(ClusterConnectionError, match=r"cannot connect to the Ray cluster at '127\.0\.0\.1:1'"):
+        algorithm.train(32, monitor)

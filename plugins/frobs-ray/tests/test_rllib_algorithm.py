@@ -25,6 +25,7 @@ import numpy as np
 from frobs_core import plugins
 algorithm = plugins.get_record("algorithm", sys.argv[1]).load().load(Path(sys.argv[2]))
 np.save(sys.argv[4], algorithm.predict(np.load(sys.argv[3]))[0])
+import ray
 assert not ray.is_initialized()
 """
 
@@ -170,12 +171,6 @@ def test_dictionaries_and_choices_work(id: str, make: Any, monitor: Any) -> None
     for deterministic in (True, False):
         action, _ = algorithm.predict(observation, deterministic=deterministic)
         assert all(algorithm.action_space.contains(np.asarray(row, algorithm.action_space.dtype)) for row in action)
-
-
-def test_an_unreachable_cluster_is_named(make: Any, monitor: Any) -> None:
-    algorithm = make("rllib_ppo", {"num_env_runners": 1, "ray_address": "127.0.0.1:1"})
-    with pytest.raises(ConfigurationError, match=r"cannot connect to the Ray cluster at '127\.0\.0\.1:1'.*ray start"):
-        algorithm.train(32, monitor)
 
 
 @pytest.mark.parametrize("name", ["algorithm.json", "policy.npz", "learning.npz"])

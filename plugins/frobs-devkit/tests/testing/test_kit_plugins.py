@@ -132,7 +132,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
         change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:errors.py'"),
         "not a policy bundle",
     ),
-    "tuned_file_missing": ("tuned_settings_exist", change("errors.py", "tuned.yaml"), "the file does not exist"),
+    "tuned_file_missing": ("tuned_settings_exist", change("errors.py", "tuned.yaml"), "does not contain this file"),
 }
 REQUIREMENTS: dict[str, tuple[str, str, str]] = {
     "requirement_missing": (
