@@ -19,8 +19,8 @@ REFUSED = {
     "pybullet_data/humanoid/humanoid.urdf": "not well-formed",
     "pybullet_data/husky/husky.urdf": "Macros are expanded in files that end in '.xacro'",
     "pybullet_data/kuka_iiwa/model_for_sdf.urdf": "'meshes/coarse/link_0.stl' is missing",
-    "pybullet_data/quadruped/microtaur/microtaur.urdf": "holds 4 numbers; it takes 3",
-    "pybullet_data/racecar/racecar_differential.urdf": 'scale="1 1 1 1" holds 4 numbers',
+    "pybullet_data/quadruped/microtaur/microtaur.urdf": "contains 4 numbers; it requires 3",
+    "pybullet_data/racecar/racecar_differential.urdf": 'scale="1 1 1 1" contains 4 numbers',
     "pybullet_data/spherical_joint_limit.urdf": "the joint type 'spherical' does not exist",
 }
 """Files that are not robots that can be built, each with the reason that has to be given."""
