@@ -73,7 +73,7 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
         if importing and event in _ACTS:
             acts.append(_ACTS[event])
         elif importing and event in _OPENS:
-            acts.append(f"opens {_OPENS[event]}")
+            acts.append(f"it opens {_OPENS[event]}")
 
     told: list[dict[str, str]] = []
     warnings.filterwarnings("always", category=DeprecationWarning)

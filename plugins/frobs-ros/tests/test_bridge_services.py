@@ -185,7 +185,7 @@ def test_name_that_is_taken_is_refused(gazebo: Gazebo) -> None:
         ("", "empty"),
         ("<robot", "not well-formed"),
         ('<robot name="r"/>', "no <link>"),
-        (BOX.replace('size=".2 .2 .2"', 'size="0 0 0"'), "sizes must be above 0"),
+        (BOX.replace('size=".2 .2 .2"', 'size="0 0 0"'), "sizes must be > 0"),
         ('<sdf version="1.6"><model name="m"><link name="l"><light/></link></model></sdf>', "<light>"),
         (
             BOX.replace(
