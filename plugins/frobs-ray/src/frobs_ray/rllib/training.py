@@ -33,6 +33,7 @@ _log = logging.getLogger("frobs")
 
 _PATIENCE = 600.0  # [s] without a working environment runner before training ends
 _PAUSE = 0.1  # [s] between attempts while there is none
+_START = 60.0  # [s] for the runners to make their environments
 _PROBE = 1.0  # [s] to wait for the answer of a failed environment runner
 _UNINTERESTING = ("num_", "last_target_update", "module_train_batch_size", "weights_seq_no")
 _NAMES = {
@@ -158,6 +159,7 @@ class Training:
 
     def _begin(self, algorithm: Any, learner: Any) -> None:
         """Copy the networks and optimizers to RLlib's algorithm, and the networks to all runners."""
+        _raise_problems(algorithm.env_runner_group, _START)
         module = learner.module[DEFAULT_MODULE_ID].unwrapped()
         state.restore_weights(module, state.weights(self._owner.module))
         state.restore_learning(learner, self._owner.learning)
@@ -198,11 +200,7 @@ class Training:
             self._working = working
             return
         group.probe_unhealthy_env_runners()  # runners that answer report why they failed
-        problems = group.foreach_env_runner(
-            lambda runner: runner.problem, local_env_runner=False, timeout_seconds=_PROBE
-        )
-        for problem in filter(None, problems):
-            raise EnvironmentRunnerError(problem)
+        _raise_problems(group, _PROBE)
         if working != self._working:
             _log.warning("%d of %d environment runners work. The others start again when Ray can.", working, total)
         self._working = working
@@ -223,6 +221,13 @@ class Training:
     def _report(self) -> bool:
         metrics, self._metrics = self._metrics, {}
         return self._monitor.on_progress(self._owner.steps, metrics)
+
+
+def _raise_problems(group: Any, timeout: float) -> None:
+    """Raise EnvironmentRunnerError if a runner that answers within a time [s] reports a problem."""
+    problems = group.foreach_env_runner(lambda runner: runner.problem, local_env_runner=False, timeout_seconds=timeout)
+    for problem in filter(None, problems):
+        raise EnvironmentRunnerError(problem)
 
 
 def _learner(algorithm: Any) -> Any:
