@@ -21,7 +21,7 @@ from frobs_algos_sb3 import replay, state, storage
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
-from frobs_algos_sb3.spaces import space_from_json, space_to_json
+from frobs_algos_sb3.spaces import space_from_json, space_to_json, suggested_scale
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, ConfigurationError, IncompatibleSpaceError, ModelMismatchError, RunError
@@ -67,7 +67,7 @@ class SB3Algorithm(Algorithm):
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
         settings = self._settings(config)
-        scale = _suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
+        scale = suggested_scale(env) if settings.scale_observation and not settings.normalize_observation else None
         self._build(env, settings, seed, scale)
 
     @classmethod
@@ -352,14 +352,6 @@ class SB3Algorithm(Algorithm):
         if self._pause is not None:
             self._restore_draws(self._pause.arrays)
             self._pause = None
-
-
-def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return the factors for a flat observation that the observation terms suggest, or None."""
-    scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
-    if scale is None or np.shape(scale) != env.single_observation_space.shape:
-        return None
-    return [float(factor) for factor in scale]
 
 
 def _check_fixed(before: SB3Config, after: SB3Config) -> None:

@@ -49,3 +49,11 @@ def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise CheckpointError(f"a saved space is damaged: {error}.") from error
     raise CheckpointError(f"a saved space has the unknown type '{kind}'.")
+
+
+def suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
+    """Return the factors for a flat observation that the observation terms suggest, or None."""
+    scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
+    if scale is None or np.shape(scale) != env.single_observation_space.shape:
+        return None
+    return [float(factor) for factor in scale]

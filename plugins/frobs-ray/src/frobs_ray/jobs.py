@@ -9,7 +9,7 @@ from typing import Any
 from ray.actor import ActorHandle
 
 from frobs_ray.mailbox import Sender
-from frobs_ray.nodes import Versions, describe_differences, flat_versions
+from frobs_ray.nodes import Versions, difference_here
 from frobs_train.runners.runner import Job
 from frobs_train.training.monitor import Progress
 from frobs_train.training.threads import processors_limited_to
@@ -32,9 +32,8 @@ def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, ex
         expected: Versions on the submitting machine. They are checked here because a node may join the cluster later.
     """
     logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
-    differences = describe_differences(expected, flat_versions())
-    if differences:
-        return None, f"its node differs from the machine of this command: {'; '.join(differences)}.", ""
+    if difference := difference_here(expected):
+        return None, difference, ""
     sender = Sender(mailbox)
 
     def report(progress: Progress) -> None:

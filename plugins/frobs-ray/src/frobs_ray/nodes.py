@@ -101,6 +101,12 @@ def describe_differences(here: Versions, there: Versions) -> list[str]:
     ]
 
 
+def difference_here(expected: Versions) -> str:
+    """Return how this node differs from the machine that gave the job; empty if it does not."""
+    differences = describe_differences(expected, flat_versions())
+    return f"its node differs from the machine of this command: {'; '.join(differences)}." if differences else ""
+
+
 @contextmanager
 def _token(folder: Path) -> Iterator[Path]:
     """Create a temporary file in a folder, for which other nodes can look."""

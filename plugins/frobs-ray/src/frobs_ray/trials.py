@@ -14,7 +14,7 @@ from ray import tune
 from ray.actor import ActorHandle
 
 from frobs_ray.mailbox import Sender
-from frobs_ray.nodes import Versions, describe_differences, flat_versions
+from frobs_ray.nodes import Versions, difference_here
 from frobs_train.runs.fork import copy_run, fork_run
 from frobs_train.runs.run import is_run
 from frobs_train.training.monitor import Progress
@@ -57,9 +57,8 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
     """
     logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
     number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])
-    differences = describe_differences(place.expected, flat_versions())
-    if differences:
-        tune.report({"error": f"its node differs from the machine of this command: {'; '.join(differences)}."})
+    if difference := difference_here(place.expected):
+        tune.report({"error": difference})
         return
     search, sender = place.search, Sender(place.mailbox)
     population = search.pruner == "population"

@@ -13,7 +13,7 @@ import torch as th
 from ray.rllib.algorithms.algorithm_config import AlgorithmConfig
 
 from frobs_algos_sb3 import storage
-from frobs_algos_sb3.spaces import space_from_json, space_to_json
+from frobs_algos_sb3.spaces import space_from_json, space_to_json, suggested_scale
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, ModelMismatchError, ParameterValueError, RunError
 from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
@@ -57,7 +57,7 @@ class RLlibAlgorithm(Algorithm):
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any], seed: int) -> None:
         settings = self._settings(config)
-        suggested = _suggested_scale(env) if settings.scale_observation else None
+        suggested = suggested_scale(env) if settings.scale_observation else None
         self._build(env.single_observation_space, env.single_action_space, env.num_envs, settings, seed, suggested)
         self._attach(env)
 
@@ -223,11 +223,3 @@ class RLlibAlgorithm(Algorithm):
         ):
             if saved != found:
                 raise ModelMismatchError("the training run", what, saved, found)
-
-
-def _suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return the factors for a flat observation that the observation terms suggest, or None."""
-    scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
-    if scale is None or np.shape(scale) != env.single_observation_space.shape:
-        return None
-    return [float(factor) for factor in scale]
