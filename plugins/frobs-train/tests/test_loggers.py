@@ -165,7 +165,7 @@ def test_weights_and_biases_gets_every_row_once(tmp_path: Path, monkeypatch: pyt
     run = resume(tmp_path / "run", steps=1000)
     found = evaluate(run, 4)
     id = json.loads((run.path / "wandb.json").read_text())["id"]
-    files = sorted((run.path / "wandb").glob(f"offline-run-*-{id}/*.wandb"))
+    files = sorted((run.path / "wandb").glob(f"offline-run-*-{id}*/*.wandb"))
     assert len(files) == 3
     records = [record for file in files for record in wandb_records(file)]
     rows = [{key(item): json.loads(item.value_json) for item in it.history.item} for it in records if it.history.item]
