@@ -103,7 +103,7 @@ class OwnPolicy(sb3.ppo.MlpPolicy):
 @pytest.mark.parametrize(
     ("policy", "kwargs", "message"),
     [
-        (OwnPolicy, {}, r"'policy_class' is a pickle.*OwnPolicy is no policy class of stable-baselines3"),
+        (OwnPolicy, {}, r"'policy_class' is a pickle.*OwnPolicy is not a policy class of stable-baselines3"),
         ("MlpPolicy", {"activation_fn": OwnActivation}, r"'policy_kwargs' is a pickle.*activation_fn .*OwnActivation.*is none of ReLU"),
     ],
 )  # fmt: skip
@@ -263,5 +263,5 @@ def test_a_smaller_replay_buffer_takes_the_newest_steps(tmp_path: Path) -> None:
 
 def test_a_replay_buffer_of_another_kind_is_refused(tmp_path: Path) -> None:
     write_replay_buffer(filled(4), tmp_path / "buffer.npz")
-    with pytest.raises(CheckpointError, match="no replay buffer of this kind"):
+    with pytest.raises(CheckpointError, match="not a replay buffer of this kind"):
         read_replay_buffer(filled(0, kind=DictReplayBuffer), tmp_path / "buffer.npz")

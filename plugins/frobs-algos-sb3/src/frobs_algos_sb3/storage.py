@@ -28,7 +28,7 @@ def read_json(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error
     if not isinstance(value, dict):
-        raise CheckpointError(f"{path} is damaged: it holds no JSON object.")
+        raise CheckpointError(f"{path} is damaged: it is not a JSON object.")
     return value
 
 
@@ -45,7 +45,7 @@ def read_tensors(path: Path) -> Any:
     try:
         return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
-        raise UntrustedFileError(path, "it holds objects that only Python code can build") from error
+        raise UntrustedFileError(path, "it contains objects that only Python code can build") from error
     except (RuntimeError, EOFError, KeyError, ValueError) as error:
         raise CheckpointError(f"{path} is damaged: {error}.") from error
 
@@ -64,7 +64,7 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
             return {name: file[name] for name in file.files}
     except ValueError as error:
         if "allow_pickle" in str(error):
-            raise UntrustedFileError(path, "it holds arrays of Python objects") from error
+            raise UntrustedFileError(path, "it contains arrays of Python objects") from error
         raise CheckpointError(f"{path} is damaged: {error}.") from error
     except (OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
         raise CheckpointError(f"{path} is damaged: {error}.") from error
@@ -76,5 +76,5 @@ def _read_zip(path: Path) -> bytes:
     except OSError as error:
         raise CheckpointError(f"{path} cannot be read: {error.strerror}.") from error
     if not zipfile.is_zipfile(io.BytesIO(data)):
-        raise CheckpointError(f"{path} is damaged: it is no zip archive.")
+        raise CheckpointError(f"{path} is damaged: it is not a zip archive.")
     return data

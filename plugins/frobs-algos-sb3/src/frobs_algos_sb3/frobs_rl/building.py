@@ -106,4 +106,4 @@ def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
     elif trust:
         model.load_replay_buffer(pickled)
     else:
-        raise UntrustedFileError(pickled, "a replay buffer that is a pickle executes what it holds when it is opened")
+        raise UntrustedFileError(pickled, "it is a pickle, and opening a pickle executes code from it")

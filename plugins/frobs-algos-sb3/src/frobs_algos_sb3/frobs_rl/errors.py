@@ -18,7 +18,7 @@ class LogFolderExistsError(RunError, ValueError):
         self.path = path
         super().__init__(
             f"the log folder {path} exists; change log_folder in the YAML file, or choose on_existing='increment' (the next "
-            "free name), 'overwrite' (its logs are removed) or 'resume' (they go on)."
+            "free name), 'overwrite' (its logs are removed) or 'resume' (they are continued)."
         )
 
 

@@ -35,7 +35,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         raise ConfigFileError(
             path,
             None,
-            f"load_model goes on from a model, and a run begins anew; set it to False, or use the class "
+            f"load_model continues a saved model, but a run begins with a new one; set it to False, or use the class "
             f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}

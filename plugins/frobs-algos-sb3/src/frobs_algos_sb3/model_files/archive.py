@@ -73,7 +73,7 @@ def read_archive(path: Path | str) -> ModelArchive:
     with _open(path, io.BytesIO(content), len(content), _NAME) as archive:
         names = archive.namelist()
         if "data" not in names or "policy.pth" not in names:
-            raise CheckpointError(f"{path} is no model of stable-baselines3: it holds no 'data' or no 'policy.pth'.")
+            raise CheckpointError(f"{path} is not a model of stable-baselines3: it has no 'data' or no 'policy.pth'.")
         data, pickled = _read_json(path, archive)
         tensors = {
             name.removesuffix(".pth"): _read_tensors(path, name, _member(path, archive, name))
@@ -93,7 +93,7 @@ def find_file(path: Path | str, suffix: str = ".zip") -> Path:
     for candidate in (path, path.with_name(path.name + suffix)):
         if candidate.is_file():
             return candidate
-    raise CheckpointError(f"{path} does not exist, nor does {path.name}{suffix} beside it; check the path.")
+    raise CheckpointError(f"{path} does not exist, with or without '{suffix}'; check the path.")
 
 
 def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
@@ -114,21 +114,21 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
     try:
         archive = zipfile.ZipFile(file)
     except (*_DAMAGE, ValueError) as error:
-        raise CheckpointError(f"{where} is damaged: it is no zip archive ({error}).") from error
+        raise CheckpointError(f"{where} is damaged: it is not a zip archive ({error}).") from error
     members = archive.infolist()
     names = [member.filename for member in members]
     for member in members:
         if not allowed.match(member.filename):
-            raise CheckpointError(f"{where} is refused: it holds a file of the name {member.filename!r}.")
+            raise CheckpointError(f"{where} is rejected: it contains a file named {member.filename!r}.")
         if member.flag_bits & 0x1:
-            raise CheckpointError(f"{where} is refused: '{member.filename}' in it is encrypted.")
+            raise CheckpointError(f"{where} is rejected: '{member.filename}' in it is encrypted.")
     if len(set(names)) < len(names):
-        raise CheckpointError(f"{where} is refused: it holds two files of one name.")
+        raise CheckpointError(f"{where} is rejected: it contains two files with the same name.")
     if not part and len(names) > MAX_MEMBERS:
-        raise CheckpointError(f"{where} is refused: it holds {len(names)} files, more than {MAX_MEMBERS}.")
+        raise CheckpointError(f"{where} is rejected: it contains {len(names)} files, more than {MAX_MEMBERS}.")
     total = sum(member.file_size for member in members)
     if total > MAX_GROWTH * size:
-        raise CheckpointError(f"{where} is refused: unpacked it would be {total:,} bytes, and it has {size:,}.")
+        raise CheckpointError(f"{where} is rejected: its {size:,} bytes would become {total:,} when it is unpacked.")
     return archive
 
 
@@ -142,13 +142,13 @@ def _member(path: Path, archive: zipfile.ZipFile, name: str) -> bytes:
 def _read_json(path: Path, archive: zipfile.ZipFile) -> tuple[dict[str, Any], frozenset[str]]:
     size = archive.getinfo("data").file_size
     if size > MAX_JSON_BYTES:
-        raise CheckpointError(f"{path} is refused: 'data' in it has {size:,} bytes, more than {MAX_JSON_BYTES:,}.")
+        raise CheckpointError(f"{path} is rejected: 'data' in it has {size:,} bytes, more than {MAX_JSON_BYTES:,}.")
     try:
         data = json.loads(_member(path, archive, "data"))
     except (ValueError, RecursionError) as error:
-        raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON ({error}).") from error
+        raise CheckpointError(f"{path} is damaged: 'data' in it is not JSON ({error}).") from error
     if not isinstance(data, dict):
-        raise CheckpointError(f"{path} is damaged: 'data' in it is no JSON object.")
+        raise CheckpointError(f"{path} is damaged: 'data' in it is not a JSON object.")
     pickled = frozenset(key for key, value in data.items() if isinstance(value, dict) and ":serialized:" in value)
     for key in pickled:
         data[key] = {name: value for name, value in data[key].items() if name != ":serialized:"}
@@ -163,12 +163,12 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
             warnings.simplefilter("ignore")  # warnings about the file; problems are reported below
             value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
-        raise UntrustedFileError(path, f"'{name}' in it holds objects that only Python code can build") from error
+        raise UntrustedFileError(path, f"'{name}' in it contains objects that only Python code can build") from error
     except (RuntimeError, EOFError, KeyError, ValueError, TypeError, AttributeError, IndexError) as error:
         raise CheckpointError(f"{path} is damaged: '{name}' in it cannot be read ({error}).") from error
     for tensor in _walk(value):
         if tensor.numel() * tensor.element_size() > max(tensor.untyped_storage().nbytes(), 1):
-            raise CheckpointError(f"{path} is refused: a tensor in '{name}' claims more numbers than it holds.")
+            raise CheckpointError(f"{path} is rejected: a tensor in '{name}' declares more numbers than it contains.")
     return value
 
 

@@ -58,7 +58,7 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     own = _arrays(buffer)
     rows = {len(saved[name]) for name in own if name in saved}
     if set(saved) != {*own, "format", "next"} or len(rows) != 1 or int(saved["format"]) != FORMAT:
-        raise CheckpointError(f"{path} is no replay buffer of this kind: it holds {', '.join(sorted(saved))}.")
+        raise CheckpointError(f"{path} is not a replay buffer of this kind: it contains {', '.join(sorted(saved))}.")
     for name, whole in own.items():
         if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
             raise CheckpointError(
@@ -95,16 +95,16 @@ def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:
         with path.open("rb") as file:
             start = file.read(2)
             if start != b"PK":
-                raise UntrustedFileError(path, "it is a pickle, and opening one executes what it holds")
+                raise UntrustedFileError(path, "it is a pickle, and opening a pickle executes code from it")
             with zipfile.ZipFile(file) as archive:
                 for member in archive.infolist():
                     if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 0x1:
-                        raise CheckpointError(f"{path} is refused: '{member.filename}' in it is compressed.")
+                        raise CheckpointError(f"{path} is rejected: '{member.filename}' in it is compressed.")
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except ValueError as error:
         if "allow_pickle" in str(error) or "Object arrays" in str(error):
-            raise UntrustedFileError(path, "it holds arrays of Python objects") from error
+            raise UntrustedFileError(path, "it contains arrays of Python objects") from error
         raise CheckpointError(f"{path} is damaged: {error}.") from error
     except (OSError, EOFError, KeyError, zipfile.BadZipFile, MemoryError, io.UnsupportedOperation) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error

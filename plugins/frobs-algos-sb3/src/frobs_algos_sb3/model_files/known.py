@@ -107,7 +107,7 @@ def policy_class(value: Any) -> type[Any]:
     found = re.match(r"^<function (\w+)\.__init__ at 0x", written) if isinstance(written, str) else None
     if found is None or found[1] not in _POLICIES.get(str(module), ()):
         name = f"{module}.{found[1]}" if found else str(module)
-        raise Unreadable(f"{name} is no policy class of stable-baselines3 or sb3-contrib")
+        raise Unreadable(f"{name} is not a policy class of stable-baselines3 or sb3-contrib")
     result: type[Any] = getattr(import_module(str(module)), found[1])
     return result
 

@@ -74,7 +74,7 @@ def load_model(
     name = algorithm or known.identify(archive.data)
     if name is None or name not in known.ALGORITHMS:
         raise CheckpointError(
-            f"{archive.path}: of the algorithm {name or 'that it does not name'}; say which it is: {', '.join(known.ALGORITHMS)}."
+            f"{archive.path} was saved by {name or 'an algorithm that it does not name'}; choose one of {', '.join(known.ALGORITHMS)}."
         )
     _check_algorithm(archive, name)
     try:
@@ -161,7 +161,7 @@ def _reason(key: str, why: str) -> str:
         way = ", or open it with an environment"
     elif key not in ("policy_class", "policy_kwargs"):
         way = f", or give {key}=…"
-    return f"'{key}' is a pickle, which executes code when it is opened, and what is readable of it is not enough ({why}){way}"
+    return f"'{key}' is a pickle, which executes code when it is opened, and its readable part is not enough ({why}){way}"
 
 
 def _build(

@@ -109,11 +109,11 @@ def _scalar(value: Any) -> bool | int | float | None:
         return value
     if isinstance(value, int | float) and math.isfinite(value) and abs(value) < 2**53:
         return value
-    raise Unreadable("it is no number")
+    raise Unreadable("it is not a number")
 
 
 def _pickled(_value: Any) -> Any:
-    raise Unreadable("the file holds it only as code")
+    raise Unreadable("the file contains it only as code")
 
 
 def _word_or_number(value: Any) -> str | float:
@@ -127,7 +127,7 @@ def _word_or_number(value: Any) -> str | float:
 
 def _plain_mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict) or ":type:" in value:
-        raise Unreadable("the file holds it only as code")
+        raise Unreadable("the file contains it only as code")
     return {str(key): item if isinstance(item, str) else _scalar(item) for key, item in value.items()}
 
 
@@ -135,7 +135,7 @@ def _class_of_constructor(value: Any) -> str:
     """Return the class whose constructor is named next to a pickled class."""
     written = value.get("__init__") if isinstance(value, dict) else None
     if not isinstance(written, str) or not written.startswith("<function "):
-        raise Unreadable("the file does not say which class it is")
+        raise Unreadable("the file does not name its class")
     return written.removeprefix("<function ").partition(".")[0]
 
 
@@ -144,7 +144,7 @@ def _replay_buffer_class(value: Any) -> type[buffers.ReplayBuffer] | None:
         return None
     name = _class_of_constructor(value)
     if name not in _BUFFERS:
-        raise Unreadable(f"{name} is no replay buffer of stable-baselines3")
+        raise Unreadable(f"{name} is not a replay buffer of stable-baselines3")
     return _BUFFERS[name]
 
 
@@ -153,13 +153,13 @@ def _rollout_buffer_class(value: Any) -> None:
         "stable_baselines3.common.buffers",
         "sb3_contrib.common.recurrent.buffers",
     ):
-        raise Unreadable(f"{value.get('__module__')} holds no rollout buffer of stable-baselines3")
+        raise Unreadable(f"{value.get('__module__')} has no rollout buffer of stable-baselines3")
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
     """Return the policy's keywords; raise Unreadable for unknown keywords, or for sizes that no tensor has."""
     if not isinstance(value, dict):
-        raise Unreadable("it is no mapping")
+        raise Unreadable("it is not a mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters
     sizes = _sizes(archive.tensors["policy"])
     return {key: _keyword(key, item, accepted, sizes) for key, item in value.items() if key not in (":type:", "device")}
@@ -167,7 +167,7 @@ def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
 
 def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int]) -> Any:
     if key not in accepted:
-        raise Unreadable(f"the policy takes no '{key}'")
+        raise Unreadable(f"the policy does not accept '{key}'")
     if key in ("activation_fn", "optimizer_class", "features_extractor_class"):
         return known.policy_argument_class(key, value)
     if key in ("net_arch", "critic_net_arch"):
@@ -201,7 +201,7 @@ def _net_arch(value: Any, sizes: set[int]) -> Any:
     if value is None:
         return None
     if not isinstance(value, list) or len(value) > _MAX_LAYERS:
-        raise Unreadable("'net_arch' is no list of widths")
+        raise Unreadable("'net_arch' is not a list of widths")
     return [_size(width, sizes) for width in value]
 
 
@@ -215,5 +215,5 @@ def _size(value: Any, sizes: set[int]) -> int:
 def _sizes(tensors: Any) -> set[int]:
     """Return all dimensions of the policy's tensors, so that no file can request networks larger than itself."""
     if not isinstance(tensors, Mapping) or not all(isinstance(item, th.Tensor) for item in tensors.values()):
-        raise Unreadable("'policy.pth' holds no state dictionary")
+        raise Unreadable("'policy.pth' contains no state dictionary")
     return {side for tensor in tensors.values() for side in tensor.shape}

@@ -42,10 +42,10 @@ _SEPARATOR = re.compile(r"\s*,\s*")
 def read_space(value: Any) -> gym.Space[Any]:
     """Return the space that a pickle's readable text describes; spaces of the old ``gym`` are supported."""
     if not isinstance(value, dict):
-        raise Unreadable("it is no space")
+        raise Unreadable("it is not a space")
     module, _, kind = text.class_name(value.get(":type:")).rpartition(".")
     if module.split(".")[0] not in ("gymnasium", "gym"):
-        raise Unreadable(f"{value.get(':type:')} is no space of Gymnasium")
+        raise Unreadable(f"{value.get(':type:')} is not a space of Gymnasium")
     if kind == "Box":
         of_shape = text.shape(value.get("_shape", value.get("shape")))
         return _box(value.get("low"), value.get("high"), of_shape, value.get("dtype"))
@@ -103,7 +103,7 @@ class _Reader:
             self._place = key.end()
             name = key[1] if key[1] is not None else key[2]
             if name in found:
-                raise Unreadable(f"the key '{name}' stands twice in the text of its spaces")
+                raise Unreadable(f"the key '{name}' occurs twice in the text of its spaces")
             found[name] = self.space(depth + 1)
             if pairs:
                 self.expect(")")
@@ -158,7 +158,7 @@ class _Reader:
 def _dtype(written: Any) -> np.dtype[Any]:
     found = _DTYPE.match(written) if isinstance(written, str) else None
     if found is None:
-        raise Unreadable(f"{written!r} is no type of numbers")
+        raise Unreadable(f"{written!r} is not a type of numbers")
     return np.dtype(found[1])
 
 

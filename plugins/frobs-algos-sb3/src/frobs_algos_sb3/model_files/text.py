@@ -31,7 +31,7 @@ class Unreadable(Exception):  # noqa: N818  # not an error: the caller knows the
 def number(text: Any) -> float:
     """Return a finite number from JSON or text."""
     if isinstance(text, bool) or not isinstance(text, int | float | str) or not re.fullmatch(_NUMBER, str(text)):
-        raise Unreadable(f"{_short(text)} is no number")
+        raise Unreadable(f"{_short(text)} is not a number")
     value = float(text)
     if not math.isfinite(value):
         raise Unreadable(f"{_short(text)} is not finite")
@@ -42,14 +42,14 @@ def integer(text: Any, least: int = 0, most: int = 2**53) -> int:
     """Return an integer in [least, most] from JSON or text."""
     value = number(text)
     if value != int(value) or not least <= value <= most:
-        raise Unreadable(f"{_short(text)} is no whole number in [{least}, {most}]")
+        raise Unreadable(f"{_short(text)} is not an integer in [{least}, {most}]")
     return int(value)
 
 
 def shape(value: Any) -> tuple[int, ...]:
     """Return the shape of an array from a JSON list."""
     if not isinstance(value, list) or len(value) > 8:
-        raise Unreadable(f"{_short(value)} is no shape")
+        raise Unreadable(f"{_short(value)} is not a shape")
     result = tuple(integer(item, 0, MAX_VALUES) for item in value)
     if math.prod(result) > MAX_VALUES:
         raise Unreadable(f"the shape {result} has more than {MAX_VALUES:,} values")
@@ -65,13 +65,13 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
     if not isinstance(text, str) or len(text) > MAX_TEXT:
-        raise Unreadable(f"{_short(text)} is no array")
+        raise Unreadable(f"{_short(text)} is not an array")
     values, shortened, place = [], False, 0
     text = text.strip()
     while place < len(text):
         found = _TOKEN.match(text, place)
         if found is None:
-            raise Unreadable(f"{_short(text)} is no array of numbers")
+            raise Unreadable(f"{_short(text)} is not an array of numbers")
         place = found.end()
         if found[1] is not None:
             values.append(float(found[1]))
@@ -80,7 +80,7 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
         raise Unreadable("the text leaves out numbers")
     if of_shape is None:
         if shortened or not values:
-            raise Unreadable(f"{_short(text)} does not say how many numbers there are")
+            raise Unreadable(f"{_short(text)} does not give the number of values")
         return np.array(values)
     if len(set(values)) == 1 and (shortened or not text.startswith("[")):
         return np.full(of_shape, values[0])
@@ -94,7 +94,7 @@ def schedule(value: Any) -> float | Callable[[float], float]:
     if isinstance(value, int | float):
         return number(value)
     if not isinstance(value, dict):
-        raise Unreadable(f"{_short(value)} is no schedule")
+        raise Unreadable(f"{_short(value)} is not a schedule")
     kind = class_name(value.get(":type:"))
     if kind == "stable_baselines3.common.utils.LinearSchedule":
         return _linear(*(value.get(name) for name in ("start", "end", "end_fraction")))
@@ -106,13 +106,13 @@ def schedule(value: Any) -> float | Callable[[float], float]:
             return number(arguments.get("val"))
         if name == "LinearSchedule":
             return _linear(*(arguments.get(key) for key in ("start", "end", "end_fraction")))
-    raise Unreadable("it is a function, of which the file holds only the code")
+    raise Unreadable("it is a function, and the file contains only its code")
 
 
 def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
     share = number(fraction)
     if not 0.0 < share <= 1.0:
-        raise Unreadable(f"{share} is no share of a training")
+        raise Unreadable(f"{share} is not a share of the training")
     return LinearSchedule(number(start), number(end), share)
 
 
@@ -126,7 +126,7 @@ def action_noise(value: Any) -> ActionNoise | None:
     if kind == "stable_baselines3.common.noise.OrnsteinUhlenbeckActionNoise" and value.get("initial_noise") is None:
         mean, sigma = array(value.get("_mu")), array(value.get("_sigma"))
         return OrnsteinUhlenbeckActionNoise(mean, sigma, number(value.get("_theta")), number(value.get("_dt")))
-    raise Unreadable("it is a kind of noise of which the file holds only the code")
+    raise Unreadable("it is a kind of noise, and the file contains only its code")
 
 
 def class_name(text: Any) -> str:
