@@ -159,12 +159,12 @@ def report(
     lines = [
         "# Measured",
         "",
-        f"By `make benchmark` on {steps[0]['machine']}, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}.",
+        f"Measured by `make benchmark` on {date.today():%d %B %Y}, on {steps[0]['machine']}, at commit {commit.strip() or 'unknown'}.",
         "",
         "## A step",
         "",
-        "Medians; the bare engine replays the same states with the same controls, and casts the same rays. A control step of "
-        "an arm has 20 physics steps of 2 ms, one of the Kobuki 10 of 20 ms.",
+        "All times are medians. The bare engine replays the same states with the same controls, and casts the same rays. A "
+        "control step of an arm has 20 physics steps of 2 ms, and one of the Kobuki has 10 of 20 ms.",
         "",
         "| environment | controllers | number | step | bare engine | ratio | at most | engine / controller / task / loop / "
         "wrappers |",
@@ -177,22 +177,23 @@ def report(
         lines.append(f"| {names} | {row['num_envs']:,} | {' | '.join(cells)} | {parts} |")
     lines += [
         "",
-        f"`import frobs_core` costs {import_time:.2f} s beyond `import gymnasium` (at most 0.1 s). 4,096 environments need "
-        f"{memory / 1e6:.0f} MB beyond one (at most 25 MB).",
+        f"`import frobs_core` takes {import_time:.2f} s longer than `import gymnasium` (limit: 0.1 s). 4,096 environments need "
+        f"{memory / 1e6:.0f} MB more than one environment (limit: 25 MB).",
         "",
         "## A step on PyBullet",
         "",
-        f"One environment takes {_time(pybullet['step_seconds'])}, {pybullet['ratio']:.2f} times the bare engine with the "
-        f"same drive law in the tightest loop, {_time(pybullet['bare_seconds'])} (at most {PYBULLET_BUDGET:g}).",
+        f"A step of one environment takes {_time(pybullet['step_seconds'])}, which is {pybullet['ratio']:.2f} times the "
+        f"{_time(pybullet['bare_seconds'])} of a minimal loop over the bare engine with the same drive law (limit: "
+        f"{PYBULLET_BUDGET:g}).",
         "",
-        f"Eight environments take {_time(workers[0])} in one process and {_time(workers[1])} in two workers: two give "
-        f"{workers[0] / workers[1]:.2f} times the steps of one (at least {WORKERS_BUDGET:g}).",
+        f"Eight environments take {_time(workers[0])} in one process and {_time(workers[1])} in two worker processes, which is "
+        f"{workers[0] / workers[1]:.2f} times as fast (goal: at least {WORKERS_BUDGET:g}).",
         "",
         "## A training run",
         "",
-        "PPO with the tuned settings, each seed in a fresh process. The time is that of training alone, without imports and "
-        "evaluation. Success is the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds "
-        "until the end; the worst octant is that of the goal box.",
+        "PPO with the tuned settings, each seed in a new process. The training time excludes imports and evaluation. Success is "
+        "the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds until the end of the episode. "
+        "The worst octant is the octant of the goal box with the lowest success.",
         "",
         "| controller | seed | steps | training | success | 95 % interval | worst octant |",
         "|---|---:|---:|---:|---:|---|---:|",
@@ -213,8 +214,8 @@ def report(
         "",
         "## The parts of a training run",
         "",
-        f"`frobs bench {ID} --training --algorithm NAME`: time of each part per 1,000 environment steps, with the tuned "
-        "settings, after compilation. `sbx_` algorithms are in JAX, the others in PyTorch.",
+        f"The table shows the time of each part per 1,000 environment steps, with the tuned settings and after compilation, from "
+        f"`frobs bench {ID} --training --algorithm NAME`. The `sbx_` algorithms use JAX, the others PyTorch.",
         "",
         f"| algorithm | {' | '.join(parts)} | steps per second |",
         f"|---|{'---:|' * (len(parts) + 1)}",

@@ -142,9 +142,9 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "# Compared with a neighbor, measured",
         "",
         f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}, on {machine()}, at commit "
-        f"{current_commit()}, in one sitting: the candidates take turns. The time is that of training alone, compilation "
-        f"included, until the first evaluation on {episodes} new goals that reaches the success rate. Imports and "
-        "evaluations do not count.",
+        f"{current_commit()}. The candidates took turns on the machine. The time is the training time, including compilation, "
+        f"until the first evaluation on {episodes} new goals that reaches the success rate. Imports and evaluations are not "
+        "included.",
         "",
         "| | " + " | ".join(f"to {share:.0%}, median | all seeds" for share in THRESHOLDS) + " |",
         "|---|" + "---:|---|" * len(THRESHOLDS),
@@ -162,16 +162,16 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "| | panda-gym | FRobs |",
         "|---|---|---|",
         "| robot, engine | Franka Panda, PyBullet, one environment | ABB IRB 120, MuJoCo, 64 or 128 environments |",
-        "| goals | in a box of 30 cm, 15 cm to each side of where the tool begins | wherever the arm reaches in a box of "
-        "1 m, the room behind it and beneath its shoulder too |",
-        "| success | within 5 cm once: the episode ends there | within 5 cm when the episode ends, after 50 steps |",
-        "| reward | sparse: −1 until it is reached | dense: −distance, and a bonus for the last centimetres |",
+        "| goals | in a box of 30 cm around the initial tool position | everywhere within reach in a box of 1 m, also behind "
+        "the arm and below its shoulder |",
+        "| success | within 5 cm once, which ends the episode | within 5 cm when the episode ends, after 50 steps |",
+        "| reward | sparse: −1 until the goal is reached | dense: −distance, and a bonus for the last centimeters |",
         "| actions | tool displacement | tool displacement, or joint displacements |",
         "| algorithm | SAC with hindsight experience replay (stable-baselines3) | PPO with the tuned settings "
-        "(stable-baselines3; in JAX: sbx with an update of our own) |",
+        "(stable-baselines3; in JAX: sbx with FRobs's own update) |",
         "",
         "A sparse reward requires hindsight experience replay, and PPO benefits from many cheap environments. Each side "
-        "uses what suits it: the figures say how long a user waits, not which algorithm is better.",
+        "uses the algorithm that suits it. The figures therefore show how long a user waits, and not which algorithm is better.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -133,14 +133,14 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
     lines = [
         "# The speed of trainings, measured",
         "",
-        f"By `tests/benchmarks/overhead.py`, {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}.",
+        f"Measured by `tests/benchmarks/overhead.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}.",
         "",
-        "## What the framework costs",
+        "## Overhead of the framework",
         "",
-        f"Steps per second of `{ENVIRONMENT}`: stable-baselines3's own `learn`, and `frobs train`'s way of calling it, on the "
-        f"same environment object, in turn; the median of their ratios is to be at least {BUDGET:g}.",
+        f"Steps per second of `{ENVIRONMENT}` with `learn` of stable-baselines3, and with the call that `frobs train` uses. Both "
+        f"alternate on the same environment. The goal is a median ratio of at least {BUDGET:g}.",
         "",
-        "| algorithm | environments | gradient steps | plain | ours | ratio |",
+        "| algorithm | environments | gradient steps | stable-baselines3 | FRobs | ratio |",
         "|---|---:|---:|---:|---:|---:|",
     ]
     for row in overheads:
@@ -151,10 +151,10 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
         )
     lines += [
         "",
-        "## What many environments bring an off-policy algorithm",
+        "## Many environments with an off-policy algorithm",
         "",
-        f"SAC with tool actions, until the policy reaches {SUCCESS:.0%} of 100 new goals; evaluated at every 2,000 steps, which "
-        "the times contain. The medians of the seeds.",
+        f"SAC with tool actions, until the policy reaches {SUCCESS:.0%} of 100 new goals. The policy is evaluated every 2,000 steps; "
+        "the times include the evaluations. The table shows medians over the seeds.",
         "",
         "| environments | gradient steps | seeds | steps | seconds |",
         "|---:|---:|---:|---:|---:|",

@@ -57,12 +57,12 @@ GRID = {(mass, gains): model_error(mass, gains) for mass, gains in product((0.8,
 HARDER: Mapping[str, dict[str, Any]] = {
     "masses × 1.5": model_error(1.5, 1.0),
     "gains × 0.5": model_error(1.0, 0.5),
-    "actions late by 1 step": {"action_delay": {"steps": 1}},
-    "actions late by 2 steps": {"action_delay": {"steps": 2}},
-    "actions late by 3 steps": {"action_delay": {"steps": 3}},
-    "observations late by 2 steps": {"observation_delay": {"steps": 2}},
+    "actions delayed by 1 step": {"action_delay": {"steps": 1}},
+    "actions delayed by 2 steps": {"action_delay": {"steps": 2}},
+    "actions delayed by 3 steps": {"action_delay": {"steps": 3}},
+    "observations delayed by 2 steps": {"observation_delay": {"steps": 2}},
     "noise of 5 mm and 5 mrad": {"observation_noise": RANDOMIZE["observation_noise"]},
-    "all that was trained with": RANDOMIZE,
+    "all errors of the training": RANDOMIZE,
 }
 """Other errors: larger ones, delays and noise."""
 
@@ -101,10 +101,11 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Robustness, measured",
         "",
-        f"By `tests/benchmarks/robustness.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: success of "
-        f"PPO on `{ID}`, trained with and without [randomization](../how-to/randomize.md), on models that are wrong by "
-        f"known amounts. Each number is {episodes:,} new goals (5 cm, held at the end); training seeds: "
-        f"{', '.join(map(str, seeds))}{'; the mean over them, and in brackets the worst' if len(seeds) > 1 else ''}.",
+        f"Measured by `tests/benchmarks/robustness.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO "
+        f"was trained on `{ID}` with and without [randomization](../how-to/randomize.md) and evaluated on models with known "
+        f"errors. Each success rate is the share of {episodes:,} new goals that the tool holds within 5 cm at the end of the "
+        f"episode. Training seeds: {', '.join(map(str, seeds))}"
+        f"{'; the tables show their mean, and the worst in brackets' if len(seeds) > 1 else ''}.",
         "",
     ]
     for controller in dict.fromkeys(row["controller"] for row in rows):
@@ -119,9 +120,9 @@ def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]
     lines = [
         f"## `{controller}`",
         "",
-        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomization. On models off "
-        f"by 20 % in masses and gains, the worst that a policy trained with it does is {worst:.1%} "
-        f"(at least {SUCCESS:.0%}).",
+        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomization. On "
+        f"models with errors of 20 % in masses and gains, the lowest success with randomization is {worst:.1%} (goal: at least "
+        f"{SUCCESS:.0%}).",
         "",
         "| model | without | with |",
         "|---|---:|---:|",

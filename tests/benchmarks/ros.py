@@ -315,7 +315,7 @@ def bridge_speeds(joints: Joints, steps: int) -> dict[str, dict[str, float]]:
         "an environment step: command, physics, joint states, the tool's pose": environment_step,
         "a command on a topic": lambda: joints.command(rest),
         f"{SUBSTEPS} physics steps by the service": joints.step,
-        "the same, until their joint states have come by the topic": step_and_hear,
+        "the same, until their joint states arrive on the topic": step_and_hear,
         "a link's state by the service": lambda: call("/gazebo/get_link_state", GetLinkState, "tool0", "world"),
         "a joint's state by the service": lambda: call("/gazebo/get_joint_properties", GetJointProperties, "joint_1"),
         "a model's state by the service": lambda: call("/gazebo/get_model_state", GetModelState, ROBOT, "world"),
@@ -398,42 +398,45 @@ def report(
     lines = [
         "# ROS and Gazebo, measured",
         "",
-        f"By `tests/benchmarks/ros.py`, {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. "
-        f"{load:.1f} other processes wanted a processor when it began; times are of an idle machine where that is near 0.",
+        f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. At the "
+        f"start, {load:.1f} other processes were using the processors; on an idle machine this number is near 0, and steps are "
+        "faster.",
         "",
         "## One policy everywhere",
         "",
-        f"The policy that comes with `{ID}`, which learned on MuJoCo, unchanged; on the simulators the same episodes "
-        "(`frobs evaluate --simulator`). Through ROS topics it acts on the bridge over MuJoCo by `frobs ros run`'s way: joint "
-        f"states in, trajectories out, each a control step long, while the time goes {SPEED:g} times as fast as real and waits "
-        f"for nobody; {late:.1%} of its steps came late. Its starts and goals are drawn as an evaluation's are, with other seeds.",
+        f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated unchanged. On each simulator it acts in the same "
+        "episodes (`frobs evaluate --simulator`). *ROS topics* means that it acts on the bridge over MuJoCo as with `frobs ros "
+        f"run`: it reads joint states and sends a trajectory in each control step, and simulated time runs {SPEED:g} times as "
+        f"fast as real time, without waiting for the policy. {late:.1%} of its steps were late. These episodes use the same "
+        "distributions of initial states and goals, with other seeds.",
         "",
         *success_table(success),
         "",
         "## How joints respond",
         "",
-        f"Largest differences from {SIMULATORS[0]}: of the simulators by `frobs parity {ID}` (each joint's command jumps, "
-        "physics steps of 2 ms, every step compared; saturated: at effort limits that are just enough), and of the bridge over "
-        f"MuJoCo, whose joints are commanded on a position controller's topic and read from `joint_states` every "
-        f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms while each jumps by {JUMP:g} rad, from MuJoCo without ROS. What is "
-        "allowed, and why, is in `plugins/frobs-devkit/src/frobs_devkit/parity/tolerances.py`.",
+        f"The table shows the largest differences from {SIMULATORS[0]}. For the simulators they are measured by `frobs parity {ID}`: "
+        "the command of each joint jumps, and every physics step of 2 ms is compared; in the saturated response, the effort "
+        "limits are just sufficient. For *ROS topics*, the bridge over MuJoCo is compared with MuJoCo without ROS: each joint "
+        f"gets a command that jumps by {JUMP:g} rad on the topic of its position controller, and `joint_states` is read every "
+        f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms. The tolerances and their reasons are in "
+        "`plugins/frobs-devkit/src/frobs_devkit/parity/tolerances.py`.",
         "",
         *response_table(differences),
         "",
-        "## What a step costs on a real Gazebo",
+        "## Duration of a step on Gazebo",
         "",
-        f"One environment, {SUBSTEPS} physics steps of 2 ms in each of its steps, random actions, resets left in. FRobs_RL's logs "
+        f"One environment with {SUBSTEPS} physics steps of 2 ms per step and random actions; resets are included. FRobs_RL's logs "
         "show 3 to 4 steps per second.",
         "",
         *cost_table(gazebo, GAZEBO_BUDGET),
         "",
         f"Processor time of an environment step: {', '.join(f'{1e6 * s:,.0f} µs in {who}' for who, s in processor.items())}. "
-        f"They take turns, so an idle machine makes at most {1.0 / spent:,.0f} steps per second.",
+        f"The two take turns, so an idle machine takes at most {1.0 / spent:,.0f} steps per second.",
         "",
-        "## What a step costs through ROS",
+        "## Duration of a step through ROS",
         "",
-        f"The bridge over MuJoCo in a process of its own, paused; {SUBSTEPS} physics steps of {1e3 * PHYSICS_TIMESTEP:g} ms in each "
-        "environment step. Services are called over connections that stay open. The parts are timed one by one, each alone.",
+        f"The bridge over MuJoCo runs in a separate process and is paused; each environment step has {SUBSTEPS} physics steps of "
+        f"{1e3 * PHYSICS_TIMESTEP:g} ms. Services use persistent connections. Each part is timed separately.",
         "",
         *cost_table(parts, BRIDGE_BUDGET),
     ]

@@ -229,9 +229,9 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
             "",
             "## Random steps of the manipulation tasks",
             "",
-            f"On MuJoCo, {NUM_ENVS} environments together. A divergence is reported in `info`; anything not finite, or farther away "
-            f"than {FAR:g} m, that is not reported would be an error. The contacts of {LOOKED_AT} environments are looked at in "
-            f"every {EVERY}th step: nothing may sink into something else by more than {1000 * MAX_DEPTH:g} mm.",
+            f"On MuJoCo, {NUM_ENVS} environments together. Divergence is reported in `info`. Values that are not finite, or positions "
+            f"farther away than {FAR:g} m, are errors if they are not reported. The contacts of {LOOKED_AT} environments are checked in "
+            f"every {EVERY}th step: no body may penetrate another by more than {1000 * MAX_DEPTH:g} mm.",
             "",
             "| ID | steps | divergences, reported | unreported | deepest contact | of |",
             "|---|---:|---:|---:|---:|---|",

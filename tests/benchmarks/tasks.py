@@ -301,11 +301,11 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines = [
         "# The tasks, measured",
         "",
-        f"By `tests/benchmarks/tasks.py`, {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed is "
-        "`frobs train ID --algorithm NAME --seed S` with what is tuned for the ID, and then `frobs evaluate`: the "
-        f"deterministic policy on {episodes:,} episodes that the training has never seen, on PyBullet on {OTHER_EPISODES}; "
-        f"on fewer where these might take more than {MOST_STEPS:,} or {OTHER_MOST_STEPS:,} steps. The table shows the worst "
-        "seed with its 95 % interval; the time is that of the slowest training, checkpoints included.",
+        f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed was trained with "
+        "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "
+        f"deterministic policy in {episodes:,} new episodes, and in {OTHER_EPISODES} on PyBullet, or in fewer if they could take "
+        f"more than {MOST_STEPS:,} or {OTHER_MOST_STEPS:,} steps. The table shows the worst seed with its 95 % interval. The "
+        "training time is that of the slowest seed and includes checkpoints.",
         "",
         "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
         "on PyBullet, worst | in training, worst | FRobs_RL, in training |",
@@ -314,20 +314,20 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
     lines += [
         "",
-        f"{logs['about']} Ours *in training* is the same, the last 100 episodes with exploration; the other columns show the "
-        f"policy without it. The tracking error is the mean distance from tool to goal over the second half of each "
-        f"episode, of the worst seed. A training may take {LONGEST // 60} minutes.",
+        f"{logs['about']} The column *in training* shows FRobs's success over its last 100 training episodes, also with exploration; "
+        "the other columns are without exploration. The tracking error is the mean distance from tool to goal over the second "
+        f"half of each episode, for the worst seed. A training run may take {LONGEST // 60} minutes.",
     ]
     if missing := sorted(case.id for case in cases() if case not in rows):
-        lines += ["", f"Tuned, and not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
+        lines += ["", f"Tuned but not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
     for case, found in rows.items():
         lines += ["", f"## {case.id}", ""]
         if case.id in drops:
-            lines += [f"Less than {KEPT_SHARE:.0%} of the success is left on PyBullet. {drops[case.id]}.", ""]
+            lines += [f"On PyBullet, the success is less than {KEPT_SHARE:.0%} of that on MuJoCo. {drops[case.id]}.", ""]
         lines += _seeds(found)
         if (PICTURES / f"{case.slug}.png").is_file():
             picture = f"../images/tasks/{case.slug}.png"
-            lines += ["", f"![The learning curves of {case.id}: success and reward over the steps]({picture})"]
+            lines += ["", f"![Learning curves of {case.id}: success and reward over the steps]({picture})"]
     return "\n".join(lines) + "\n"
 
 

@@ -73,7 +73,7 @@ def test_the_page_says_why_less_is_left_on_the_other_simulator() -> None:
     rows = {REACH: [row(0, 0.99)]}
     assert tasks.dropped(rows[REACH])
     assert not tasks.dropped([{**row(0, 0.99), "pybullet": None}])
-    assert "on PyBullet. Because of the drives." in tasks.report(rows, {REACH.id: "Because of the drives"}, 1000)
+    assert "of that on MuJoCo. Because of the drives." in tasks.report(rows, {REACH.id: "Because of the drives"}, 1000)
 
 
 def test_a_time_on_a_shared_machine_misses_no_target() -> None:

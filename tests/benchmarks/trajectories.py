@@ -159,14 +159,14 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     lines = [
         "# Planned motions, measured",
         "",
-        f"By `tests/benchmarks/trajectories.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: an "
-        f"IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf and above the floor, sent by the controller "
-        "`trajectory`, as it is by default, from goal to goal. A goal is where joint positions lead that were drawn "
-        "uniformly inside the limits, and drawn again while anything touches there or comes nearer than the clearance. "
-        "What touches is what the engine says, in every physics step: the arm and a box, the floor or itself. A goal counts "
-        f"as reached if nothing touched on the way, and the tool ended within 5 cm. Wanted: no collision, and a median of "
-        f"at most {PLANNING_BUDGET * 1000:.0f} ms of planning: by the clock on the wall, on a machine that may have had other "
-        "work; the processor's time is what planning itself took.",
+        f"Measured by `tests/benchmarks/trajectories.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. The "
+        f"controller `trajectory`, with default settings, moves an IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf "
+        "and above the floor, from goal to goal. Each goal is the tool position for random joint positions inside the limits; "
+        "joint positions with a contact or with less than the clearance are drawn again. The engine reports contacts of the arm "
+        "with a box, the floor or itself in every physics step. A goal is reached if there was no contact on the way and the "
+        f"tool stops within 5 cm of it. The requirements: no collision, and a median planning time of at most "
+        f"{PLANNING_BUDGET * 1000:.0f} ms. Planning time is wall-clock time, which other programs may have lengthened; processor "
+        "time is not affected by them.",
         "",
         "| | " + " | ".join(f'`target="{row["target"]}"`' for row in rows) + " |",
         "|---|" + "---:|" * len(rows),
@@ -200,11 +200,11 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     line("farthest that the tool ends from its goal", [f"{row['tcp_error'] * 1000:.0f} mm" for row in rows])
     lines += [
         "",
-        "Limits are those that the controller was told to keep: half of the model file's velocities, and half of the "
-        "accelerations that reach these within half a second. Velocities and accelerations of the command are differences of "
-        "the positions in consecutive physics steps. The drives follow a command by their gains alone, without "
-        "feed-forward: a joint lags by about 2·q̇/ω, where ω is its drive's bandwidth, and gravity bends the arm. Both are "
-        "what the clearance of 2 cm is for, and why a joint itself may go a little faster than its command.",
+        "The limits are those that the controller must respect: half of the velocities in the model file, and half of the "
+        "accelerations that reach these velocities within half a second. Velocities and accelerations of the command are "
+        "differences of the positions in consecutive physics steps. The drives have no feed-forward: a joint lags by about "
+        "2·q̇/ω, where ω is the bandwidth of its drive, and gravity bends the arm. For these reasons the clearance is 2 cm, and "
+        "a joint may be slightly faster than its command.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -73,9 +73,10 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Transfer, measured",
         "",
-        f"By `tests/benchmarks/transfer.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: PPO on "
-        f"`{ID}`, trained on one simulator and evaluated on each, unchanged, on {episodes:,} new goals (5 cm, held at the "
-        f"end). At least {KEPT:.0%} of the success at home should be kept.",
+        f"Measured by `tests/benchmarks/transfer.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO was "
+        f"trained on `{ID}` on one simulator, and the policy was evaluated on each simulator without changes. Success is the "
+        f"share of {episodes:,} new goals that the tool holds within 5 cm at the end of the episode. The goal is at least "
+        f"{KEPT:.0%} of the success on the simulator of the training.",
         "",
         "| controller | trained on | training | evaluated on | success | 95 % interval | kept |",
         "|---|---|---:|---|---:|---|---:|",

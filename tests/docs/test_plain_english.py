@@ -38,15 +38,14 @@ SOURCES = (
     "plugins/frobs-ros/src",
     "plugins/frobs-rl-compat/src",
     "plugins/frobs-train/src",
+    "plugins/frobs-algos-sb3/src",
     "plugins/frobs-algos-sbx/src",
     "plugins/frobs-ray/src",
 )
 """Folders whose docstrings, comments and strings are checked."""
 
-WRITTEN = ("measured", "model-survey", "planted-faults", "CHANGELOG")
-PROSE = [page for page in PAGES if not page.stem.endswith(WRITTEN)]
-PROSE += sorted(ROOT.glob("plugins/*/README.md"))
-"""Pages that are checked: all but the changelog and those that scripts write."""
+PROSE = [*PAGES, *sorted(ROOT.glob("plugins/*/README.md")), *sorted(ROOT.glob("templates/**/*.md"))]
+"""Pages that are checked."""
 
 PHRASES = {
     r"\banew\b": "again",

@@ -173,7 +173,7 @@ _TABLE = (
     ("steps from the measured positions", _DELTA,
      "np.add(target, delta, out=target)", "np.add(self._joints.joint_positions, delta, out=target)"),
     ("a target that the snapshot does not have", _COMMANDED, 'self._target[:] = snapshot["target"]', "pass"),
-    ("a snapshot that goes on changing", _COMMANDED, '{"target": self._target.copy()}', '{"target": self._target}'),
+    ("a snapshot that keeps changing", _COMMANDED, '{"target": self._target.copy()}', '{"target": self._target}'),
     ("a velocity beyond the limit", _VELOCITY, "np.minimum(velocity, self._upper, out=velocity)", "pass"),
     ("wheels beyond what was asked", _DRIVE, "np.minimum(wanted, self._ones, out=wanted)", "pass"),
     # -- paced simulators --

@@ -48,20 +48,20 @@ def page(results: dict[str, dict[str, Result]], motions: dict[str, Motion], simu
     versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
     text = f"""# Survey of model files
 
-Every URDF of the PyPI packages example-robot-data and pybullet (its `pybullet_data`) that has a joint that moves:
-{len(results)} files, of which {len(built)} are built and {len(refused)} are refused. Each that is built is compared with
-its file, which Pinocchio and trimesh read without FRobs: names, types, axes and limits of joints, what mimics what, mass,
-centre of mass and inertia of each link, the box around what collides
-(of PyBullet, which tells it with margins only, roughly), and forward kinematics at 20 postures.
-*Differences* counts what is not as the file says it by more than {TOLERANCE:g}; each of them obeys the
-{{doc}}`rule </explanation/model-files>` that stands beside it, and a test fails if one does not. *Kinematics* is the largest
-distance [m] of any link from where Pinocchio has it.
+The survey contains every URDF file with a movable joint in the Python packages example-robot-data and pybullet (its
+`pybullet_data`): {len(results)} files, of which {len(built)} are built and {len(refused)} are rejected. Each robot is compared
+with its file, which Pinocchio and trimesh read independently of FRobs: names, types, axes and limits of joints, mimic joints,
+mass, center of mass and inertia of each link, the bounding box of the collision shapes (only roughly on PyBullet, which
+includes collision margins), and forward kinematics at 20 postures.
+*Differences* is the number of values that differ from the file by more than {TOLERANCE:g}. Each of them follows the
+{{doc}}`rule </explanation/model-files>` in the next column; a test fails otherwise. *Kinematics* is the largest
+distance [m] between the position of a link and its position in Pinocchio.
 
-*Motion* is how far apart the joints are on {PAIR[0]} and on {PAIR[1]}, at most, in % of the step, while each joint steps by
-0.2 rad or 20 mm (or less, where its limits are near) with the gains that nobody chose and its links colliding as loaded, for
-{SECONDS:g} s; of robots with many joints, every eighth together. Where it is above {APART:g} %, what parts them stands
-beside it; the motion is the same where that is taken away, or a test fails.
-Contacts are an engine's own, and a drive's damping is computed as if nothing touched the robot
+*Motion* is the largest difference of the joint positions between {PAIR[0]} and {PAIR[1]}, in % of the step, while each joint
+steps by 0.2 rad or 20 mm (or less near its limits) with default gains and collisions, for {SECONDS:g} s. For robots with many
+joints, every eighth joint steps at the same time. If the difference is above {APART:g} %, its cause is in the same cell; a test
+verifies that the motion is equal without this cause.
+Contact models differ between engines, and the damping of a drive is computed without contacts
 ({{doc}}`/how-to/pybullet`).
 
 Written by `python tests/public_robots/page.py` with {versions}.
@@ -73,7 +73,7 @@ Written by `python tests/public_robots/page.py` with {versions}.
         for name, found in built.items()
     ]
     text += _table([*heads, *(f"kinematics: {simulator}" for simulator in simulators), "motion"], rows)
-    text += "\n## Refused\n\n"
+    text += "\n## Rejected\n\n"
     text += _table(
         ["file", "reason"], [[f"`{name}`", _reason(found[simulators[0]])] for name, found in refused.items()]
     )

@@ -1,4 +1,4 @@
-"""The differential drive is told the diameter of the wheels as their radius: the rover drives half as fast as it says."""
+"""The differential drive receives the diameter of the wheels as their radius: the rover drives half as fast as it says."""
 
 from __future__ import annotations
 
