@@ -323,7 +323,10 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     for case, found in rows.items():
         lines += ["", f"## {case.id}", ""]
         if case.id in drops:
-            lines += [f"On PyBullet, the success is less than {KEPT_SHARE:.0%} of that on MuJoCo. {drops[case.id]}.", ""]
+            lines += [
+                f"On PyBullet, the success is less than {KEPT_SHARE:.0%} of that on MuJoCo. {drops[case.id]}.",
+                "",
+            ]
         lines += _seeds(found)
         if (PICTURES / f"{case.slug}.png").is_file():
             picture = f"../images/tasks/{case.slug}.png"

@@ -161,7 +161,9 @@ def _reason(key: str, why: str) -> str:
         way = ", or open it with an environment"
     elif key not in ("policy_class", "policy_kwargs"):
         way = f", or give {key}=…"
-    return f"'{key}' is a pickle, which executes code when it is opened, and its readable part is not enough ({why}){way}"
+    return (
+        f"'{key}' is a pickle, which executes code when it is opened, and its readable part is not enough ({why}){way}"
+    )
 
 
 def _build(
