@@ -17,7 +17,7 @@ from frobs_cli.describe_robot import describe_file, is_model_file, robot_of
 from frobs_cli.facts import print_facts
 from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro_args
 from frobs_cli.options import Json
-from frobs_cli.output import console, only_json, print_json, print_line, print_note
+from frobs_cli.output import only_json, print_json, print_line, print_note, working
 from frobs_cli.providers import providers
 from frobs_core import plugins, registry
 from frobs_core.errors import CommandLineError, MissingDependencyError, UnknownNameError
@@ -103,7 +103,7 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
     """Draw a robot. Raises ConfigurationError if the name is not a robot's."""
     if robot is None:
         raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
-    with console(stderr=True).status("drawing"):
+    with working("drawing"):
         written = next((file for it in providers() if (file := it.draw(robot, picture)) is not None), None)
     if written is None:
         raise MissingDependencyError("drawing a robot", ["frobs-devkit"], "pip install frobs-devkit")

@@ -11,7 +11,7 @@ from frobs_cli.facts import print_facts
 from frobs_cli.formats import duration
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
-from frobs_cli.output import console, only_json, print_json
+from frobs_cli.output import only_json, print_json, working
 from frobs_core.errors import CommandLineError
 from frobs_devkit.cli.bench_scaling import (
     Jobs,
@@ -151,7 +151,7 @@ def bench(
     count = _one_size(num_envs)
     if training:
         flags = {"algorithm": algorithm, "num_envs": count, "robot": robot, "tcp": tcp, **keywords}
-        with only_json(json), console(stderr=True).status("measuring a training run"):
+        with only_json(json), working("measuring a training run"):
             trained = _measure_training(_resolve(env_id, flags, settings), steps)
         print_json(trained) if json else print_facts(_training_facts(trained))
         return
@@ -161,7 +161,7 @@ def bench(
     options = robot_keywords(robot, tcp, args, package_path)
     options |= {key: value for key, value in keywords.items() if value is not None}
     steps = steps or 1000
-    with only_json(json), console(stderr=True).status(f"measuring {steps:,} steps"):
+    with only_json(json), working(f"measuring {steps:,} steps"):
         found = measure(env_id, num_envs=count or 1, steps=steps, **options)
     print_json(found) if json else print_facts(_step_facts(found))
 

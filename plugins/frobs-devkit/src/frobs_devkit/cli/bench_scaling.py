@@ -12,7 +12,7 @@ import typer
 
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import duration, percent
-from frobs_cli.output import console, only_json, print_json, print_line, print_note
+from frobs_cli.output import console, only_json, print_json, print_line, print_note, working
 from frobs_core.errors import CommandLineError
 
 if TYPE_CHECKING:
@@ -281,9 +281,8 @@ def _errors(model: ScalingModel) -> str:
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
     """Report what is measured on stderr: in a terminal on one line, elsewhere on a line for each measurement."""
-    err = console(stderr=True)
-    if not err.is_terminal:
+    if not console(stderr=True).is_terminal:
         yield lambda text: print_note(f"measuring {text}")
         return
-    with err.status("measuring") as status:
-        yield lambda text: status.update(f"measuring {text}")
+    with working("measuring") as show:
+        yield lambda text: show(f"measuring {text}")

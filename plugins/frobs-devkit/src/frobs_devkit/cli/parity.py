@@ -11,7 +11,7 @@ import typer
 from frobs_cli.completion import complete_id
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, Json, Robot, Tcp
-from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
+from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title, working
 from frobs_core.errors import CommandLineError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
@@ -129,7 +129,7 @@ def parity(
         return
     [env_id] = specs
     folder = out or Path("parity") / bare_id(env_id)
-    with only_json(json), console(stderr=True).status("comparing") as status:
+    with only_json(json), working("comparing") as show:
         certificate = measure_parity(
             env_id,
             names[env_id],
@@ -138,7 +138,7 @@ def parity(
             only=_split(only) or None,
             episodes=episodes,
             keywords=keywords,
-            on_measurement=lambda title: status.update(f"{title.lower()}: {', '.join(names[env_id])}"),
+            on_measurement=lambda title: show(f"{title.lower()}: {', '.join(names[env_id])}"),
         )
         certificate.write(folder)
     if json:

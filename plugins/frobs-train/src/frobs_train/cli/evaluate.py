@@ -9,7 +9,7 @@ import typer
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
 from frobs_cli.options import CheckpointName, Json, Randomized, Seed, Simulator
-from frobs_cli.output import console, only_json, print_json
+from frobs_cli.output import only_json, print_json, working
 from frobs_core.errors import CommandLineError
 from frobs_train.cli.opened import (
     ModelAlgorithm,
@@ -95,9 +95,15 @@ def evaluate(
     [run] = runs
     with only_json(json):
         opened = open_run(run, model, algorithm, settings, trust, pretrained, expert)
-        with console(stderr=True).status(f"running {episodes:,} episodes"):
+        with working("evaluating") as show:
             found = evaluate_run(
-                opened, episodes, simulator=simulator, randomize=randomized, seed=seed, checkpoint=checkpoint
+                opened,
+                episodes,
+                simulator=simulator,
+                randomize=randomized,
+                seed=seed,
+                checkpoint=checkpoint,
+                on_progress=lambda done: show(f"evaluating: {done:,} of {episodes:,} episodes"),
             )
     if json:
         print_json({"run" if model is None else "model": model or opened.path, **found.to_dict()})

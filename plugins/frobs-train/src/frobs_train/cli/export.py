@@ -9,7 +9,7 @@ import typer
 
 from frobs_cli.facts import print_facts
 from frobs_cli.options import CheckpointName, Json, RunFolder
-from frobs_cli.output import console, only_json, print_json
+from frobs_cli.output import only_json, print_json, working
 
 
 def export(
@@ -47,7 +47,7 @@ def export(
     from frobs_train import Run
     from frobs_train.export.export import export as export_run
 
-    with only_json(json), console(stderr=True).status("exporting"):
+    with only_json(json), working("exporting"):
         found = export_run(Run.open(run), out, checkpoint=checkpoint, license=license)
         latency = Policy(found.path).bench()
     if json:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from frobs_cli.options import CheckpointName, Randomized
-from frobs_cli.output import console, print_line
+from frobs_cli.output import print_line, working
 from frobs_core.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
 from frobs_train.cli.opened import (
     ModelAlgorithm,
@@ -67,6 +67,13 @@ def play(
             flag = " --pretrained" if pretrained else " --expert" if expert else ""
             raise RunError(f"{error} To record a video instead: frobs play {run}{flag} --video FILE") from error
         return
-    with console(stderr=True).status(f"recording {episodes} episodes"):
-        path = record_video(opened, video, episodes=episodes, randomized=randomized, checkpoint=checkpoint)
+    with working("recording") as show:
+        path = record_video(
+            opened,
+            video,
+            episodes=episodes,
+            randomized=randomized,
+            checkpoint=checkpoint,
+            on_progress=lambda frames: show(f"recording: {frames:,} frames"),
+        )
     print_line(str(path))

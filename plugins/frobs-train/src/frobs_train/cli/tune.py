@@ -12,7 +12,7 @@ import typer
 from frobs_cli.facts import print_facts, text
 from frobs_cli.formats import duration
 from frobs_cli.options import Algorithm, Base, Controller, EnvId, Json, NumEnvs, Robot, Simulator, Tcp
-from frobs_cli.output import console, only_json, print_json, print_note, print_table
+from frobs_cli.output import console, only_json, print_json, print_note, print_table, working
 from frobs_train.cli.compare import Metric
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
@@ -186,15 +186,15 @@ def tune(
 
 def _watched(search: Search, runner: Runner) -> StudyResult:
     """Search, and write a line to stderr for each trial; show a status in a terminal."""
-    with console(stderr=True).status("preparing") as status:
+    with working("preparing") as show:
 
         def on_progress(number: int, index: int, progress: Progress) -> None:
             seed = f", seed {index + 1} of {search.seeds}" if search.seeds > 1 else ""
-            status.update(f"trial {number}{seed}: {progress.steps:,}/{progress.total_steps:,} steps")
+            show(f"trial {number}{seed}: {progress.steps:,}/{progress.total_steps:,} steps")
 
         def on_trial(found: StudyResult, trial: TrialResult) -> None:
             print_note(_line(found, trial))
-            status.update("choosing settings")
+            show("choosing settings")
 
         return runner.tune(search, on_trial, on_progress)
 

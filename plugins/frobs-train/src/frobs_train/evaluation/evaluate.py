@@ -6,7 +6,7 @@ import hashlib
 import json
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -81,6 +81,7 @@ def evaluate(
     num_envs: int | None = None,
     deterministic: bool = True,
     checkpoint: str | int = "newest",
+    on_progress: Callable[[int], object] | None = None,
 ) -> Evaluation:
     """Evaluate a checkpoint, and write the result to the run's ``evaluations/``.
 
@@ -96,6 +97,7 @@ def evaluate(
         num_envs: Number of environments that are stepped together, ≥ 1; None: chosen automatically.
         deterministic: Whether to use the policy's deterministic actions instead of sampling.
         checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
+        on_progress: Called after each step with the number of finished episodes.
 
     Raises:
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
@@ -115,7 +117,7 @@ def evaluate(
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
         policy, steps = acting_policy(run, env, checkpoint)
-        counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic)
+        counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic, on_progress)
     finally:
         env.close()
     successes = counter.successes

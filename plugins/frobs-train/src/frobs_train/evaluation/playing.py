@@ -28,11 +28,17 @@ class OctantResult:
 
 
 def play_episodes(
-    env: gym.vector.VectorEnv[Any, Any, Any], policy: Algorithm, episodes: int, seed: int, deterministic: bool = True
+    env: gym.vector.VectorEnv[Any, Any, Any],
+    policy: Algorithm,
+    episodes: int,
+    seed: int,
+    deterministic: bool = True,
+    on_progress: Callable[[int], object] | None = None,
 ) -> EpisodeCounter:
     """Play an exact number of episodes in an environment with same-step autoreset.
 
     The number of episodes of each environment is fixed beforehand, so that short episodes are not overrepresented.
+    ``on_progress`` is called after each step with the number of finished episodes.
     """
     counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
     recorder = EpisodeRecorder(env, counter.add)
@@ -45,6 +51,8 @@ def play_episodes(
         observation, _, terminated, truncated, _ = recorder.step(action)
         episode_start = terminated | truncated
         counter.after_step()
+        if on_progress is not None:
+            on_progress(len(counter.rewards))
     return counter
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ def record_video(
     episodes: int = 3,
     randomized: bool = False,
     checkpoint: str | int = "newest",
+    on_progress: Callable[[int], object] | None = None,
 ) -> Path:
     """Record a checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
 
@@ -39,6 +40,7 @@ def record_video(
         episodes: Number of episodes, ≥ 1. They use the run's evaluation seed.
         randomized: Use the randomization of the training run; otherwise the nominal model.
         checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
+        on_progress: Called after each frame with the number of frames.
 
     Returns:
         The path of the file.
@@ -82,8 +84,10 @@ def record_video(
             )
             writer.send(None)
             try:
-                for frame in chain([first], frames):
+                for count, frame in enumerate(chain([first], frames), 1):
                     writer.send(np.ascontiguousarray(frame))
+                    if on_progress is not None:
+                        on_progress(count)
             finally:
                 writer.close()
 
