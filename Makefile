@@ -1,17 +1,20 @@
-# The single door: `make` lists what is behind it. Every target makes the virtual environment that it needs.
+# `make` lists the targets. Every target makes the virtual environment that it needs.
 
 VENV = .venv
 ID = frobs/Irb120Reach-v0
 SEED = 0
-CONTROLLER =
+CONTROLLER = $(if $(filter $(ID),frobs/Irb120Reach-v0),tcp_delta_position)
 PYTEST_ARGS =
 WHEELS_ARGS =
 BENCHMARKS = measure tasks neighbours
 
 BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
+LIGHT := cli train[plots,video] deploy sim-mujoco controllers grippers algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
 PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
-PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input
+# Python compiles what is imported; to compile all of it would double the time of an installation.
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input install --no-compile --constraint constraints.txt
+TICK = (while sleep 5 && kill -0 $$$$ 2>/dev/null; do echo "  still installing: $$(du -sm $(VENV) | cut -f 1) MB"; done) & trap "kill $$!" EXIT;
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 # Without bytecode, each of the many processes that tests start compiles FRobs again.
@@ -27,11 +30,11 @@ help: ## list the targets
 	@echo
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)$$/  make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | awk -F'|' '{printf "%-18s %s\n", $$1, $$2}'
 	@echo
-	@echo "variables: SEED=$(SEED)  CONTROLLER=tcp_delta_position  ID=$(ID)  PYTHON=python3.11  VENV=$(VENV)"
+	@echo "variables: SEED=$(SEED)  CONTROLLER=joint_delta_position  ID=$(ID)  PYTHON=python3.11  VENV=$(VENV)"
 
 install: $(VENV)/.installed ## the virtual environment with every distribution of this repository, editable
 
-demo: install ## train an arm to reach, evaluate it on 1,000 new goals, draw the curve, make a video (SEED= CONTROLLER= ID=)
+demo: $(VENV)/.installed-demo ## train an arm to reach, evaluate it on 1,000 new goals, draw the curve, make a video (SEED= CONTROLLER= ID=)
 	@FROBS="$(BIN)/frobs" ID="$(ID)" SEED="$(SEED)" CONTROLLER="$(CONTROLLER)" sh docs/demo.sh
 
 test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
@@ -51,13 +54,13 @@ docs: $(VENV)/.installed-dev ## the documentation, as site/index.html; a broken 
 wheels: $(VENV)/.installed-dev ## build all wheels and sdists in dist/, check them, try them on each Python that is here (≤ 25 minutes; WHEELS_ARGS=--build-only)
 	@$(BIN)/python .ci/wheels.py $(WHEELS_ARGS)
 
-benchmark: $(VENV)/.installed ## measure speed, tasks and neighbours anew, for docs/explanation; wants an idle machine (hours; BENCHMARKS=tasks)
+benchmark: $(VENV)/.installed ## measure speed, tasks and neighbors again for docs/explanation; requires an idle machine (hours; BENCHMARKS=tasks)
 	@for name in $(BENCHMARKS); do $(BIN)/python tests/benchmarks/$$name.py || exit 1; done
 
 soak: $(VENV)/.installed ## check memory, file descriptors and contacts over millions of steps (≤ 2 hours)
 	@$(BIN)/python tests/benchmarks/soak.py
 
-clean: ## remove what the other targets made; runs and demo/ stay
+clean: ## remove the files that the other targets made, except runs and demo/
 	rm -rf $(VENV) site build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -77,13 +80,18 @@ $(BIN)/python:
 	$$python -m venv $(VENV)
 
 # The stamps are renewed when a distribution or a pinned version changes.
+$(VENV)/.installed-demo: $(BIN)/python $(PROJECTS)
+	@echo "Installing the parts of FRobs that the demo needs into $(VENV) (a minute, or longer if PyTorch must be downloaded)."
+	@$(TICK) $(PIP) --editable . $(foreach name,$(LIGHT),--editable './plugins/frobs-$(name)')
+	@touch $@
+
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
-	@$(PIP) install --constraint constraints.txt --editable . $(PLUGINS:%=--editable ./%)
+	@$(TICK) $(PIP) --editable . $(PLUGINS:%=--editable ./%)
 	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
-	@touch $@
+	@touch $(VENV)/.installed-demo $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt
 	@echo "Installing what tests, checks and documentation need."
-	@$(PIP) install --constraint constraints.txt --requirement requirements-dev.txt
+	@$(TICK) $(PIP) --requirement requirements-dev.txt
 	@touch $@

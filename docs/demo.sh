@@ -1,6 +1,6 @@
 #!/bin/sh
-# What `make demo` does once FRobs is installed: train, evaluate, draw the curve, make a video, sum up.
-# Takes FROBS (the command), ID, SEED and CONTROLLER (may be empty) from the environment.
+# The steps of `make demo` after the installation: train, evaluate, draw the curve, make a video, print a summary.
+# Reads FROBS (the command), ID, SEED and CONTROLLER (may be empty) from the environment.
 set -eu
 
 name=$(basename "$ID" | tr '[:upper:]' '[:lower:]')${CONTROLLER:+-$CONTROLLER}-seed$SEED
@@ -11,13 +11,13 @@ while [ -e "$run" ]; do # an earlier demo stays as it is
   number=$((number + 1))
 done
 
-echo "1/4  Training on $ID; everything goes to $run."
+echo "1/4  Training on $ID; all files go to $run."
 "$FROBS" train "$ID" --seed "$SEED" --run-dir "$run" ${CONTROLLER:+--controller "$CONTROLLER"}
-echo "2/4  Evaluating on 1,000 goals that training never saw."
+echo "2/4  Evaluating on 1,000 new goals."
 "$FROBS" evaluate "$run" --episodes 1000
 echo "3/4  Drawing the learning curve."
 "$FROBS" plot "$run"
 echo "4/4  Making a video."
-"$FROBS" play "$run" --video "$run/video.mp4" || echo "The video was left out; everything else is there."
+"$FROBS" play "$run" --video "$run/video.mp4" --episodes 2 || echo "No video was made; everything else is complete."
 echo
 "$FROBS" show "$run"
