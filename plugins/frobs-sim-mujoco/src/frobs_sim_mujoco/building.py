@@ -16,7 +16,14 @@ from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
 from frobs_sim_mujoco.meshes import Meshes
 from frobs_sim_mujoco.options import Options
 from frobs_sim_mujoco.overlaps import overlaps_at_home
-from frobs_sim_mujoco.scenery import add_attachment, add_body, add_camera, add_floor, light_up
+from frobs_sim_mujoco.scenery import (
+    add_attachment,
+    add_body,
+    add_camera,
+    add_floor,
+    light_up,
+    show_far,
+)
 from frobs_sim_mujoco.wrenches import add_force_torque_sensors
 
 
@@ -83,16 +90,18 @@ def build_model(
         add_camera(spec, name, camera)
     for name, contact in scene.contacts.items():
         add_contact(spec, name, contact, robots, scene)
-    model = _compile(spec, robots)
+    model = _compile(spec, scene, robots)
     pairs = [] if overlaps else overlaps_at_home(model, robots)
     for first, second in pairs:
         spec.add_exclude(bodyname1=first, bodyname2=second)
-    return _compile(spec, robots) if pairs else model
+    return _compile(spec, scene, robots) if pairs else model
 
 
-def _compile(spec: mujoco.MjSpec, robots: Mapping[str, Placement]) -> mujoco.MjModel:
+def _compile(spec: mujoco.MjSpec, scene: Scene, robots: Mapping[str, Placement]) -> mujoco.MjModel:
     try:
-        return spec.compile()
+        model = spec.compile()
     except ValueError as error:
         paths = ", ".join(str(placement.model.path) for placement in robots.values())
         raise ModelFileError(paths, f"MuJoCo rejects the model: {' '.join(str(error).split())}") from error
+    show_far(model, scene)
+    return model

@@ -42,6 +42,11 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
 
 
+def show_far(model: mujoco.MjModel, scene: Scene) -> None:
+    """Let distant cameras see the floor: by default, the farthest distance follows from the size of the bodies."""
+    model.vis.map.zfar = max(model.vis.map.zfar, 3.0 * scene.span / model.stat.extent)
+
+
 def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Add an infinite checkered plane at z = 0."""
     repeat = 4.0 if scene.span < _FAR else 0.5  # of two by two squares per meter
