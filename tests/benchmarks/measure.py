@@ -157,7 +157,7 @@ def report(
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Measured",
+        "# Benchmarks: speed",
         "",
         f"By `make benchmark` on {steps[0]['machine']}, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}.",
         "",

@@ -396,7 +396,7 @@ def report(
     late = success[TOPICS]["late"]
     spent = sum(processor.values())
     lines = [
-        "# ROS and Gazebo, measured",
+        "# Benchmarks: ROS and Gazebo",
         "",
         f"By `tests/benchmarks/ros.py`, {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. "
         f"{load:.1f} other processes wanted a processor when it began; times are of an idle machine where that is near 0.",

@@ -299,7 +299,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     targets, logs = _yaml(TARGETS), _yaml(LOGS)
     machines = sorted({row["machine"] for found in rows.values() for row in found})
     lines = [
-        "# The tasks, measured",
+        "# Benchmarks: tasks",
         "",
         f"By `tests/benchmarks/tasks.py`, {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed is "
         "`frobs train ID --algorithm NAME --seed S` with what is tuned for the ID, and then `frobs evaluate`: the "

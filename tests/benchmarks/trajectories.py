@@ -157,7 +157,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Planned motions, measured",
+        "# Benchmarks: planned motions",
         "",
         f"By `tests/benchmarks/trajectories.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: an "
         f"IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf and above the floor, sent by the controller "

@@ -71,7 +71,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Transfer, measured",
+        "# Benchmarks: transfer to another simulator",
         "",
         f"By `tests/benchmarks/transfer.py`, {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}: PPO on "
         f"`{ID}`, trained on one simulator and evaluated on each, unchanged, on {episodes:,} new goals (5 cm, held at the "
