@@ -31,11 +31,8 @@ DURATION, PAUSE = 80, 900  # of a frame, and of the last one [ms]
 SEEDS = 30  # that are tried until the episodes succeed
 PARTS = {"frobs/Reach-v0": {"robot": "panda_arm"}, "frobs/Navigate-v0": {"robot": "kobuki", "floor_plan": "maze"}}
 """Parts of the IDs that leave them open."""
-SHOWN = (
-    ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze-v0", "frobs/Ur5OpenDrawer-v0"),
-    ("frobs/Ur5Reach-v0", "frobs/PandaPegInsertion-v0", "frobs/KobukiDynamic-v0", "frobs/Ur5OpenDoor-v0"),
-)
-"""Rows of the README's animation."""
+SHOWN = ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze-v0", "frobs/Ur5OpenDoor-v0")
+"""IDs of the README's animation, from left to right."""
 
 
 def draw(env_id: str) -> None:
@@ -97,12 +94,11 @@ def write(frames: Sequence[Image.Image], name: str, folder: Path = GALLERY) -> N
 
 def draw_together() -> None:
     """Write the animation of the README from those of the gallery."""
-    frames = [Image.new("RGB", (len(SHOWN[0]) * SIZE[0], len(SHOWN) * SIZE[1])) for _ in range(FRAMES)]
-    for y, row in enumerate(SHOWN):
-        for x, env_id in enumerate(row):
-            tile = Image.open(GALLERY / f"{slug(env_id)}.webp")
-            for frame, moment in zip(frames, ImageSequence.Iterator(tile), strict=True):
-                frame.paste(moment, (x * SIZE[0], y * SIZE[1]))
+    frames = [Image.new("RGB", (len(SHOWN) * SIZE[0], SIZE[1])) for _ in range(FRAMES)]
+    for column, env_id in enumerate(SHOWN):
+        tile = Image.open(GALLERY / f"{slug(env_id)}.webp")
+        for frame, moment in zip(frames, ImageSequence.Iterator(tile), strict=True):
+            frame.paste(moment, (column * SIZE[0], 0))
     write(frames, "robots", IMAGES)
 
 
