@@ -35,7 +35,7 @@ def page(certificate: Certificate) -> str:
         lines.append(line)
     head, *rest = lines
     note = "Written by `docs/certificate.py`, which `frobs parity` would do too; what it means is [here](parity.md)."
-    text = "\n".join([head.replace("Parity of", "A certificate:"), "", note, *rest])
+    text = "\n".join([head.replace("Parity of", "Benchmarks: parity certificate of"), "", note, *rest])
     while "\n\n\n" in text:
         text = text.replace("\n\n\n", "\n\n")
     return text + "\n"

@@ -1,54 +1,108 @@
-"""Draw the pictures of the README anew: ``python docs/pictures.py RUN`` with a run of frobs/Irb120Reach-v0.
+"""Draw the animations of the README and of the gallery: ``python docs/pictures.py [ID …]``; without an ID, all of them.
 
-Writes an episode in three moments, the learning curve of the run, and the maze to ``docs/images``.
+Each ID with a trained policy or a scripted expert gets an animation of successful episodes, and every ID gets a still.
+They are written to ``docs/images/gallery``. ``docs/images/robots.webp`` shows several of them together.
 """
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-import gymnasium as gym
-import imageio.v3 as iio
 import numpy as np
+from generate.environments import slug
+from PIL import Image, ImageSequence
 
-from frobs_train import Run, plot_runs
-from frobs_train.runs.policy import load_policy
+from frobs_core import registry
+from frobs_core.errors import RunError
+from frobs_train import ExpertRun, Run, open_pretrained
+from frobs_train.environments import make_env
+from frobs_train.evaluation.video import add_batch
+from frobs_train.runs.policy import acting_policy
 
 IMAGES = Path(__file__).parent / "images"
-SIZE = (900, 900)  # (height, width) that is drawn [pixels]
-CROP = (slice(150, 750), slice(190, 710))  # what is shown of it: the arm
-MOMENTS = (0, 6, 50)  # control steps
-START = {"goal": [0.3, 0.24, 0.42], "joint_positions": [-1.3, 0.1, 0.2, 0.0, 0.6, 0.0]}
-GAP = 8  # [pixels]
+GALLERY = IMAGES / "gallery"
+DRAWN = (540, 720)  # (height, width) of a rendered image [pixels]
+SIZE = (320, 240)  # (width, height) of an animation [pixels]
+ARM = (100, 20, 660, 440)  # part of the image that shows an arm: (left, upper, right, lower) [pixels]
+FRAMES = 36
+STATES = 30  # minimum number of states in an animation; short episodes are repeated
+DURATION, PAUSE = 80, 900  # of a frame, and of the last one [ms]
+SEEDS = 30  # that are tried until the episodes succeed
+PARTS = {"frobs/Reach-v0": {"robot": "panda_arm"}, "frobs/Navigate-v0": {"robot": "kobuki", "floor_plan": "maze"}}
+"""Parts of the IDs that leave them open."""
+SHOWN = ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze-v0", "frobs/Ur5OpenDoor-v0")
+"""IDs of the README's animation, from left to right."""
 
 
-def draw_episode(run: Run) -> np.ndarray:
-    """Return three moments of an episode side by side, (height, width, 3) uint8."""
-    env = gym.make(run.config.environment, **run.config.environment_kwargs, render_mode="rgb_array", render_size=SIZE)
-    policy, _ = load_policy(run, env.observation_space, env.action_space)
-    observation, _ = env.reset(seed=0, options=START)
-    moments = []
-    for step in range(max(MOMENTS) + 1):
-        if step in MOMENTS:
-            moments += [env.render()[CROP], np.full((600, GAP, 3), 255, np.uint8)]
-        if step < max(MOMENTS):
-            action, _ = policy.predict(observation[None])
-            observation, *_, info = env.step(action[0])
+def draw(env_id: str) -> None:
+    """Write the still of an ID, and its animation if a policy or an expert solves its task."""
+    task, record = registry.environments()[env_id]
+    run: Run = open_pretrained(env_id) if record.pretrained else ExpertRun(env_id)
+    keywords = {**run.config.keywords(), **PARTS.get(env_id, {}), "render_size": DRAWN}
+    env = make_env(run.config.environment, keywords, render_mode="rgb_array", wrappers=run.config.wrappers)
+    box = ARM if task.name.startswith("reach") else None
+
+    def picture(frame: np.ndarray) -> Image.Image:
+        return Image.fromarray(frame).resize(SIZE, Image.Resampling.LANCZOS, box)
+
+    try:
+        policy, _ = acting_policy(run, env)
+    except RunError:  # without a policy and without an expert
+        env.reset(seed=SEEDS)
+        write([picture(env.render())], slug(env_id))
+        return
+    states = successful_states(env, policy)
+    write([picture(states[int(i)]) for i in np.linspace(0, len(states) - 1, FRAMES)], slug(env_id))
     env.close()
-    assert info["is_success"], "this run does not hold the goal; take a better one"
-    return np.concatenate(moments[:-1], axis=1)
 
 
-def draw_maze() -> np.ndarray:
-    """Return the maze at the beginning of an episode, (height, width, 3) uint8."""
-    env = gym.make("frobs_core:frobs/KobukiMaze-v0", render_mode="rgb_array", render_size=(600, 800))
-    env.reset(seed=3)
-    picture: np.ndarray = env.render()[70:530]
-    env.close()
-    return picture
+def successful_states(env: Any, policy: Any) -> list[np.ndarray]:
+    """Return images of all states of episodes that succeed."""
+    states: list[np.ndarray] = []
+    for seed in range(SEEDS):
+        observation, _ = env.reset(seed=seed)
+        episode, memory, done = [env.render()], None, False
+        while not done:
+            action, memory = policy.predict(add_batch(observation), memory, np.array([len(episode) == 1]))
+            observation, _, terminated, truncated, info = env.step(action[0])
+            episode.append(env.render())
+            done = terminated or truncated
+        if info["is_success"]:
+            states += episode
+        if len(states) >= STATES:
+            return states
+    raise RuntimeError(f"{env.spec.id}: too few of {SEEDS} episodes succeed.")
+
+
+def write(frames: Sequence[Image.Image], name: str, folder: Path = GALLERY) -> None:
+    """Write a frame as a still, and if there are several, all of them as an animation."""
+    folder.mkdir(parents=True, exist_ok=True)
+    frames[len(frames) // 3].save(folder / f"{name}-still.webp", quality=70, method=6)
+    if len(frames) > 1:
+        durations = [DURATION] * (len(frames) - 1) + [PAUSE]
+        frames[0].save(
+            folder / f"{name}.webp",
+            save_all=True,
+            append_images=frames[1:],
+            duration=durations,
+            loop=0,
+            quality=50,
+            method=6,
+        )
+
+
+def draw_together() -> None:
+    """Write the animation of the README from those of the gallery."""
+    frames = [Image.new("RGB", (len(SHOWN) * SIZE[0], SIZE[1])) for _ in range(FRAMES)]
+    for column, env_id in enumerate(SHOWN):
+        tile = Image.open(GALLERY / f"{slug(env_id)}.webp")
+        for frame, moment in zip(frames, ImageSequence.Iterator(tile), strict=True):
+            frame.paste(moment, (column * SIZE[0], 0))
+    write(frames, "robots", IMAGES)
 
 
 if __name__ == "__main__":
-    opened = Run.open(sys.argv[1])
-    iio.imwrite(IMAGES / "reach.png", draw_episode(opened))
-    plot_runs([opened], IMAGES / "learning_curve.png")
-    iio.imwrite(IMAGES / "maze.png", draw_maze())
+    for each in sys.argv[1:] or registry.environments():
+        draw(each)
+    draw_together()

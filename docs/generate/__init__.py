@@ -13,6 +13,7 @@ from generate import (
     distributions,
     environments,
     errors,
+    gallery,
     hooks,
     plugins,
     ros,
@@ -39,6 +40,7 @@ PAGES = {
 
 INSERTS = {
     "architecture.svg": architecture.figure,
+    "gallery.inc": gallery.fragment,
     "step-files.inc": step_files.fragment,
     "unsupported-abilities.inc": capabilities.unsupported,
 }

@@ -17,7 +17,7 @@ _KINDS = {
     "frobs-controllers": "controllers",
     "frobs-algos-": "algorithms",
 }
-"""Distributions that share a box, by the beginning of their names, if their imports are the same."""
+"""Plugins of a kind, by the beginning of their names."""
 
 _COLUMNS = {
     "frobs-deploy": 0,
@@ -33,6 +33,7 @@ _COLUMNS = {
     "controllers": 6,
     "frobs-rl-compat": 6,
     "algorithms": 7,
+    "frobs-algos-sbx": 7,
 }
 """Column of each box; boxes that are not listed share a further one. The rows follow from the imports."""
 
@@ -105,18 +106,19 @@ def figure() -> str:
 
 
 def _boxes(imports: dict[str, set[str]]) -> list[Box]:
-    """Return the boxes: the plugins of a kind share one if they import the core alone."""
+    """Return the boxes: the plugins of a kind share one if they import the core alone, and the others another one."""
     groups = defaultdict(list)
     for name, lower in imports.items():
-        kind = next(
-            (kind for start, kind in _KINDS.items() if name.startswith(start) and lower == {"frobs-core"}), name
-        )
-        groups[kind].append(name)
+        kind = next((kind for start, kind in _KINDS.items() if name.startswith(start)), "")
+        title = kind if lower == {"frobs-core"} else f"more {kind}"
+        groups[title if kind else name].append(name)
     free = max(_COLUMNS.values()) + 1
-    return [
-        Box(name, tuple(members), _layer(members[0], imports), _COLUMNS.get(name, free), _SPANS.get(name, 1))
-        for name, members in groups.items()
-    ]
+    boxes = []
+    for title, members in groups.items():
+        name = members[0] if len(members) == 1 and title not in _KINDS.values() else title
+        column, span = _COLUMNS.get(name, free), _SPANS.get(name, 1)
+        boxes.append(Box(name, tuple(members), _layer(members[0], imports), column, span))
+    return boxes
 
 
 def _layer(name: str, imports: dict[str, set[str]]) -> int:

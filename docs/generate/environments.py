@@ -41,7 +41,7 @@ def page() -> str:
         "``reward_type=``, ``render_mode=`` and the parameters of their task as keywords. ``frobs show ID`` prints "
         "the same facts, and ``frobs play ID --pretrained`` shows the trained policy that comes with an ID.\n\n"
     )
-    text += table(["ID", "what it is", "robot", "task", "trained policy"], rows)
+    text += table(["ID", "what it is", "robot", "task", "trained policy"], rows, widths="34 30 12 14 10")
     text += (
         "Any other combination is ``frobs_core:frobs/Env-v0``, which is told all of its parts, here with a limit of 100 "
         "control steps:\n\n"

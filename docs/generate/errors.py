@@ -1,5 +1,6 @@
 """The page of the errors."""
 
+import re
 from importlib import import_module
 
 from generate.rst import directive, heading, label, literal
@@ -44,6 +45,6 @@ def _tree(module: str) -> str:
     """Return the tree of classes that the module's docstring draws."""
     lines = (import_module(module).__doc__ or "").splitlines()
     drawn = [i for i, line in enumerate(lines) if "──" in line]
-    tree = lines[drawn[0] - 1 : drawn[-1] + 1]
+    tree = [re.sub(r":\w+:`([^`]+)`", r"\1", line) for line in lines[drawn[0] - 1 : drawn[-1] + 1]]
     margin = min(len(line) - len(line.lstrip()) for line in tree)
     return "\n".join(line[margin:] for line in tree)

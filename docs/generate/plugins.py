@@ -1,5 +1,6 @@
 """A section for each kind: what is installed, as ``frobs list`` and ``frobs show NAME`` say it."""
 
+from pathlib import Path
 from typing import get_args
 
 from pydantic import BaseModel
@@ -29,6 +30,8 @@ def page() -> str:
 
 def _section(kind, name, record) -> str:
     found = describe_record(kind, record)
+    if Path(found.get("model", "")).is_absolute():  # a file that this machine has assembled
+        found["model"] = Path(found["model"]).name
     text = label(f"{kind}-{name.replace('_', '-')}") + heading(name, "~")
     if "error" in found:
         text += f".. warning::\n\n   {escape(found['error'])}\n\n"

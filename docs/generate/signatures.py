@@ -75,5 +75,5 @@ def _written(parameter: inspect.Parameter) -> inspect.Parameter:
     if isinstance(annotation, str):
         annotation = _Source(annotation)
     if default is not empty:
-        default = _Source(object_description(default))
+        default = _Source("…" if inspect.isfunction(default) else object_description(default))
     return parameter.replace(annotation=annotation, default=default)

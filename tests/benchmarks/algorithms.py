@@ -69,7 +69,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
     machines = sorted({row["machine"] for found in rows.values() for row in found})
     commits = sorted({row["commit"] for found in rows.values() for row in found})
     lines = [
-        "# Algorithms, measured",
+        "# Benchmarks: algorithms",
         "",
         f"Measured by `tests/benchmarks/algorithms.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}, at commit "
         f"{', '.join(commits)}. Each run uses the settings that are tuned for the ID: `frobs train ID --algorithm NAME "

@@ -122,7 +122,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     """Return the page."""
     wanted = ", ".join(f"{share:.0%} with `{controller}`" for controller, share in WANTED.items())
     lines = [
-        "# Any arm, measured",
+        "# Benchmarks: any arm",
         "",
         f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO learned each arm from its URDF file alone, with "
         f"the settings for any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is the share of "

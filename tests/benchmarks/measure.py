@@ -157,7 +157,7 @@ def report(
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Measured",
+        "# Benchmarks: speed",
         "",
         f"Measured by `make benchmark` on {date.today():%d %B %Y}, on {steps[0]['machine']}, at commit {commit.strip() or 'unknown'}.",
         "",

@@ -139,7 +139,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     names = list(dict.fromkeys(row["name"] for row in rows))
     seeds = sorted({row["seed"] for row in rows})
     lines = [
-        "# Compared with a neighbor, measured",
+        "# Benchmarks: comparison with panda-gym",
         "",
         f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}, on {machine()}, at commit "
         f"{current_commit()}. The candidates took turns on the machine. The time is the training time, including compilation, "

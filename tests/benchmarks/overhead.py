@@ -131,7 +131,7 @@ def report(overheads: Sequence[Mapping[str, Any]], races: Sequence[Sequence[Mapp
         races: Results of :func:`race`: one row per way to collect, with one entry per seed.
     """
     lines = [
-        "# The speed of trainings, measured",
+        "# Benchmarks: overhead of training",
         "",
         f"Measured by `tests/benchmarks/overhead.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}.",
         "",

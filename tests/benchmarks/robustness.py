@@ -99,7 +99,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     seeds = sorted({row["seed"] for row in rows})
     lines = [
-        "# Robustness, measured",
+        "# Benchmarks: robustness",
         "",
         f"Measured by `tests/benchmarks/robustness.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO "
         f"was trained on `{ID}` with and without [randomization](../how-to/randomize.md) and evaluated on models with known "

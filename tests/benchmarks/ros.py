@@ -396,7 +396,7 @@ def report(
     late = success[TOPICS]["late"]
     spent = sum(processor.values())
     lines = [
-        "# ROS and Gazebo, measured",
+        "# Benchmarks: ROS and Gazebo",
         "",
         f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. At the "
         f"start, {load:.1f} other processes were using the processors; on an idle machine this number is near 0, and steps are "

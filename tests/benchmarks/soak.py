@@ -201,7 +201,7 @@ def manipulation_ids() -> list[str]:
 def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
     """Return the page."""
     lines = [
-        "# Memory and file descriptors, measured",
+        "# Benchmarks: memory and file descriptors",
         "",
         f"Measured on {date.today():%d %B %Y} by `make soak` on {machine()}, at commit {current_commit()}. "
         f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, without the "

@@ -299,7 +299,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     targets, logs = _yaml(TARGETS), _yaml(LOGS)
     machines = sorted({row["machine"] for found in rows.values() for row in found})
     lines = [
-        "# The tasks, measured",
+        "# Benchmarks: tasks",
         "",
         f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed was trained with "
         "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "

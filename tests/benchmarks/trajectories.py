@@ -157,7 +157,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Planned motions, measured",
+        "# Benchmarks: planned motions",
         "",
         f"Measured by `tests/benchmarks/trajectories.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. The "
         f"controller `trajectory`, with default settings, moves an IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf "

@@ -71,7 +71,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     """Return the page."""
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
-        "# Transfer, measured",
+        "# Benchmarks: transfer to another simulator",
         "",
         f"Measured by `tests/benchmarks/transfer.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO was "
         f"trained on `{ID}` on one simulator, and the policy was evaluated on each simulator without changes. Success is the "

@@ -1,4 +1,4 @@
-"""The words of the repository about itself: links, install lines, pinned versions, the table of parts."""
+"""The words of the repository about itself: links, install lines, pinned versions."""
 
 from __future__ import annotations
 
@@ -10,11 +10,8 @@ from pathlib import Path
 import pytest
 from pages import DOCS, PAGES, ROOT, name
 
-from frobs_core import plugins
-from frobs_core.specs import KINDS
-
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-README = (ROOT / "README.md").read_text("utf-8")
+INSTALL = (DOCS / "how-to" / "install.md").read_text("utf-8")
 DISTRIBUTIONS = sorted(path.parent for path in ROOT.glob("plugins/*/pyproject.toml"))
 
 
@@ -38,18 +35,21 @@ def test_the_readme_of_a_distribution_explains_it(folder: Path) -> None:
 
 @pytest.mark.parametrize("folder", DISTRIBUTIONS, ids=lambda path: path.name)
 def test_the_install_lines_name_every_distribution(folder: Path) -> None:
-    assert f"-e plugins/{folder.name}" in README.replace("'", "")  # quotes hold extras together
-    assert f"`{folder.name}`" in (DOCS / "how-to" / "install.md").read_text("utf-8")
+    assert f"-e plugins/{folder.name}" in INSTALL.replace("'", "")  # quotes hold extras together
+    assert f"`{folder.name}`" in INSTALL
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_readme_names_every_built_in_part(kind: str) -> None:
-    row = next(line for line in README.splitlines() if line.startswith(f"| {kind} |"))
-    ours = {path.name for path in DISTRIBUTIONS}
-    built_in = [
-        r.name for report in plugins.reports() if report.distribution in ours for r in report.records.get(kind, ())
+def test_the_readme_quotes_the_measurements_that_it_links_to() -> None:
+    rows = [line for line in (ROOT / "README.md").read_text("utf-8").splitlines() if line.startswith("| ")]
+    quotes = [quote for row in rows for quote in re.findall(r"\[([^]]+)\]\(([^)]+)\)", row)]
+    assert len(quotes) >= 10
+    stale = [
+        (number, page)
+        for text, page in quotes
+        for number in re.findall(r"\b\d[\d.]*%?", text)
+        if not re.search(rf"(?<![\d.,]){re.escape(number)}", (ROOT / page).read_text("utf-8"))
     ]
-    assert [part for part in built_in if f"`{part}`" not in row] == []
+    assert stale == []
 
 
 def test_the_readme_of_the_tests_describes_every_folder() -> None:

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import zlib
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -112,6 +113,15 @@ def test_links_and_anchors_within_the_site_resolve(site_pages: dict[Path, Page])
 
 def test_the_search_has_an_index(site: Path) -> None:
     assert "irb120reach" in (site / "searchindex.js").read_text("utf-8")
+
+
+def test_generated_pages_show_no_markup_and_no_path_of_the_machine(site: Path) -> None:
+    leak = re.compile(rf"\.cache/|{Path.home()}/|{ROOT}|(?<!`)``(?!`)|(?<!\w):\w+:`| at 0x[0-9a-f]+")
+    found = []
+    for path in sorted((site / "reference" / "generated").rglob("*.html")):
+        text = unescape(re.sub(r"<[^>]+>", "", path.read_text("utf-8").partition("<article")[2]))
+        found += [(path.name, text[max(match.start() - 40, 0) : match.end() + 40]) for match in leak.finditer(text)]
+    assert found == []
 
 
 def test_hooks_records_and_errors_are_in_the_reference(inventory: set[str]) -> None:

@@ -10,6 +10,8 @@ from typing import Any
 from frobs_core.keywords import constructor_parameters
 
 _SECTIONS = ("Args:", "Attributes:")
+_MARKUP = re.compile(r"(?::[\w:]+:)?`{1,2}~?([^`]*)`{1,2}")
+"""Code and roles of reStructuredText, with the text that is shown."""
 _ENTRY = re.compile(r"^(\w+)(?:\s*\([^)]*\))?:\s*(.*)$")
 
 
@@ -44,7 +46,7 @@ def _entries(document: str) -> Iterator[tuple[str, str]]:
     for line in [*document.splitlines(), ""]:
         entry = _ENTRY.match(line.strip()) if inside and _indent(line) == 4 else None
         if name and (entry or not line.strip() or _indent(line) <= 4):
-            yield name, text.replace("``", "")
+            yield name, _MARKUP.sub(r"\1", text)
             name = ""
         if entry:
             name, text = entry[1], entry[2]

@@ -28,7 +28,7 @@ class NavigateLegacy(Navigate):
     the observed waypoint; those of FRobs_RL lagged one step behind after a waypoint.
 
     Reward: at a waypoint ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other
-    steps −``multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
+    steps ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
     ``not_reached_midway_reward`` · remaining waypoints; additionally ``step_reward``, and ``collision_reward`` where
     the lidar's smallest range is below ``collision_distance_threshold``. b is the absolute bearing [rad].
 

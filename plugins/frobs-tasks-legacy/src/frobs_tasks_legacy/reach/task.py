@@ -31,7 +31,7 @@ class ReachLegacy(Reach):
     Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if the distance is zero (FRobs_RL: NaN);
     goal [m]; joint positions [rad].
 
-    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` · distance
+    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else ``−multiplier_dist_reward`` · distance
     + ``step_reward``; additionally ``joint_limits_reward`` if a joint is within 1e-4 rad of a limit or beyond it.
 
     An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).

@@ -24,8 +24,8 @@ class ReachLegacyVelocity(ReachLegacy):
       rad before it.
     - The steps of FRobs_RL had no fixed duration; here the control timestep is 0.1 s.
     - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
-    - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else −``multiplier_dist_reward`` ·
-      distance; additionally −``joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit or
+    - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else ``−multiplier_dist_reward`` ·
+      distance; additionally ``−joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit or
       beyond it. ``step_reward`` is not used.
     """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.plugins import get_record
@@ -14,10 +14,6 @@ from frobs_core.yaml import find_origin
 
 OWNER = "the run configuration"
 """Name of the configuration in errors."""
-
-
-def _or_nothing(value: Any) -> Any:
-    return {} if value is None else value
 
 
 class ThreadsConfig(BaseModel):
@@ -114,10 +110,15 @@ class RunConfig(BaseModel):
     evaluate_every: Annotated[int, Field(ge=1)] | None = None
     evaluation_episodes: Annotated[int, Field(ge=1)] = 100
     stop_at_success: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
-    threads: Annotated[ThreadsConfig, BeforeValidator(_or_nothing)] = ThreadsConfig()
+    threads: ThreadsConfig = ThreadsConfig()
     wrappers: list[ComponentConfig] = []
     callbacks: list[ComponentConfig] = []
     log: list[Literal["wandb", "mlflow"]] = []
+
+    @field_validator("threads", mode="before")
+    @classmethod
+    def _accept_an_empty_section(cls, value: Any) -> Any:
+        return {} if value is None else value
 
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None
