@@ -21,7 +21,9 @@ def typed(page: Path) -> list[Block]:
 
 
 RUNNABLE = [page for page in PAGES if typed(page)]
-INSTALLING = [page for page in RUNNABLE if any("pip install" in block.text for block in typed(page))]
+INSTALLING = [
+    page for page in RUNNABLE if any("pip install" in block.text for block in typed(page) if block.language == "bash")
+]
 """Pages that install something, and so are run in an environment of their own."""
 
 EMPTY = [page for page in INSTALLING if any(block.attributes.get("venv") == "empty" for block in typed(page))]
