@@ -4,7 +4,8 @@
 function that takes an action and returns the next observation. Here, a simulated arm replaces it. You see what the
 exported file contains, and the distance between tool and goal after each tenth action.
 
-Requires: pip install frobs on the training machine, and pip install frobs-deploy on the robot's computer
+Requires: pip install frobs
+The robot's computer requires only: pip install frobs-deploy
 """
 
 import sys

@@ -26,3 +26,8 @@ class ReaderEnvironment(Sandbox):
         linked_pip.link(requirements, linked_pip.site_packages(folder), self.programs)
         command = f'exec "{sys.executable}" "{linked_pip.__file__}" "{folder}" "$@"'
         linked_pip.write_program(self.programs / "pip", command)
+
+    @property
+    def environ(self) -> dict[str, str]:
+        """Environment variables of the reader's terminal. Nothing is sent to Weights & Biases."""
+        return {**super().environ, "WANDB_MODE": "offline"}

@@ -18,12 +18,22 @@ from typing import Any
 
 from pages import Block, blocks
 
-SHORTER = {
-    "README.md": ("train(config, ", "train(config.model_copy(update={'steps': 20_000}), "),
-    "first-robot.md": ("--seed 0 --run-dir runs/first", "--seed 0 --run-dir runs/first --steps 20_000"),
-    "own-plugin.md": ("--seed 0 --run-dir runs/my_arm", "--seed 0 --run-dir runs/my_arm --steps 20_000"),
+SHORTER: dict[str, dict[str, str]] = {
+    "README.md": {"train(config, ": "train(config.model_copy(update={'steps': 20_000}), "},
+    "choose-parts.md": {
+        "simulator_kwargs.cone=elliptic": "simulator_kwargs.cone=elliptic --steps 2_048",
+        "--robot my_arm.urdf --tcp tool0": "--robot my_arm.urdf --tcp tool0 --steps 2_048",
+    },
+    "first-robot.md": {"--run-dir runs/first\n": "--run-dir runs/first --steps 20_000\n"},
+    "grippers.md": {"steps: 800_000": "steps: 2_048", "--episodes 1_000": "--episodes 10"},
+    "manipulation.md": {"--algorithm sac\n": "--algorithm sac --steps 500\n"},
+    "own-plugin.md": {"--run-dir runs/my_arm\n": "--run-dir runs/my_arm --steps 20_000\n"},
+    "paced-simulators.md": {"--episodes 100": "--episodes 1"},
+    "pixels.md": {"steps: 150_000": "steps: 1_024", "--episodes 1_000": "--episodes 4"},
+    "train.md": {"--log wandb": "--log wandb --steps 4_096"},
+    "write-an-algorithm.md": {"--num-threads 1": "--num-threads 1 --n-timesteps 2_048"},
 }
-"""Page, text, and what replaces it in tests: a shorter training. Other tests run these trainings to their end."""
+"""Page, text, and its replacement in tests: a shorter training. Other tests run most of these trainings to their end."""
 
 
 class Terminal:
@@ -53,7 +63,9 @@ class Terminal:
 
 def run(block: Block, terminal: Terminal, namespace: dict[str, Any]) -> None:
     """Run one block; its first error ends the program."""
-    text = block.text.replace(*SHORTER.get(block.page.name, ("", "")))
+    text = block.text
+    for long, short in SHORTER.get(block.page.name, {}).items():
+        text = text.replace(long, short)
     if block.language == "bash":
         try:
             terminal.type(text)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,7 +11,11 @@ from typing import Any
 import pytest
 from pages import PAGES, RUN, Block, blocks, name
 from reader_environment import ReaderEnvironment
+from run_blocks import SHORTER
 from sandbox import Sandbox
+
+FILES = Path(__file__).with_name("files")
+"""Files that pages assume a reader to have: models of robots, in the folder in which the reader works."""
 
 DRIVER = Path(__file__).with_name("run_blocks.py")
 
@@ -40,7 +45,7 @@ def pages(*, installing: bool) -> Iterator[Any]:
 
 
 def run(page: Path, environment: Sandbox, folder: Path) -> None:
-    folder.mkdir()
+    shutil.copytree(FILES, folder)
     environment.run("python", "-W", "error", DRIVER, page, *(["--draw"] if can_draw() else []), cwd=folder)
 
 
@@ -94,7 +99,9 @@ def test_readers_have_only_what_they_installed(package: str, shared: ReaderEnvir
 def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:
     page = next(page for page in INSTALLING if page.name == "own-plugin.md")
     text = page.read_text("utf-8")
-    lines = [line for block in typed(page) if block.language == "bash" for line in block.text.splitlines()]
+    end = text[: text.index("\n## ")].count("\n")
+    commands = [block for block in typed(page) if block.language == "bash" and block.line < end]
+    lines = [line for block in commands for line in block.text.splitlines()]
     assert [line.split()[0:2] for line in lines if line.startswith("frobs")] == [
         ["frobs", "new"],
         ["frobs", "train"],
@@ -102,6 +109,11 @@ def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:
     ]
     assert len(lines) == 5
     assert "five commands" in text
+
+
+def test_every_shorter_training_is_on_its_page() -> None:
+    texts = {page.name: page.read_text("utf-8") for page in PAGES}
+    assert [(page, text) for page, shorter in SHORTER.items() for text in shorter if text not in texts[page]] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

@@ -31,12 +31,12 @@ def docstring(script: Path) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
 def test_a_script_runs_with_the_packages_that_it_names(script: Path, tmp_path: Path) -> None:
-    line = re.search(r"^Requires: pip install ([^,]*?)(?: on .*)?$", docstring(script).split(", and ")[0], re.MULTILINE)
-    assert line, "the docstring must end with 'Requires: pip install …'"
+    line = re.search(r"^Requires: pip install (.+)$", docstring(script), re.MULTILINE)
+    assert line, "the docstring must have a line 'Requires: pip install …'"
     environment = ReaderEnvironment(tmp_path / "venv", *line[1].split())
     filters = [part for warning in WARNINGS for part in ("-W", warning)]
     done = environment.run("python", *filters, script, STEPS, cwd=tmp_path)
-    assert done.stdout.count("\n") >= 2
+    assert done.stdout
     assert not re.search(r"^failed", done.stdout, re.MULTILINE)
 
 
