@@ -2,7 +2,7 @@
 
 You see a progress bar, and then the success rate of the policy.
 
-Requires: pip install skrl frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
+Requires: pip install "skrl[torch]" frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
 """
 
 import sys

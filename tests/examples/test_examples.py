@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,7 @@ def docstring(script: Path) -> str:
 def test_a_script_runs_with_the_packages_that_it_names(script: Path, tmp_path: Path) -> None:
     line = re.search(r"^Requires: pip install (.+)$", docstring(script), re.MULTILINE)
     assert line, "the docstring must have a line 'Requires: pip install …'"
-    environment = ReaderEnvironment(tmp_path / "venv", *line[1].split())
+    environment = ReaderEnvironment(tmp_path / "venv", *shlex.split(line[1]))
     filters = [part for warning in WARNINGS for part in ("-W", warning)]
     done = environment.run("python", *filters, script, STEPS, cwd=tmp_path)
     assert done.stdout
