@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -115,7 +116,7 @@ def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(
     assert Path(sandbox.run("python", "-c", where, cwd=tmp_path).stdout).is_relative_to(sandbox.folder)
     told = json.loads(sandbox.run("frobs", "new", "pair", "my_arm", "--json", cwd=tmp_path).stdout)
     install, test, train, evaluate = told["next"]
-    sandbox.run(*install.replace("-e ", "").split(), cwd=tmp_path)
+    sandbox.run(*shlex.split(install.replace("-e ", "")), cwd=tmp_path)
     sandbox.run(*test.split(), cwd=tmp_path)
     made = f"import gymnasium; gymnasium.make('frobs_core:{told['environment_id']}').reset(seed=0)"
     sandbox.run("python", "-W", "error", "-c", made, cwd=tmp_path)

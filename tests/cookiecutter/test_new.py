@@ -37,7 +37,9 @@ def test_it_says_what_it_made_and_what_is_next(frobs: Frobs) -> None:
     assert facts["distributions"] == ["frobs-robots-my-arm", "frobs-tasks-my-arm"]
     assert facts["environment_id"] == "acme/MyArmReach-v0"
     assert len(facts["next"]) == 4
-    assert facts["next"][0] == "pip install -e my-arm/frobs-robots-my-arm -e my-arm/frobs-tasks-my-arm"
+    assert facts["next"][0] == (
+        "pip install -e 'my-arm/frobs-robots-my-arm[test]' -e 'my-arm/frobs-tasks-my-arm[test]'"
+    )
     assert all((Path("my-arm") / file).is_file() for file in facts["files"])
 
 

@@ -1,13 +1,14 @@
-"""Run the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--draw]``.
+"""Type the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--draw]``.
 
-Python blocks share one namespace, as in one session; bash blocks share the folder. A block with ``skip="why"`` is left
-out, one with ``needs="rendering"`` too unless ``--draw`` is given, and one with ``file="name"`` is written there. A page with
-a block ``venv="own"`` installs something: the tests run it in an environment of its own.
+All bash blocks are typed into one shell, so they share its folder and its variables. Python blocks share one namespace,
+and run in the folder of the shell. A block with ``skip="why"`` is left out, one with ``needs="rendering"`` too unless
+``--draw`` is given, and one with ``file="name"`` is written to that file.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import site
 import subprocess
 import sys
@@ -17,25 +18,61 @@ from typing import Any
 
 from pages import Block, blocks
 
-SHORTER = {
-    "README.md": ("train(config, ", "train(config.model_copy(update={'steps': 20_000}), "),
-    "first-robot.md": ("--seed 0 --run-dir runs/first", "--seed 0 --run-dir runs/first --steps 20_000"),
-    "own-plugin.md": ("--seed 0 --run-dir runs/my_arm", "--seed 0 --run-dir runs/my_arm --steps 20_000"),
+SHORTER: dict[str, dict[str, str]] = {
+    "README.md": {"train(config, ": "train(config.model_copy(update={'steps': 20_000}), "},
+    "choose-parts.md": {
+        "simulator_kwargs.cone=elliptic": "simulator_kwargs.cone=elliptic --steps 2_048",
+        "--robot my_arm.urdf --tcp tool0": "--robot my_arm.urdf --tcp tool0 --steps 2_048",
+    },
+    "first-robot.md": {"--run-dir runs/first\n": "--run-dir runs/first --steps 20_000\n"},
+    "grippers.md": {"steps: 800_000": "steps: 2_048", "--episodes 1_000": "--episodes 10"},
+    "manipulation.md": {"--algorithm sac\n": "--algorithm sac --steps 500\n"},
+    "own-plugin.md": {"--run-dir runs/my_arm\n": "--run-dir runs/my_arm --steps 20_000\n"},
+    "paced-simulators.md": {"--episodes 100": "--episodes 1"},
+    "pixels.md": {"steps: 150_000": "steps: 1_024", "--episodes 1_000": "--episodes 4"},
+    "train.md": {"--log wandb": "--log wandb --steps 4_096"},
+    "write-an-algorithm.md": {"--num-threads 1": "--num-threads 1 --n-timesteps 2_048"},
 }
-"""Page, text, and what replaces it in tests: a shorter training. Other tests run these trainings to their end."""
+"""Page, text, and its replacement in tests: a shorter training. Other tests run most of these trainings to their end."""
 
 
-def run(block: Block, namespace: dict[str, Any]) -> None:
+class Terminal:
+    """A shell that ends at the first command that fails."""
+
+    def __init__(self) -> None:
+        self._done, done = os.pipe()
+        self._shell = subprocess.Popen(
+            ["bash", "-euo", "pipefail"], stdin=subprocess.PIPE, pass_fds=[done], text=True, bufsize=1
+        )
+        self._report = f"pwd >&{done}"
+        os.close(done)
+
+    def type(self, text: str) -> None:
+        """Run commands, and change to the folder in which the shell is afterwards.
+
+        Raises:
+            SystemExit: A command failed.
+        """
+        assert self._shell.stdin is not None
+        self._shell.stdin.write(f"{{\n{text}\n}} </dev/null\n{self._report}\n")
+        folder = os.read(self._done, 4096).decode().rstrip("\n")
+        if not folder:
+            raise SystemExit(f"exit code {self._shell.wait()}")
+        os.chdir(folder)
+
+
+def run(block: Block, terminal: Terminal, namespace: dict[str, Any]) -> None:
     """Run one block; its first error ends the program."""
-    where = f"{block.page.name}:{block.line}"
-    text = block.text.replace(*SHORTER.get(block.page.name, ("", "")))
+    text = block.text
+    for long, short in SHORTER.get(block.page.name, {}).items():
+        text = text.replace(long, short)
     if block.language == "bash":
-        done = subprocess.run(["bash", "-euo", "pipefail", "-c", text], stdin=subprocess.DEVNULL)
-        if done.returncode:
-            raise SystemExit(f"{where}: exit code {done.returncode}\n{text}")
-        if sys.prefix != sys.base_prefix:  # what the block has installed is for the next one, too
-            site.addsitedir(sysconfig.get_path("purelib"))
-            importlib.invalidate_caches()
+        try:
+            terminal.type(text)
+        except SystemExit as error:
+            raise SystemExit(f"{block.page.name}:{block.line}: {error}\n{text}") from None
+        site.addsitedir(sysconfig.get_path("purelib"))  # for what the block has installed
+        importlib.invalidate_caches()
     elif block.language == "python":
         exec(compile("\n" * block.line + text, str(block.page), "exec"), namespace)
     elif "file" in block.attributes:
@@ -44,11 +81,13 @@ def run(block: Block, namespace: dict[str, Any]) -> None:
 
 def main() -> None:
     """Run a page."""
+    sys.path[0] = ""  # as in a Python that was started without a file
+    terminal = Terminal()
     namespace: dict[str, Any] = {"__name__": "__main__"}
     for block in blocks(Path(sys.argv[1])):
         wanted = "rendering" not in block.attributes.get("needs", "") or "--draw" in sys.argv
         if wanted and "skip" not in block.attributes:
-            run(block, namespace)
+            run(block, terminal, namespace)
 
 
 if __name__ == "__main__":

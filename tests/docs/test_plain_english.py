@@ -18,6 +18,7 @@ SOURCES = (
     "frobs_core",
     "templates",
     "cookiecutter",
+    "examples",
     "plugins/frobs-cli/src",
     "plugins/frobs-devkit/src",
     "plugins/frobs-sim-mujoco/src",

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,23 +9,44 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fork_server import fork_server
-from pages import PAGES, RUN, blocks, name
+from pages import PAGES, RUN, Block, blocks, name
+from reader_environment import ReaderEnvironment
+from run_blocks import SHORTER
 from sandbox import Sandbox
 
+FILES = Path(__file__).with_name("files")
+"""Files that pages assume a reader to have: models of robots, in the folder in which the reader works."""
+
 DRIVER = Path(__file__).with_name("run_blocks.py")
-RUNNABLE = [page for page in PAGES if any(b.language in RUN and "skip" not in b.attributes for b in blocks(page))]
-INSTALLING = [page for page in RUNNABLE if any("venv" in block.attributes for block in blocks(page))]
+
+
+def typed(page: Path) -> list[Block]:
+    """Return the blocks of a page that are run."""
+    return [block for block in blocks(page) if block.language in RUN and "skip" not in block.attributes]
+
+
+RUNNABLE = [page for page in PAGES if typed(page)]
+INSTALLING = [
+    page for page in RUNNABLE if any("pip install" in block.text for block in typed(page) if block.language == "bash")
+]
 """Pages that install something, and so are run in an environment of their own."""
+
+EMPTY = [page for page in INSTALLING if any(block.attributes.get("venv") == "empty" for block in typed(page))]
+"""Pages whose reader starts without FRobs. The others start after ``pip install frobs``."""
 
 QUICK = ("api-stability", "forces", "install", "many-environments", "model-files", "port-from-0.1", "ros", "scenes")
 """Pages whose blocks take at most three seconds. The others are run in the slow tests."""
 
 
-def snippets() -> Iterator[Any]:
+def pages(*, installing: bool) -> Iterator[Any]:
     for page in RUNNABLE:
-        if page not in INSTALLING:
+        if (page in INSTALLING) is installing:
             yield pytest.param(page, id=name(page), marks=[] if page.stem in QUICK else [pytest.mark.slow])
+
+
+def run(page: Path, environment: Sandbox, folder: Path) -> None:
+    shutil.copytree(FILES, folder)
+    environment.run("python", "-W", "error", DRIVER, page, *(["--draw"] if can_draw() else []), cwd=folder)
 
 
 @cache
@@ -38,40 +59,49 @@ def can_draw() -> bool:
 
 
 @pytest.fixture(scope="session")
-def programs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder with a ``frobs`` and a ``pytest`` that start quickly."""
-    folder = tmp_path_factory.mktemp("programs")
-    with fork_server(Path(sys.executable), folder, frobs="frobs_cli", pytest="pytest"):
-        yield folder
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReaderEnvironment]:
+    """The environment of readers who have installed ``frobs``."""
+    folder = tmp_path_factory.mktemp("reader")
+    environment = ReaderEnvironment(folder / "venv", "frobs")
+    with environment.faster(folder / "programs"):
+        yield environment
 
 
-@pytest.mark.parametrize("page", list(snippets()))
-def test_snippets_run_in_the_order_of_their_page(page: Path, programs: Path, tmp_path: Path) -> None:
-    command = [sys.executable, "-W", "error", str(DRIVER), str(page), *(["--draw"] if can_draw() else [])]
-    folders = (programs, Path(sys.executable).parent, os.environ["PATH"])
-    environment = {**os.environ, "PATH": os.pathsep.join(map(str, folders))}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, text=True, capture_output=True, timeout=300)
-    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+@pytest.mark.parametrize("page", list(pages(installing=False)))
+def test_pages_run_as_typed(page: Path, shared: ReaderEnvironment, tmp_path: Path) -> None:
+    run(page, shared, tmp_path / "here")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("page", INSTALLING, ids=name)
-def test_pages_that_install_run_in_an_environment_of_their_own(page: Path, tmp_path: Path) -> None:
-    sandbox = Sandbox(tmp_path / "venv")
-    (tmp_path / "here").mkdir()
-    with sandbox.faster(tmp_path / "programs"):
-        sandbox.run("python", DRIVER, page, cwd=tmp_path / "here")
+@pytest.mark.parametrize("page", list(pages(installing=True)))
+def test_pages_that_install_run_as_typed_in_an_environment_of_their_own(page: Path, tmp_path: Path) -> None:
+    environment = ReaderEnvironment(tmp_path / "venv", *([] if page in EMPTY else ["frobs"]))
+    with environment.faster(tmp_path / "programs"):
+        run(page, environment, tmp_path / "here")
+
+
+def test_a_terminal_keeps_its_folder_and_variables_between_blocks(shared: ReaderEnvironment, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```bash\nmkdir inner\ncd inner\nexport NAME=value\n```\n"
+        "```python\nfrom pathlib import Path\nPath('written').touch()\n```\n"
+        "```bash\ntest $NAME = value\nls written\n```\n"
+    )
+    run(page, shared, tmp_path / "here")
+    assert (tmp_path / "here" / "inner" / "written").exists()
+
+
+@pytest.mark.parametrize("package", ["pytest", "hypothesis", "ray", "jax"])
+def test_readers_have_only_what_they_installed(package: str, shared: ReaderEnvironment) -> None:
+    done = shared.run("python", "-c", f"import {package}", check=False)
+    assert f"No module named '{package}'" in done.stderr
 
 
 def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:
     page = next(page for page in INSTALLING if page.name == "own-plugin.md")
     text = page.read_text("utf-8")
-    lines = [
-        line
-        for block in blocks(page)
-        if block.language == "bash" and "skip" not in block.attributes
-        for line in block.text.splitlines()
-    ]
+    end = text[: text.index("\n## ")].count("\n")
+    commands = [block for block in typed(page) if block.language == "bash" and block.line < end]
+    lines = [line for block in commands for line in block.text.splitlines()]
     assert [line.split()[0:2] for line in lines if line.startswith("frobs")] == [
         ["frobs", "new"],
         ["frobs", "train"],
@@ -79,6 +109,11 @@ def test_from_frobs_new_to_a_trained_policy_takes_five_commands() -> None:
     ]
     assert len(lines) == 5
     assert "five commands" in text
+
+
+def test_every_shorter_training_is_on_its_page() -> None:
+    texts = {page.name: page.read_text("utf-8") for page in PAGES}
+    assert [(page, text) for page, shorter in SHORTER.items() for text in shorter if text not in texts[page]] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

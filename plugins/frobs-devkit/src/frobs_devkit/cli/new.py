@@ -158,7 +158,8 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     places = [folder / name for name in distributions] if context["what"] == "pair" else [folder]
     configuration = folder / "train.yaml"
     run = Path("runs") / context["name"]
-    following = [f"pip install {' '.join(f'-e {place}' for place in places)}", f"pytest {folder}"]
+    projects = " ".join(f"-e '{place}[test]'" for place in places)  # the extra has pytest
+    following = [f"pip install {projects}", f"pytest {folder}"]
     if configuration.exists():
         from frobs_core.yaml import load_yaml
 
