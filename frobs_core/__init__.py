@@ -1,8 +1,8 @@
 """FRobs: robot reinforcement learning from plugins.
 
 Importing this package finds the installed plugins and registers their Gymnasium IDs. It does not import an engine,
-torch or ROS. Plugins are not loaded if ``FROBS_NO_PLUGINS=1`` is set (``frobs doctor plugins`` examines plugins from
-such a process) or in shells that complete a command line, which only need the names.
+torch or ROS. Plugins are not loaded if ``FROBS_NO_PLUGINS=1`` is set (``frobs doctor plugins`` examines plugins from a
+process without them) or during shell completion, which needs only the names.
 """
 
 import os

@@ -77,7 +77,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         UnknownNameError: No plugin provides one of the names.
         UnknownParameterError: The task, a controller or the simulator does not accept a keyword.
         CapabilityError: The simulator does not support what the task, a controller or the randomization needs.
-        ConfigurationError: A value cannot be used.
+        ConfigurationError: A value is invalid.
     """
     check_num_envs(num_envs)
     simulator = find_record(SimulatorRecord, "simulator", config.simulator)

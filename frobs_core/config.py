@@ -27,13 +27,13 @@ MAX_THREADS = 1_024
 """Maximum number of threads or worker processes of a simulator."""
 
 MAX_SIDE = 16_384
-"""Maximum height and width of a rendered image [pixels]; more than graphics cards support."""
+"""Maximum height and width of a rendered image [pixels], larger than graphics cards support."""
 
 _OF_A_ROBOT = (
     *("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors"),
     *("base", "differential_drive"),
 )
-"""Fields that only apply to a single robot."""
+"""Fields that apply only to a single robot."""
 
 _MAPPINGS = (
     "controller_kwargs",
@@ -48,45 +48,47 @@ _MAPPINGS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EnvConfig:
-    """The keywords of an environment.
+    """Keywords of an environment.
 
     :meth:`from_dict` and :meth:`to_dict` convert between a configuration and the flat keywords of ``gymnasium.make``,
     which include the task's parameters.
 
     Args:
         task: Name of the task, or a record.
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
-            its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
-        robots: Several robots by name, instead of ``robot``: names, or mappings with the fields of
-            :class:`frobs_core.robot_config.RobotConfig`, as in ``{"left": "irb120", "right": {"robot": "ur5",
-            "controller": "joint_position"}}``. Entries without ``controller`` and ``controller_kwargs`` use those given
-            here.
-        controller: Name of the controller, or a record; or a mapping from joint group to name; see
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a named
+            tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
+        robots: Several robots by name, instead of ``robot``. Each value is a robot's name or a mapping with the fields
+            of :class:`frobs_core.robot_config.RobotConfig`: ``{"left": "irb120", "right": {"robot": "ur5",
+            "controller": "joint_position"}}``. Entries without ``controller`` and ``controller_kwargs`` use the ones
+            given here.
+        controller: Name of the controller, a record, or a mapping from joint groups to names; see
             :class:`frobs_core.robot_config.RobotConfig`.
         simulator: Name of the simulator, or a record.
-        reward_type: One of the task's reward types; None: the task's first.
+        reward_type: One of the task's reward types, or None for its first.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
-        camera: Camera that ``render`` uses; None: the scene's first.
+        camera: Camera that ``render`` uses, or None for the scene's first camera.
         render_size: (height, width) of rendered images [pixels].
-        control_timestep: Time between two actions [s]; None: the controller's default if it has one, else the task's.
-        physics_timestep: Duration of one engine step [s]; None: the task's default.
-        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, keywords by joint group.
+        control_timestep: Time between two actions [s], or None for the controller's default if it has one, otherwise
+            the task's.
+        physics_timestep: Duration of one engine step [s], or None for the task's default.
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, this maps joint groups to
+            keywords.
         simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator:NAME`` lists them.
         robot_args: Arguments of the robot's xacro file.
         package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
-        home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
-        tcp: Link that serves as the tool center point; None: the robot's default.
+        home: Rest position by joint name [rad or m]; omitted joints keep the robot's default.
+        tcp: Link that serves as the tool center point, or None for the robot's default.
         sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and whether on wheels; None:
-            the robot's default.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and whether it does so on
+            wheels. None selects the robot's default.
         differential_drive: Wheels of a robot that does not define them: ``{"left": ["wheel_l"], "right": ["wheel_r"],
             "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity": 2.0}`` [m, m/s,
             rad/s].
-        observations: Terms to add to those of the task, by name: ``{"joints": {"type": "joint_efforts"}, "wrist":
-            {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. None drops a term of the
-            task, and ``{"*": None}`` drops all of them.
-        num_threads: Threads of the engine; 0: one for each processor.
+        observations: Observation terms to add to the task's own, by name: ``{"joints": {"type": "joint_efforts"},
+            "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. A value of None
+            drops one of the task's terms, and ``{"*": None}`` drops all of them.
+        num_threads: Threads of the engine, or 0 for one per processor.
         randomize: Domain randomization; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
 
@@ -147,7 +149,7 @@ class EnvConfig:
 
     @classmethod
     def from_dict(cls, keywords: Mapping[str, Any]) -> EnvConfig:
-        """Return the configuration for flat keywords. Keywords that are not fields become parameters of the task.
+        """Create a configuration from flat keywords. Keywords that are not fields become task parameters.
 
         Raises:
             ConfigurationError: A value has the wrong type.
@@ -159,12 +161,12 @@ class EnvConfig:
         return cls(**own, task_parameters={name: keywords[name] for name in keywords if name not in KEYWORDS})
 
     def robot_configs(self) -> dict[str, RobotConfig]:
-        """Return the configuration of each controlled robot, by name; a single one is named ``"robot"``.
+        """Return the configuration of each controlled robot, by name. A single robot is named ``"robot"``.
 
         Raises:
-            ConflictingOptionsError: Both ``robot`` and ``robots`` are given, or ``robots`` and a setting for a single
-                robot.
-            ConfigurationError: An entry of ``robots`` cannot be used.
+            ConflictingOptionsError: Both ``robot`` and ``robots`` are given, or ``robots`` is combined with a setting
+                for a single robot.
+            ConfigurationError: An entry of ``robots`` is invalid.
         """
         own = {name: getattr(self, name) for name in _OF_A_ROBOT}
         if self.robots is None:
@@ -178,10 +180,10 @@ class EnvConfig:
         return {name: RobotConfig.from_value(name, value, shared) for name, value in self.robots.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the flat keywords that differ from the defaults, as values that JSON can represent.
+        """Return the flat keywords that differ from the defaults, as JSON-serializable values.
 
         Raises:
-            ConfigurationError: A field contains an object that JSON cannot represent, such as a record.
+            ConfigurationError: A field contains an object that is not JSON-serializable, such as a record.
         """
         return {name: _plain(name, value) for name, value in self._keywords().items()}
 
@@ -210,7 +212,7 @@ def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return a value in the form in which JSON represents it."""
+    """Return a value in its JSON form."""
     plain = _lists(value)
     try:
         json.dumps(plain)
@@ -222,7 +224,7 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def _lists(value: Any) -> Any:
-    """Return a value with lists instead of tuples, and Python numbers instead of NumPy numbers."""
+    """Return a value with tuples converted to lists and NumPy numbers to Python numbers."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):

@@ -21,23 +21,23 @@ from frobs_core.observation import Observation
 from frobs_core.random import RandomSource
 
 StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
-"""Observation (num_envs, …); reward (num_envs,); terminated episodes, (num_envs,) bool or None; environments whose
-engine failed, (num_envs,) bool or None; info by name, (num_envs,) each. All but the observation are valid until the
-next step.
+"""Observation, (num_envs, …); reward, (num_envs,); terminated episodes, (num_envs,) bool or None; environments in which
+the engine failed, (num_envs,) bool or None; and info by name, (num_envs,) each. Everything except the observation is
+valid only until the next step.
 """
 
 
 class Loop:
-    """Steps and episodes of ``num_envs`` environments. A single environment is a batch of one.
+    """Runs the steps and episodes of ``num_envs`` environments. A single environment is a batch of one.
 
     Args:
-        parts: Bound parts of the environment.
+        parts: Parts of the environment, already bound.
         num_envs: ≥ 1.
 
     Attributes:
         context: Data about the last step, for the task.
-        rng: The source of all random numbers.
-        after_reset: Called with the mask of the environments in which an episode has begun, before they are observed.
+        rng: Source of all random numbers.
+        after_reset: Called with the mask of the environments that have begun an episode, before they are observed.
         discrete: Whether the action space is not a Box.
     """
 
@@ -77,12 +77,12 @@ class Loop:
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
-        """Validate the options of a reset and repeat them for every environment.
+        """Validate the reset options and repeat them for every environment.
 
         Raises:
             UnknownParameterError: The task has no such option.
-            ConfigurationError: A value cannot be used.
-            CapabilityError: The simulator does not support what a reset with these options needs.
+            ConfigurationError: A value is invalid.
+            CapabilityError: The simulator does not support a capability that a reset with these options requires.
         """
         batched = batch_options(options, self.task.reset_options, self.num_envs)
         self._check_reset(batched)
@@ -100,7 +100,7 @@ class Loop:
         self.added_terms.reset(self.rng, mask)
         if self.after_reset is not None:
             self.after_reset(mask)
-        if not self._checked_terms:  # not earlier: terms may have no values before the first reset
+        if not self._checked_terms:  # not earlier, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
         observation = self._observe()
@@ -128,14 +128,14 @@ class Loop:
             context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(context)  # measures once; the following calls only read
+        task.advance(context)  # takes the measurement; the calls below only read it
         if self.added_terms.stateful:
             self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # after the reward, whose terms are included
+        for part, report, keys in self._reports:  # after the reward, because its terms are included
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -153,7 +153,7 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue the n environments of ``mask`` from ``rows`` (n,) of a snapshot, with their own random numbers."""
+        """Continue the n environments of ``mask`` from snapshot ``rows``, (n,), keeping their own random numbers."""
         for name, part in self._stateful().items():
             if part is self.rng:
                 continue
@@ -184,7 +184,7 @@ def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any
 
 
 class _Keys(dict[str, str]):
-    """Info keys by the name of the reported value, each created once.
+    """Info keys by the name of the reported value. Each key is created only once.
 
     Args:
         prefix: Prefix of the keys.
@@ -208,7 +208,7 @@ def _never(task: Task) -> None:
 
 
 def _overrides(part: object, base: type, method: str) -> bool:
-    """Return whether a part, or the part that it wraps, overrides the empty method of ``base``."""
+    """Return whether a part, or the part that it wraps, overrides an empty method of ``base``."""
     return getattr(part, method).__func__ is not getattr(base, method)
 
 
@@ -217,26 +217,27 @@ class RobotEnv(gym.Env[Any, Any]):
 
     ``info`` contains ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, the metrics of the
     controller (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated. A paced
-    simulator adds ``frobs/missed_deadlines``, the number since the reset, and ``frobs/lateness``, the total delay of
+    simulator adds ``frobs/missed_deadlines``, their number since the reset, and ``frobs/lateness``, the total delay of
     the actions [s].
 
     Args:
-        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All others are keywords of the task.
+        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All other keywords are passed to the task.
 
     Attributes:
         config: The keywords.
         control: All controllers.
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
-        observations: Terms of the observation, with their columns and units.
+        observations: Observation terms, with their columns and units.
         step_context: Data about the last step, for the task.
-        randomization: The randomization with its current values; None if nothing is randomized.
+        randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
-        UnknownNameError: No plugin provides one of the names.
+        UnknownNameError: One of the names is not provided by any plugin.
         UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
-        CapabilityError: The simulator does not support what the task, the controller or the randomization needs.
-        ConfigurationError: A value cannot be used.
+        CapabilityError: The simulator does not support a capability that the task, the controller or the randomization
+            requires.
+        ConfigurationError: A value is invalid.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
@@ -260,13 +261,13 @@ class RobotEnv(gym.Env[Any, Any]):
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
         self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else _row_of
         if isinstance(parts.task, GoalTask):
-            self.compute_reward = parts.task.compute_reward  # hindsight replay looks for it here
+            self.compute_reward = parts.task.compute_reward  # hindsight replay expects it here
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
 
         Args:
-            seed: Seed of all following random numbers; None continues with the next episode of the last seed.
+            seed: Seed for all subsequent random numbers, or None to continue with the next episode of the last seed.
             options: Values for the task's ``reset_options``: ``{"goal": (3,), "joint_positions": (dof,)}``.
 
         Returns:
@@ -274,7 +275,7 @@ class RobotEnv(gym.Env[Any, Any]):
 
         Raises:
             UnknownParameterError: The task has no such option.
-            ConfigurationError: An option cannot be used.
+            ConfigurationError: An option is invalid.
         """
         batched = self._loop.batch_options(options)
         super().reset(seed=seed)
@@ -325,7 +326,7 @@ class RobotEnv(gym.Env[Any, Any]):
             array = np.asarray(action, np.float64)
         except (TypeError, ValueError, OverflowError):
             raise invalid_action(action, self.action_space) from None
-        if array.shape != self._action_shape or not array.dot(array) < math.inf:  # one number for all elements
+        if array.shape != self._action_shape or not array.dot(array) < math.inf:  # a single number for all elements
             raise invalid_action(action, self.action_space)
         return array[None]
 
@@ -351,7 +352,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self._running, self._seeded = bool(snapshot["running"][0]), True
 
     def close(self) -> None:
-        """Release the simulation; calling it again has no effect."""
+        """Release the simulation; repeated calls have no effect."""
         self._running = False
         self.simulation.close()
 

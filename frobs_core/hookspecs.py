@@ -1,7 +1,7 @@
 """Hooks that a plugin may implement: one for each of the five kinds, and three that extend the contracts.
 
 A plugin is a module that an entry point in the group ``frobs`` refers to. Its hooks are called once, when the plugins
-are loaded, and never while an environment steps.
+are loaded, and never while an environment is being stepped.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
             return [ControllerRecord(name="joint_position", summary="…",
                                      entry_point="frobs_controllers.joint_position:JointPosition")]
 
-    Do not write a generator; its errors would only appear when it is iterated.
+    Do not write a generator, because its errors would appear only when it is iterated.
     """
 
 
@@ -110,7 +110,7 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
 
 @hookspec
 def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
-    """Provide additional abilities of simulators.
+    """Provide additional simulator abilities.
 
     Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AbilityRecord`.
 
@@ -120,7 +120,7 @@ def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
         def frobs_abilities():
             return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",))]
 
-    Do not reuse a name of the core; your ability would only be available as ``"distribution:name"``.
+    Do not reuse a name of the core; your ability would be available only as ``"distribution:name"``.
     """
 
 
@@ -136,7 +136,7 @@ def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-bo
         def frobs_sensor_types():
             return [SensorTypeRecord(name="anemometer", summary="…", entry_point="acme.wind:Anemometer")]
 
-    Do not import the instrument here; it is imported when an environment has such a sensor.
+    Do not import the instrument here; it is imported when an environment uses such a sensor.
     """
 
 

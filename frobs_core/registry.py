@@ -48,7 +48,7 @@ class _Table:
 
 
 def register_environments() -> None:
-    """Register every environment record and ``frobs/Env-v0``. Calling it again has no effect.
+    """Register every environment record and ``frobs/Env-v0``. Repeated calls have no effect.
 
     If an ID cannot be registered, one line is logged and :func:`problems` lists it. The other IDs are still registered.
 

@@ -55,9 +55,9 @@ class RobotConfig:
         robot_args: Arguments of the robot's xacro file.
         package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
         home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
-        tcp: Link that serves as the tool center point; None: the robot's default.
+        tcp: Link that serves as the tool center point, or None for the robot's default.
         sensors: Sensor overrides, by name; see :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; None: the robot's default.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``, or None for the robot's default.
         differential_drive: Wheels of a robot whose description does not define them, with the fields of
             :class:`~frobs_core.interfaces.DifferentialDrive`. The base is then wheeled, and other links on the floor
             glide without friction.

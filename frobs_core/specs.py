@@ -1,4 +1,4 @@
-"""Immutable records that plugins provide. They can be listed without importing anything heavy."""
+"""Immutable records that plugins provide. They can be listed without heavy imports."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Record:
         name: Name that users write: lowercase letters, digits and underscores.
         summary: One line for lists.
         entry_point: ``"module:attribute"`` of the implementation, imported on first use.
-        install_hint: The command that installs what the implementation needs.
+        install_hint: Command that installs the implementation's dependencies.
     """
 
     name: str
@@ -32,12 +32,12 @@ class Record:
         """Import and return the implementation.
 
         Raises:
-            PluginError: The module or the attribute is missing or cannot be imported.
+            PluginError: The module cannot be imported, or the attribute is missing.
         """
         module, _, attribute = self.entry_point.partition(":")
         try:
             return getattr(import_module(module), attribute)
-        except PluginError:  # the module itself says what to do
+        except PluginError:  # the module's own message says what to do
             raise
         except Exception as error:
             hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
@@ -51,7 +51,7 @@ class SimulatorRecord(Record):
     """A simulator; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Simulation`.
 
     Attributes:
-        capabilities: Support level of each capability; missing ones are unsupported.
+        capabilities: Support level of each capability. Omitted capabilities are unsupported.
     """
 
     capabilities: Mapping[str, Level]
@@ -73,7 +73,7 @@ class ControllerRecord(Record):
 
     Attributes:
         needs: Minimum level of each capability that it requires.
-        control_timestep: Default time between two of its actions [s]; None: the task's default.
+        control_timestep: Default time between two of its actions [s], or None for the task's default.
     """
 
     needs: Mapping[str, Level] = field(default_factory=dict)
@@ -85,15 +85,15 @@ class EnvironmentRecord:
     """A Gymnasium ID: a task with a robot, and default keywords of the environment.
 
     Attributes:
-        id: ``"frobs/Irb120Reach-v0"``. Changes to its behavior increment the version.
+        id: ``"frobs/Irb120Reach-v0"``. The version is incremented whenever its behavior changes.
         summary: One line for lists.
-        robot: Name of the robot; empty: the user must choose one.
+        robot: Name of the robot, or empty if the user must choose one.
         controller: Name of the controller.
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
         parameters: Additional keywords of :class:`frobs_core.env.RobotEnv`.
-        pretrained: Policy bundle that ships with it, in the format of ``frobs export``: ``"package:path.frobs"``;
-            empty: none.
+        pretrained: Policy bundle shipped with it, in the format of ``frobs export``: ``"package:path.frobs"``, or empty
+            if there is none.
     """
 
     id: str
@@ -112,7 +112,7 @@ class TaskRecord(Record):
 
     Attributes:
         needs: Minimum level of each capability that it requires.
-        arrays: Array libraries that its terms accept.
+        arrays: Array libraries that its terms support.
         environments: The Gymnasium IDs that it registers.
     """
 
@@ -128,18 +128,18 @@ class AlgorithmRecord(Record):
     Attributes:
         action_spaces: Supported Gymnasium action spaces: ``"Box"``, ``"Discrete"``, …
         tuned: Tuned configuration files, by environment ID: ``"package:path.yaml"``.
-        search_space: Default search space of ``frobs tune``: ``"package:path.yaml"``; empty: none.
-        config_files: Additional YAML formats for ``frobs train --config``: a dotted key that identifies such a file,
-            and a ``"module:function"``. The function receives the file's mapping, the algorithm's name and the path. It
-            returns keys of a run's configuration and one line about settings that have no equivalent.
-        model_files: File formats of trained models for ``frobs evaluate --model``: a suffix (``".zip"``), and a
-            ``"module:function"``. The function receives the path, the environment's observation space and action space,
-            the algorithm's name or None, and whether the file is trusted. It returns an object with the spaces and the
-            ``predict`` method of an algorithm, and the number of environment steps it was trained for.
-        exact_resume: Whether a training run that is saved, loaded and continued equals an uninterrupted one. If not, a
-            message says so when the run is resumed.
-        reproducible: Whether training with the same seed gives the same result. It does not for an algorithm that learns
-            while its environments are stepped.
+        search_space: Default search space for ``frobs tune``: ``"package:path.yaml"``, or empty if there is none.
+        config_files: Additional YAML formats for ``frobs train --config``: each has a dotted key that identifies such a
+            file, and a ``"module:function"``. The function receives the file's mapping, the algorithm's name and the
+            path. It returns run configuration keys and one line about settings that have no equivalent.
+        model_files: File formats of trained models for ``frobs evaluate --model``, each with a suffix (``".zip"``) and
+            a ``"module:function"``. The function receives the path, the environment's observation space and action
+            space, the algorithm's name or None, and whether the file is trusted. It returns an object with the spaces
+            and the ``predict`` method of an algorithm, and the number of environment steps for which it was trained.
+        exact_resume: Whether a training run that is saved, loaded and continued gives the same result as an
+            uninterrupted one. If not, a message says so when the run is resumed.
+        reproducible: Whether training with the same seed gives the same result. This is not the case for algorithms
+            that learn while their environments are being stepped.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
@@ -153,7 +153,7 @@ class AlgorithmRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AbilityRecord(Record):
-    """An additional ability that simulators may have, defined by a plugin.
+    """An additional simulator ability, defined by a plugin.
 
     Simulators declare it in their ``capabilities``; tasks, controllers, sensors and parameters can require it.
 
@@ -176,14 +176,14 @@ class SensorTypeRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
-    """A physical parameter that can be randomized on simulators with a certain ability.
+    """A physical parameter that can be randomized on simulators with a given ability.
 
     Such a simulator lists the targets in ``parameter_targets``. It reads and writes the parameter, (num_envs,) for each
-    target, with ``parameter`` and ``write_parameter``.
+    target, in ``parameter`` and ``write_parameter``.
 
     Attributes:
         entry_point: Empty, because the simulator implements it.
-        ability: Ability that a simulator needs.
+        ability: Ability that the simulator must have.
     """
 
     entry_point: str = ""
@@ -197,14 +197,14 @@ KINDS: Mapping[str, type[Record]] = {
     "task": TaskRecord,
     "algorithm": AlgorithmRecord,
 }
-"""The five kinds, in the order in which they are listed."""
+"""The five kinds, in listing order."""
 
 EXTENSIONS: Mapping[str, type[Record]] = {
     "ability": AbilityRecord,
     "sensor_type": SensorTypeRecord,
     "parameter": ParameterRecord,
 }
-"""Other records that a plugin may provide: extensions of the contracts."""
+"""Other records that a plugin may provide to extend the contracts."""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All records that a plugin may provide."""

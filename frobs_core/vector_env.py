@@ -1,7 +1,7 @@
 """The vector environment: many robots with one task, stepped together, behind Gymnasium's interface.
 
-If the simulator's ``determinism`` is exact, environment *i* of a vector that was seeded with *s* is bit-identical to
-the single environment that was seeded with *s + i*.
+If the simulator's ``determinism`` is exact, environment *i* of a vector environment seeded with *s* is bit-identical to
+a single environment seeded with *s + i*.
 """
 
 from __future__ import annotations
@@ -30,26 +30,27 @@ from frobs_core.validation import whole_number
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     """``num_envs`` robots with one task, stepped together.
 
-    ``info`` follows Gymnasium's convention for vectors: an array per key, and a mask of the valid environments under
-    ``_key``. With same-step autoreset, ``final_obs`` and ``final_info`` contain the end of each finished episode.
-    :attr:`final_observation` contains the same observations as one batch, for adapters.
+    ``info`` follows Gymnasium's convention for vector environments: an array per key and, under ``_key``, a mask of the
+    environments for which it is valid. With same-step autoreset, ``final_obs`` and ``final_info`` describe the last
+    step of each finished episode. :attr:`final_observation` contains the same observations as one batch, for adapters.
 
     Args:
         num_envs: ≥ 1.
-        max_episode_steps: Control steps before truncation; None: never.
+        max_episode_steps: Control steps before truncation, or None for no time limit.
         autoreset_mode: Same-step, next-step or disabled.
         stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that
-            episodes that last until the time limit end at different times.
-        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All others are keywords of the task.
+            episodes that run to the time limit do not all end at once.
+        keywords: Fields of :class:`frobs_core.config.EnvConfig`. All other keywords are passed to the task.
 
     Attributes:
         config: The keywords.
         control: All controllers.
         robot: Handle of the first controlled robot.
         controller: Controller of its first joint group.
-        final_observation: After a step in which episodes ended: (num_envs, …), rows valid where they ended.
-        observations: Terms of the observation, with their columns and units.
-        randomization: The randomization with its current values; None if nothing is randomized.
+        final_observation: Final observations after a step in which episodes ended, (num_envs, …). Only the rows of
+            those environments are valid.
+        observations: Observation terms, with their columns and units.
+        randomization: The randomization with its current values, or None if nothing is randomized.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
@@ -105,9 +106,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Begin episodes.
 
         Args:
-            seed: s: environment *i* is seeded with s + i. A list: one seed for each environment. None: continue with
-                the next episodes of the last seeds.
-            options: Values for the task's ``reset_options``, one for all or one row for each environment; and
+            seed: If an integer s, environment *i* is seeded with s + i. If a list, it contains one seed for each
+                environment. If None, each environment continues with the next episode of its last seed.
+            options: Values for the task's ``reset_options``, either one for all environments or one row for each; and
                 ``"reset_mask"``, (num_envs,) bool, which selects the environments.
 
         Returns:
@@ -115,7 +116,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
         Raises:
             UnknownParameterError: The task does not accept an option.
-            ConfigurationError: An option cannot be used.
+            ConfigurationError: An option is invalid.
         """
         given = option_mapping(options)
         mask = given.pop("reset_mask", None)
@@ -146,7 +147,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
-        """Return the info of a reset for the environments of ``mask``."""
+        """Return the reset info for the environments of ``mask``."""
         if self.randomization is None:
             return {}
         drawn: dict[str, Any] = {}
@@ -257,7 +258,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return array
 
     def render(self) -> tuple[Any, ...] | None:
-        """Return an image of each environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        """Return one image per environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
         if self.render_mode != "rgb_array":
             return None
         config = self.config
@@ -274,20 +275,22 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._seeded = True
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue some environments from rows of a snapshot. They keep their own random numbers.
+        """Continue some environments from rows of a snapshot, keeping their own random numbers.
 
         Args:
-            mask: (num_envs,) bool: the n environments.
-            snapshot: State of this environment or of one with the same configuration. It may have any number of rows.
+            mask: (num_envs,) bool that selects n environments.
+            snapshot: Snapshot of this environment or of one with the same configuration. It may have any number of
+                rows.
             rows: (n,) indices of the rows.
         """
         self._loop.restore_rows(mask, snapshot, rows)
         self._elapsed[mask] = snapshot["elapsed"][rows]
 
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Call a function after each reset, with the mask of the environments, before they are observed.
+        """Register a function that is called after each reset with the mask of the reset environments.
 
-        The function may change the initial state of the episodes, for example with :meth:`restore_rows`.
+        It is called before they are observed, so it may change the episodes' initial states, for example with
+        :meth:`restore_rows`.
         """
         self._loop.after_reset = callback
 
@@ -297,13 +300,13 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-    merged = rows.copy()  # ``rows`` remains in use as the final observation
+    merged = rows.copy()  # ``rows`` is still used as the final observation
     merged[mask] = fresh[mask]
     return merged
 
 
 def _final_info(observation: Observation, info: dict[str, Any], done: Mask) -> dict[str, Any]:
-    """Return ``final_obs`` and ``final_info`` of ended episodes, with their masks, as Gymnasium does."""
+    """Return ``final_obs`` and ``final_info`` of ended episodes, with their masks, in Gymnasium's format."""
     final_obs = np.full(len(done), None, dtype=object)
     for i in np.flatnonzero(done):
         final_obs[i] = (

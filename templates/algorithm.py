@@ -1,11 +1,11 @@
 """The cross-entropy method as a plugin: a complete algorithm to copy and modify.
 
-It samples the weights of a small network from a normal distribution, plays episodes with each sample, and moves the
-distribution to the best ones (de Boer et al. 2005; noise on the deviation as in Szita and Lőrincz 2006). The framework
-provides everything else: the command line, the log, checkpoints, evaluation, plots and comparison.
+It samples the weights of a small network from a normal distribution, runs episodes with each sample, and moves the
+distribution toward the best ones (de Boer et al. 2005; noise is added to the deviation as in Szita and Lőrincz 2006).
+The framework provides everything else: the command line, the log, checkpoints, evaluation, plots and comparison.
 
-To package it as a distribution, put the two parts into two modules. The record at the end is the plugin, and the entry
-point names its module::
+To package it as a distribution, put the two parts into separate modules. The record at the end is the plugin, and the
+entry point names its module::
 
     [project.entry-points.frobs]
     my_algorithms = "my_package.plugin"
@@ -38,11 +38,11 @@ class CrossEntropyConfig(BaseModel):
 
     Attributes:
         population: Number of samples per iteration.
-        elite: Fraction of the samples that the distribution moves to.
-        episodes: Number of episodes per sample, whose mean reward counts.
-        hidden: Width of the hidden layer; 0: a linear policy.
+        elite: Fraction of the samples kept as the elite, to which the distribution moves.
+        episodes: Number of episodes per sample; a sample's score is its mean reward.
+        hidden: Width of the hidden layer, or 0 for a linear policy.
         initial_deviation: Initial deviation of each weight.
-        extra_deviation: Added to the deviation of the elite, decreasing to 0 over the first half of the training run.
+        extra_deviation: Added to the elite's deviation, decreasing to 0 over the first half of the training run.
             Without it, the distribution would narrow before it has explored enough.
     """
 
@@ -57,7 +57,7 @@ class CrossEntropyConfig(BaseModel):
 
 
 class CrossEntropy(Algorithm):
-    """The cross-entropy method over the weights of a linear policy, or of one with a hidden layer."""
+    """The cross-entropy method over the weights of a linear policy or a network with one hidden layer."""
 
     name = "cross_entropy"
 
@@ -72,11 +72,11 @@ class CrossEntropy(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Validate settings and add the defaults."""
+        """Validate the settings and fill in the defaults."""
         return _settings(config).model_dump(mode="json")
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until ``steps`` environment steps were taken. The current iteration is always completed."""
+        """Train for ``steps`` environment steps. The last iteration is always completed."""
         if self._env is None:
             raise RunError(
                 "this algorithm was loaded for prediction only; load it with an environment to continue training."
@@ -88,7 +88,7 @@ class CrossEntropy(Algorithm):
             if not monitor.is_due(self._steps) and self._steps < steps:
                 continue
             go_on = monitor.on_progress(self._steps, metrics)
-            # The next iteration only depends on self and on the environment, so they may be saved here.
+            # The next iteration depends only on self and the environment, so it is safe to save them here.
             monitor.offer_checkpoint(self._steps, self.save)
             if not go_on:
                 return
@@ -103,12 +103,12 @@ class CrossEntropy(Algorithm):
         """Act with the mean of the distribution, or with a random sample for each observation."""
         seen = np.asarray(observation, np.float64)  # (n, k)
         weights = np.broadcast_to(self._mean, (len(seen), self._num_weights))
-        if not deterministic:  # does not use the generator of the training run, which predictions must not affect
+        if not deterministic:  # uses a separate generator, because predictions must not affect training
             weights = np.random.default_rng().normal(weights, self._deviation)
         return self._act(weights, seen), None
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write settings and generator as JSON, and the distribution as plain arrays."""
+        """Write the settings and the generator state as JSON, and the distribution as plain arrays."""
         told = {
             "format": FORMAT,
             "config": self._config.model_dump(mode="json"),
@@ -123,7 +123,7 @@ class CrossEntropy(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote. With an environment, training can continue."""
+        """Load a folder written by :meth:`save`. With an environment, training can continue."""
         self = cls.__new__(cls)
         try:
             told = json.loads((folder / "algorithm.json").read_text("utf-8"))
@@ -158,13 +158,13 @@ class CrossEntropy(Algorithm):
         self._num_weights = sum(rows * columns for rows, columns in self._layers)
 
     def _play(self, env: gym.vector.VectorEnv[Any, Any, Any], draws: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Return the mean reward of each sample's episodes, (draws,).
+        """Return the mean episode reward of each sample, (draws,).
 
-        Each environment plays one episode after another. When an episode begins, it is assigned to the next sample.
+        Each environment runs one episode after another. When an episode begins, it is assigned to the next sample.
         """
-        episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # the sample of each episode
+        episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # sample used in each episode
         rewards = np.zeros(len(episodes))
-        playing = np.arange(env.num_envs)  # the episode that each environment plays; after the last one, it waits
+        playing = np.arange(env.num_envs)  # episode that each environment runs; it idles after the last one
         begun, ended = env.num_envs, 0
         observation, _ = env.reset()
         while ended < len(episodes):
@@ -174,7 +174,7 @@ class CrossEntropy(Algorithm):
             observation, reward, terminated, truncated, _ = env.step(actions)
             self._steps += env.num_envs
             rewards[playing[busy]] += reward[busy]
-            done = busy & (terminated | truncated)  # in the same step, the environment has begun its next episode
+            done = busy & (terminated | truncated)  # the environment has already begun its next episode
             count = int(done.sum())
             playing[done] = np.arange(begun, begun + count)
             begun, ended = begun + count, ended + count
@@ -182,7 +182,7 @@ class CrossEntropy(Algorithm):
         return means
 
     def _learn(self, draws: np.ndarray[Any, Any], rewards: np.ndarray[Any, Any], progress: float) -> dict[str, float]:
-        """Move the distribution to the elite, and return metrics for the log."""
+        """Move the distribution toward the elite, and return metrics for the log."""
         best = np.argsort(-rewards, kind="stable")[: max(1, round(self._config.elite * len(draws)))]
         self._mean = draws[best].mean(axis=0)
         extra = self._config.extra_deviation * max(0.0, 1.0 - 2.0 * progress)
@@ -194,7 +194,7 @@ class CrossEntropy(Algorithm):
         }
 
     def _act(self, weights: np.ndarray[Any, Any], observation: np.ndarray[Any, Any]) -> Any:
-        """Return the actions of one network per observation: weights (n, weights), observation (n, k)."""
+        """Return actions, with a separate network for each observation: weights (n, weights), observation (n, k)."""
         values, start = observation, 0
         for index, (rows, columns) in enumerate(self._layers):
             layer = weights[:, start : start + rows * columns].reshape(-1, rows, columns)
@@ -205,7 +205,7 @@ class CrossEntropy(Algorithm):
             return space.start + values.argmax(axis=1)  # (n,)
         middle, half = (space.high + space.low) / 2.0, (space.high - space.low) / 2.0
         actions = middle + half * np.tanh(values).reshape(-1, *space.shape)  # (n, …)
-        return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may exceed the space
+        return np.clip(actions, space.low, space.high).astype(space.dtype)  # rounding may exceed the bounds
 
 
 def _settings(config: Mapping[str, Any]) -> CrossEntropyConfig:
@@ -227,7 +227,7 @@ def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Provide the algorithm. This is the plugin; a real one does not import anything heavy at its top."""
+    """Provide the algorithm. This is the plugin; a real one avoids heavy imports at the top of the module."""
     return [
         AlgorithmRecord(
             name=CrossEntropy.name,

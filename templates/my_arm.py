@@ -9,8 +9,8 @@ from frobs_core.interfaces import Robot
 MY_ARM = Robot(
     model=str(Path(__file__).with_name("my_arm.urdf.xacro")),
     name="my_arm",
-    home={"shoulder": 0.0, "elbow": 0.3},  # [rad] where episodes begin; joints you omit rest at 0
-    tcp="tool0",  # the tool center point, which tasks refer to
+    home={"shoulder": 0.0, "elbow": 0.3},  # [rad] initial joint positions of an episode; joints you omit are at 0
+    tcp="tool0",  # the tool center point, used by tasks
     # gains=DriveGains(stiffness=…, damping=…): by default, each joint is critically damped for the inertia it moves
 )
 

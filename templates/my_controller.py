@@ -1,6 +1,6 @@
 """The controller: it converts an action into a command for the joints, once per control step.
 
-It handles any number of environments at once: every array has one row for each.
+It handles any number of environments at once: every array has one row per environment.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class MyController(Controller):
     """Moves the commanded joint positions by a smoothed action, which filters out jerky motion.
 
     Args:
-        max_delta: Motion of a joint in a control step for an action of 1 [rad or m], if its velocity limit allows it.
+        max_delta: Joint motion per control step for an action of 1 [rad or m], if the joint's velocity limit allows it.
         smoothing: Fraction of the previous step's action that is kept, in [0, 1).
     """
 
@@ -32,7 +32,7 @@ class MyController(Controller):
         self.smoothing = smoothing
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for a robot: an action is a number in [−1, 1] for each joint."""
+        """Prepare for a robot. An action has one number in [−1, 1] per joint."""
         self._joints = joints
         self._lower, self._upper = joints.position_lower.copy(), joints.position_upper.copy()  # (num_envs, dof)
         self._target: Floats = joints.home.copy()
@@ -43,7 +43,7 @@ class MyController(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Reset the state, because an episode begins at the position where the task has placed the robot."""
+        """Start from the position in which the task has placed the robot."""
         rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
         self._smooth[rows] = 0.0
@@ -51,15 +51,15 @@ class MyController(Controller):
     def apply(self, action: Action) -> Floats:
         """Return the target joint positions, (num_envs, dof) [rad or m].
 
-        Steps are added to the commanded positions. If they were added to the measured ones, an arm would sink, because
-        gravity pulls it slightly below the command.
+        Steps are added to the commanded positions. If they were added to the measured positions, an arm would sink,
+        because gravity pulls it slightly below the command.
         """
         self._smooth = self.smoothing * self._smooth + (1.0 - self.smoothing) * np.clip(action, -1.0, 1.0)
         self._target = np.clip(self._target + self._step * self._smooth, self._lower, self._upper)
         return self._target
 
     def snapshot(self) -> Snapshot:
-        """Return the state that ``apply`` depends on besides its argument, so that training can continue exactly."""
+        """Return all state that ``apply`` depends on besides its argument, so that training can resume exactly."""
         return {"target": self._target.copy(), "smooth": self._smooth.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,7 +1,7 @@
 """The task: a wheeled robot drives to a goal on the floor.
 
-It handles any number of environments at once: every array has one row for each. Only use functions that work on rows,
-and no products with a matrix or means over the environments, because environments must not affect each other.
+It handles any number of environments at once: every array has one row per environment. Use only functions that work row
+by row, not matrix products or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
-_BOUND = 1000.0  # [m, m/s, rad/s] more than the distance and speed of a rover
+_BOUND = 1000.0  # [m, m/s, rad/s] greater than any distance or speed of a rover
 
 
 class MyDrive(Task):
@@ -34,8 +34,8 @@ class MyDrive(Task):
         tolerance: Distance at which the goal is reached [m].
         goal_distance: Minimum and maximum distance of the goal [m].
         progress_weight: Reward for each meter of progress toward the goal [1/m].
-        time_penalty: Penalty in every step.
-        arrival_reward: Reward at the goal.
+        time_penalty: Penalty per step.
+        arrival_reward: Reward for reaching the goal.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
@@ -65,7 +65,7 @@ class MyDrive(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return everything except the robot: a floor and a camera."""
+        """Return the scene without the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(0.0, -2.6, 2.8), target=(0.0, 0.0, 0.0))})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
@@ -79,7 +79,7 @@ class MyDrive(Task):
         self._terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode in the n environments of the mask: rotate the robot, choose a goal."""
+        """Begin an episode in the n environments of the mask: rotate the robot and choose a goal."""
         rows = rows_of(mask)
         heading = rng.uniform("heading", -np.pi, np.pi, mask=mask)  # (n,) [rad]
         self._robot.write_base_pose(
@@ -96,7 +96,7 @@ class MyDrive(Task):
         self._last_distance[rows] = self._distance[rows]
 
     def advance(self, context: StepContext) -> None:
-        """Measure, once in each control step, the quantities that the methods below use."""
+        """Measure the quantities that the methods below use, once per control step."""
         self._last_distance = self._distance
         self._measure()
 
@@ -133,7 +133,7 @@ class MyDrive(Task):
         return self._terms
 
     def is_terminated(self) -> Mask:
-        """Return which episodes end in this state, with no further reward, (num_envs,) bool: those at the goal."""
+        """Return which robots are at the goal, which ends the episode with no further reward, (num_envs,) bool."""
         return self.is_success()
 
     def is_success(self) -> Mask:
@@ -145,7 +145,7 @@ class MyDrive(Task):
         return (Marker(self._goal, self.tolerance),)
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the task keeps between steps, so that training can be continued exactly."""
+        """Return the state that the task keeps between steps, so that training can resume exactly."""
         return {"goal": self._goal.copy(), "last_distance": self._last_distance.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -2,8 +2,8 @@
 
 The world is a separate process at the other end of a socket; replace it with your robot or your ROS graph. Here it is
 an engine that is stepped in real time, with drives that follow the received commands and hold the last one. The world
-cannot be paused, teleported, saved or duplicated, so the record does not claim ``pause``, ``teleport``, ``snapshot`` or
-``batched``. A reset drives the robots home.
+cannot be paused, saved or duplicated, and its objects cannot be teleported, so the record does not claim ``pause``,
+``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
 
 ``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are its client, with the required methods of
 a simulator.
@@ -47,8 +47,8 @@ RECORD = SimulatorRecord(
 )
 
 _HOMING_SPEED = 1.0  # [rad/s or m/s]
-_HOMING_PERIOD = 0.02  # [s] between two commands on the way home
-_AT_HOME = 0.05  # [rad or m] maximum deflection by gravity at home, and [rad/s or m/s] maximum remaining velocity
+_HOMING_PERIOD = 0.02  # [s] between commands on the way home
+_AT_HOME = 0.05  # [rad or m] maximum deflection under gravity at home, and [rad/s or m/s] maximum residual velocity
 
 Ask = Callable[..., Any]
 """Function that calls a method of the world and returns its result."""
@@ -58,7 +58,7 @@ class World:
     """The world: an engine that runs in real time, with drives that follow the last command.
 
     Args:
-        engine: Name of the simulator that computes the world.
+        engine: Name of the simulator that runs the world.
         robots: Robots, by name.
         scene: The rest of the scene.
         timestep: Duration of an engine step [s].
@@ -77,7 +77,7 @@ class World:
         self._simulation.robots[robot].set_command_mode(modes)
 
     def command(self, robot: str, rows: Floats) -> None:
-        """Follow the rows, one in each step, then hold the last one; (k, dof)."""
+        """Follow the rows (k, dof), one per step, then hold the last one."""
         self._rows[robot] = list(rows)
 
     def read(self) -> dict[str, dict[str, tuple[Floats, ...]]]:
@@ -89,7 +89,7 @@ class World:
         return {"robots": robots, "bodies": {name: (*body.pose, *body.twist) for name, body in sim.bodies.items()}}
 
     def run(self, connection: Connection) -> None:
-        """Step in real time, and handle requests in between, until the connection closes."""
+        """Step in real time, handling requests in between, until the connection closes."""
         due = time.monotonic()
         while True:
             for name, rows in self._rows.items():
@@ -106,12 +106,12 @@ class World:
 
 
 class PacedRobot(RobotHandle):
-    """A robot of the world; its state is that at the end of the last step.
+    """A robot in the world, as measured at the end of the last step.
 
     Args:
         name: Name in the simulation.
         placement: Placement of the robot.
-        ask: Calls a method of the world.
+        ask: Function that calls a method of the world.
     """
 
     def __init__(self, name: str, placement: Placement, ask: Ask) -> None:
@@ -156,7 +156,7 @@ class PacedRobot(RobotHandle):
 
 
 class PacedBody(BodyHandle):
-    """A body of the world, as observed at the end of the last step.
+    """A body in the world, as measured at the end of the last step.
 
     Args:
         name: Name in the simulation.
@@ -181,7 +181,7 @@ class MyPacedSimulator(Simulation):
     """A world that runs in real time in a separate process.
 
     Args:
-        engine: Name of the simulator that computes the world.
+        engine: Name of the simulator that runs the world.
         homing_timeout: Maximum time for driving the robots home [s].
     """
 
@@ -216,7 +216,7 @@ class MyPacedSimulator(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Describe the translation of a robot's model file: that of the usual engine."""
+        """Return the default engine's translation of a robot's model file."""
         simulation: type[Simulation] = get_record("simulator", "mujoco").load()
         return simulation.translation(model)
 

@@ -1,7 +1,7 @@
 """The task: an arm moves its tool to a goal and holds it there.
 
-It handles any number of environments at once: every array has one row for each. Only use functions that work on rows,
-and no products with a matrix or means over the environments, because environments must not affect each other.
+It handles any number of environments at once: every array has one row per environment. Use only functions that work row
+by row, not matrix products or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_rotate
 
-_POSTURES = 8192  # random postures; goals are tool positions of those above the floor, so that each can be reached
-_FLOOR_CLEARANCE = 0.05  # [m] between a goal's posture and the floor
-_OUTERMOST = 2.5  # [%] of the goals at both ends of each axis, which only a stretched arm reaches, are omitted
+_POSTURES = 8192  # random postures; goals are tool positions of those above the floor, so every goal is reachable
+_FLOOR_CLEARANCE = 0.05  # [m] minimum height of a goal's posture above the floor
+_OUTERMOST = 2.5  # [%] of the goals omitted at each end of each axis, because only a stretched arm reaches them
 
 
 def distance_to(goal: Floats, position: Floats) -> Floats:
@@ -44,8 +44,8 @@ class MyReach(Task):
 
     Args:
         tolerance: Distance at which the goal is reached [m].
-        precision_weight: Weight of the reward for the last centimeters.
-        start_noise: Maximum deviation of joints from home at the start of an episode [rad or m].
+        precision_weight: Weight of the reward term for the last few centimeters.
+        start_noise: Maximum deviation of each joint from home at the start of an episode [rad or m].
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
@@ -62,7 +62,7 @@ class MyReach(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return everything except the robot: a floor and a camera."""
+        """Return the scene without the robot: a floor and a camera."""
         return Scene(cameras={"overview": Camera(pos=(1.4, -1.4, 1.1), target=(0.0, 0.0, 0.35))})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
@@ -76,7 +76,7 @@ class MyReach(Task):
         self._terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode in the n environments of the mask: place the robot, choose a goal."""
+        """Begin an episode in the n environments of the mask: place the robot and choose a goal."""
         rows = rows_of(mask)
         robot = self._robot
         if "joint_positions" in options:
@@ -92,15 +92,15 @@ class MyReach(Task):
         self._measure()
 
     def advance(self, context: StepContext) -> None:
-        """Measure, once in each control step, the quantities that the methods below use."""
+        """Measure the quantities that the methods below use, once per control step."""
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        The vector is given in the world, and in the frame of the first moving link, where the task of the other joints
-        looks the same for every angle of that link. A learner may multiply a term by its scale, which makes relevant
-        differences about 1.
+        The vector is given both in the world and in the frame of the first moving link, in which the task of the other
+        joints looks the same for every angle of that link. A learner may multiply a term by its scale, which makes
+        relevant differences about 1.
         """
         robot = self._robot
         reach = longest_reach(robot.model, robot.tcp)
@@ -142,7 +142,7 @@ class MyReach(Task):
         return self._terms
 
     def is_success(self) -> Mask:
-        """Return which tools are at the goal now, (num_envs,) bool. The last step counts for the episode."""
+        """Return which tools are at the goal now, (num_envs,) bool. The last step decides the episode's success."""
         return self._distance <= self.tolerance
 
     # An episode ends at the time limit. To end it earlier, implement is_terminated().
@@ -152,7 +152,7 @@ class MyReach(Task):
         return (Marker(self._goal, self.tolerance),)
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the task keeps between steps, so that training can be continued exactly."""
+        """Return the state that the task keeps between steps, so that training can resume exactly."""
         return {"goal": self._goal.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -165,7 +165,7 @@ class MyReach(Task):
         self._distance = distance_to(self._goal, self._tcp)
 
     def _survey(self) -> Floats:
-        """Return tool positions (k, 3) [m] of postures in which the whole arm is above the floor; always the same."""
+        """Return tool positions (k, 3) [m] of postures with the whole arm above the floor, the same in every call."""
         robot = self._robot
         low = np.where(np.isinf(robot.position_lower[0]), -np.pi, robot.position_lower[0])
         high = np.where(np.isinf(robot.position_upper[0]), np.pi, robot.position_upper[0])

@@ -10,7 +10,7 @@ MY_ROVER = Robot(
     model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
     name="my_rover",
     base="wheeled",  # it moves freely in the world
-    tcp="base_link",  # the tool center point, which tasks refer to
+    tcp="base_link",  # the tool center point, used by tasks
     # Wheels follow a velocity, not a position. With much more damping, the tires slip or oscillate at larger timesteps.
     gains=DriveGains(stiffness=0.0, damping=0.2),
     differential_drive=DifferentialDrive(

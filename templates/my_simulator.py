@@ -1,8 +1,8 @@
-"""The simulator: how robots and bodies move. It only uses NumPy: each joint moves independently, and nothing collides.
+"""The simulator: how robots and bodies move. It uses only NumPy: each joint moves independently, and nothing collides.
 
 Its joints follow the drive law exactly, including gravity, with the inertia that they carry at home. Joints do not
 affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts, rays, wrenches
-and rendering are not supported; the methods of :class:`frobs_core.interfaces.Simulation` raise an error.
+and rendering are not supported; the inherited methods of :class:`frobs_core.interfaces.Simulation` raise an error.
 
 Arrays are batched: (num_envs, …).
 """
@@ -35,7 +35,7 @@ _KEPT = "moving_joints fixed_joints mimic_joints position_limits velocity_limits
 
 
 class FreeBody(BodyHandle):
-    """A pose and a twist of a scene body or of a robot's base.
+    """The pose and twist of a scene body or a robot's base.
 
     Args:
         name: Name in the simulation.
@@ -80,12 +80,12 @@ class FreeBody(BodyHandle):
         self.linear[rows_of(mask)], self.angular[rows_of(mask)] = lin_vel_world, ang_vel_world
 
     def reset(self, rows: Mask | slice) -> None:
-        """Return to the initial pose and velocity of the scene."""
+        """Restore the initial pose and velocity."""
         self.pos[rows], self.quat[rows] = self._start.pos, self._start.quat_wxyz
         self.linear[rows], self.angular[rows] = self._twist
 
     def step(self, seconds: float, gravity: Floats) -> None:
-        """Move freely."""
+        """Advance in free motion."""
         if self.flies:
             self.linear += seconds * gravity
             self.pos += seconds * self.linear
@@ -113,10 +113,10 @@ class JointRobot(RobotHandle):
         self.describe(name, placement, num_envs)  # sets name, joint names, limits, home and similar attributes
         self._friction = self.expand([joint.damping for joint in self.model.actuated_joints])  # [N·m·s/rad]
         self.base = self._root = FreeBody("base", num_envs, placement.pose, flies=robot.base == "floating")
-        self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot that falls with its base is weightless
+        self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot in free fall is weightless
         self._q = self.home.copy()
         self._v, self._efforts = np.zeros((2, *self._q.shape))
-        carried = composite_inertia(self.model, self.home[0])  # by each joint alone, at home [kg·m² or kg]
+        carried = composite_inertia(self.model, self.home[0])  # inertia carried by each joint, at home [kg·m² or kg]
         self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
         self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
@@ -145,13 +145,13 @@ class JointRobot(RobotHandle):
         self._root.pos[rows_of(mask)], self._root.quat[rows_of(mask)] = pos, quat_wxyz
 
     def reset(self, rows: Mask | slice) -> None:
-        """Return to home, at rest and holding."""
+        """Return to the home position, at rest and holding."""
         self._root.reset(rows)
         self._q[rows], self._v[rows], self._efforts[rows] = self.home[rows], 0.0, 0.0
         self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None
 
     def step(self, seconds: float, decimation: int, gravity: Floats) -> None:
-        """Advance by ``decimation`` physics steps of the given duration [s]."""
+        """Advance by ``decimation`` physics steps, each lasting ``seconds`` [s]."""
         commands, weight = self._take_commands(decimation), self._weight()
         for k in range(decimation):
             self._drive(commands[:, k], seconds, weight)
@@ -170,7 +170,7 @@ class JointRobot(RobotHandle):
         self._v[:] = np.where(q == self._q, v, 0.0)  # a limit is a hard stop
 
     def _weight(self) -> Floats:
-        """Return the efforts of gravity, (num_envs, dof) [N·m or N]."""
+        """Return the joint efforts due to gravity, (num_envs, dof) [N·m or N]."""
         weight = np.zeros_like(self._q)
         for link in self.model.links:
             if link.inertial is not None:
@@ -214,7 +214,7 @@ class MySimulator(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """List how each element of a robot's model file is simulated; ``frobs doctor robot`` shows it."""
+        """List how each element of a robot's model file is simulated, as ``frobs doctor robot`` shows it."""
         table = dict.fromkeys(_KEPT.split(), (Treatment.KEPT, ""))
         table["inertias"] = Treatment.APPROXIMATED, "only those that each joint carries at home"
         return translate(model, table, others=(Treatment.DROPPED, "joints move independently, without it"))
@@ -226,7 +226,7 @@ class MySimulator(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments with invalid numbers, or None."""
+        """Environments whose state contains invalid numbers, or None."""
         return self._diverged if self._diverged.any() else None
 
     def reset(self, mask: Mask | None = None) -> None:

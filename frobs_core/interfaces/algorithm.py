@@ -19,18 +19,18 @@ from frobs_core.observation import Observation
 class TrainingMonitor(Protocol):
     """Interface through which an algorithm reports to its run during training.
 
-    The run observes the environment that it passes to the algorithm. An algorithm therefore reports only the episodes of
-    environments that it makes and steps itself, for example on other machines: see :meth:`on_episodes`.
+    The run observes the environment that it passes to the algorithm. An algorithm therefore reports only the episodes
+    of environments that it creates and steps itself, for example on other machines; see :meth:`on_episodes`.
     """
 
     def is_due(self, steps: int) -> bool:
-        """Return whether progress or a checkpoint is due at this number of environment steps.
+        """Return whether a progress report or a checkpoint is due at this number of environment steps.
 
-        It is cheap enough to call in every step.
+        This is cheap enough to call in every step.
         """
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Report the training metrics since the last call as one row of the log.
+        """Log the training metrics since the last call as one row.
 
         Args:
             steps: Environment steps so far, over all environments.
@@ -47,13 +47,13 @@ class TrainingMonitor(Protocol):
         successes: Floats | None = None,
         terms: Mapping[str, Floats] | None = None,
     ) -> None:
-        """Report n finished episodes of environments that the algorithm made itself; part of the next row of the log.
+        """Report n finished episodes of environments that the algorithm created itself, for the next log row.
 
         Args:
             rewards: (n,) float64, undiscounted sums.
             lengths: (n,) int64 [control steps].
-            successes: (n,) float64, 1.0 or 0.0; None: the environment does not report success.
-            terms: Sum of each reward term, (n,) float64, by its name.
+            successes: (n,) float64, 1.0 or 0.0, or None if the environment does not report success.
+            terms: Sum of each reward term by name, (n,) float64.
         """
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
@@ -61,7 +61,7 @@ class TrainingMonitor(Protocol):
 
         Args:
             steps: Environment steps so far, over all environments.
-            save: :meth:`Algorithm.save`; called if the run requires a checkpoint now.
+            save: :meth:`Algorithm.save`, which is called if the run needs a checkpoint now.
 
         Raises:
             CheckpointError: The checkpoint cannot be written. Earlier checkpoints remain intact.
@@ -72,11 +72,11 @@ class Algorithm(ABC):
     """Base class of algorithms.
 
     Args:
-        env: A vector environment with same-step autoreset. It is already seeded, so reset it without a seed. The
-            environment of a run has the attribute ``recipe``, with which an algorithm can make more environments of the
-            same kind in other processes.
+        env: A vector environment with same-step autoreset. It is already seeded, so reset it without a seed. A run's
+            environment has the attribute ``recipe``, from which an algorithm can create more such environments in other
+            processes.
         config: The algorithm's settings, validated by the algorithm.
-        seed: Seed of all random numbers that the algorithm draws, in [0, 2³¹).
+        seed: Seed for all random numbers that the algorithm draws, in [0, 2³¹).
 
     Attributes:
         observation_space: Observation space of a single environment.
@@ -95,7 +95,7 @@ class Algorithm(ABC):
     @classmethod
     @abstractmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Validate settings and add the defaults, as values that YAML can represent. Resolved settings do not change.
+        """Validate settings and add the defaults, as YAML-serializable values. Resolved settings do not change.
 
         :func:`frobs_core.validation.validate` does this with a pydantic model and reports the file and line of an
         error.
@@ -108,7 +108,7 @@ class Algorithm(ABC):
 
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until ``steps`` environment steps were taken, over all environments, including those before a load."""
+        """Train until ``steps`` environment steps have been taken in total, including those before a load."""
 
     @abstractmethod
     def predict(
@@ -120,7 +120,8 @@ class Algorithm(ABC):
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return actions for a batch of observations, and the next state of a recurrent policy.
 
-        Neither deterministic nor random predictions change what was learned or the random generators used in training.
+        Predictions, deterministic or random, affect neither the learned parameters nor the random generators used in
+        training.
         """
 
     @abstractmethod
@@ -130,14 +131,14 @@ class Algorithm(ABC):
         Args:
             folder: The empty folder.
             previous: Latest checkpoint of this training run, complete and on the same disk, or None. Files that have
-                not changed since may be hard links to it, so that a checkpoint costs only what is new.
+                not changed since then may be hard links to it, so that a checkpoint takes space only for new data.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
         """
 
     def save_policy(self, folder: Path) -> None:
-        """Write what :meth:`load` needs for prediction, without an environment, to an empty folder.
+        """Write everything that :meth:`load` needs for prediction without an environment to an empty folder.
 
         By default this saves everything. Override it to omit data that only training needs.
 
@@ -147,49 +148,51 @@ class Algorithm(ABC):
         self.save(folder)
 
     def forget_episodes(self) -> None:
-        """Discard loaded data about running episodes, because the environment could not be restored and was reset.
+        """Discard loaded data about unfinished episodes, because the environment was reset instead of restored.
 
-        Called between :meth:`load` and :meth:`train` if a run is resumed on an environment without a snapshot.
+        Called between :meth:`load` and :meth:`train` when a run is resumed on an environment that does not support
+        snapshots.
         """
 
     def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
         """Return the methods that ``frobs bench ID --training`` times, for each part of a training run.
 
-        Optional. Use these names for the parts: ``"inference"`` chooses actions and estimates values while experience is
+        Optional. Name the parts as follows: ``"inference"`` chooses actions and estimates values while experience is
         collected, ``"updates"`` performs gradient steps, and ``"storage"`` maintains the rollout or replay buffer. Each
-        method is replaced by one that measures its time, as an attribute of its owner, so :meth:`train` must look it up
-        there at each call. If a timed method calls another one, the time of the inner call counts for its own part only.
+        method is replaced, as an attribute of its owner, by one that measures its time, so :meth:`train` must look it
+        up there at each call. If one timed method calls another, the inner call's time counts only toward its own part.
 
         Returns:
-            For each part its methods, as pairs of owner and method name. Empty by default: only the time of the
-            environments is then known.
+            The methods of each part, as pairs of owner and method name. The default is empty, in which case only the
+            environments' time is known.
         """
         return {}
 
     @classmethod
     @abstractmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read what :meth:`save` wrote, without executing any code from the files.
+        """Read the files written by :meth:`save`, without executing any code from them.
 
         Args:
             folder: The folder.
-            env: Environment to continue training with; None to load for prediction only.
+            env: Environment in which to continue training, or None to load for prediction only.
 
         Raises:
             CheckpointError: A file is missing or damaged.
-            UntrustedFileError: A file could only be read by executing code in it.
+            UntrustedFileError: A file can be read only by executing code in it.
         """
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Read what :meth:`save` wrote, and continue with other settings. Population-based training needs it.
+        """Read the files written by :meth:`save` and continue with other settings. Used by population-based training.
 
-        Optional. An algorithm that supports it can continue with another learning rate, discount, batch size and the like.
+        Optional. An algorithm that supports it can continue with a different learning rate, discount, batch size and so
+        on.
 
         Args:
             folder: The folder.
             env: The environment.
-            config: The new settings, complete.
+            config: The complete new settings.
 
         Raises:
             ConfigurationError: A setting cannot change, because the networks or buffers depend on it, or the algorithm
@@ -204,12 +207,12 @@ class Algorithm(ABC):
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph from the raw observation to the executed action.
 
-        The graph includes all scaling, normalization, squashing and clipping. This method is optional.
+        Optional. The graph includes all scaling, normalization, squashing and clipping.
 
         The first axis of every input and output is the batch, of any size. Inputs: ``"observation"`` as in the
         observation space, or ``"observation/<key>"`` for each key of a Dict. Recurrent policies also have
         ``"state/0"``, ``"state/1"``, …, float, initially zero, and ``"episode_start"``, (batch,) bool. Outputs:
-        ``"action"`` in the action space; ``"scores"``, (batch, choices) float, for discrete actions, of which the
+        ``"action"`` in the action space; for discrete actions, ``"scores"``, (batch, choices) float, of which the
         largest is chosen; and ``"next_state/0"``, … for each state.
 
         Raises:

@@ -1,4 +1,4 @@
-"""Attaching an end effector to an arm: merges two model files and descriptions into one."""
+"""Attaches an end effector to an arm by merging their model files and descriptions."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
 
 
 def _renamed(arm: Robot) -> dict[str, str]:
-    """Return the default controllers of an arm. The arm's only group may be ``"all"``."""
+    """Return an arm's default controllers. The arm's only group may be ``"all"``."""
     return {"arm" if group == ALL else group: controller for group, controller in arm.default_controllers.items()}
 
 
@@ -102,7 +102,7 @@ def _join(arm: RobotModel, link: str, tool: RobotModel, name: str, title: str, p
 
 
 def _write(title: str, text: str) -> Path:
-    """Write a model file to the cache, under a name that is derived from its text."""
+    """Write a model file to the cache under a name derived from its content."""
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     path = cache_folder("assembled") / f"{title}-{digest}.urdf"
     if not path.exists():
@@ -114,7 +114,7 @@ def _write(title: str, text: str) -> Path:
 def _gains(
     whole: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
 ) -> DriveGains | None:
-    """Return the gains of both parts; joints of a part without gains get the default gains of the combined model."""
+    """Return the gains of both parts. A part without gains gets the combined model's default gains."""
     if arm.gains is None and tool.gains is None:
         return None
     model = load_model(whole.model)

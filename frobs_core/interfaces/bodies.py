@@ -26,8 +26,8 @@ class Shape:
     Attributes:
         geometry: The shape's geometry.
         pose: Pose in the body's frame.
-        rgba: Color, each component in [0, 1]; None: the body's color.
-        collides: Whether it collides; otherwise it is only rendered.
+        rgba: Color, each component in [0, 1], or None for the body's color.
+        collides: Whether it collides. If not, it is only rendered.
     """
 
     geometry: Geometry
@@ -38,15 +38,15 @@ class Shape:
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """An object of the scene: one shape in its frame, or several at fixed places in it.
+    """An object in the scene, with one shape or several shapes fixed to each other.
 
-    A body with a mass or a density is free; the others are static or kinematic. If ``center_of_mass`` and ``inertia``
-    are omitted, they are computed from its colliding shapes (from all shapes, if none collides), as solids of equal
-    density.
+    A body with a mass or a density is free. Other bodies are static or kinematic. If ``center_of_mass`` and ``inertia``
+    are omitted, they are computed from its colliding shapes (or from all shapes if none of them collides), as solids of
+    uniform density.
 
     Attributes:
-        geometry: Its only shape, for collision and rendering. A mesh collides as its convex hull, or as convex pieces
-            if it is ``decomposed``.
+        geometry: Its only shape, for collision and rendering. A mesh collides as its convex hull, or as a set of convex
+            pieces if it is ``decomposed``.
         shapes: Its shapes, instead of ``geometry``.
         pose: Pose in the world at reset.
         twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
@@ -58,13 +58,13 @@ class Body:
         collides: Whether it collides with other bodies.
         friction: Coefficient of sliding friction. If a free body slides over the floor, MuJoCo and PyBullet use the
             larger of the two coefficients, and Gazebo the smaller one.
-        torsional_friction: Maximum torque about the contact normal, per normal force [m]; 0: none.
-        rolling_friction: Maximum torque against rolling, per normal force [m]; 0: none.
+        torsional_friction: Maximum torque about the contact normal, per normal force [m], or 0 for none.
+        rolling_friction: Maximum torque that resists rolling, per normal force [m], or 0 for none.
         rgba: Color, each component in [0, 1].
 
     Raises:
-        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``, or both a mass and a density, or an
-            inertia, a center of mass or a twist but no mass, or an inertia that is physically impossible.
+        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``; both a mass and a density; an
+            inertia, a center of mass or a twist but no mass; or an inertia that is physically impossible.
     """
 
     geometry: Geometry | None = None
@@ -121,10 +121,10 @@ class Body:
 
     @cached_property
     def inertial(self) -> Inertial | None:
-        """Its mass, center of mass and inertia; None if it is not free.
+        """Its mass, center of mass and inertia, or None if it is not free.
 
         Raises:
-            ModelFileError: They depend on a mesh that cannot be read, or whose surface is not closed.
+            ModelFileError: They depend on a mesh that cannot be read or whose surface is not closed.
         """
         if not self.is_free:
             return None
@@ -141,7 +141,7 @@ class Body:
         return not any(isinstance(part.geometry, Mesh) for part in self.parts)
 
     def resized(self, factor: float) -> Body:
-        """Return this body with all lengths multiplied by a factor. Its mass stays the same.
+        """Return a copy of this body with all lengths multiplied by a factor. Its mass does not change.
 
         Args:
             factor: > 0. The body must be sizable.

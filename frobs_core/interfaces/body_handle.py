@@ -9,7 +9,7 @@ from frobs_core.errors import CapabilityError
 
 
 class BodyHandle(ABC):
-    """One scene body in every environment."""
+    """A scene body, in all environments."""
 
     name: str
 
@@ -24,11 +24,11 @@ class BodyHandle(ABC):
         """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
-        """Teleport the body; its velocity becomes 0.
+        """Teleport the body and set its velocity to 0.
 
         Args:
             pos: (n, 3) [m]
-            quat_wxyz: (n, 4); None keeps the orientation.
+            quat_wxyz: (n, 4), or None to keep the orientation.
             mask: The environments to change.
 
         Raises:

@@ -12,7 +12,7 @@ from frobs_core.interfaces.scene import Scene
 
 
 class ContactState:
-    """State of the declared contacts of a scene in the last control step, in the order of ``scene.contacts``.
+    """State of a scene's declared contacts in the last control step, in the order of ``scene.contacts``.
 
     A simulator that supports contacts stores one as :attr:`Simulation.contacts` and updates its arrays in each
     ``step``.
@@ -20,11 +20,11 @@ class ContactState:
     Args:
         scene: Scene that declares the contacts.
         num_envs: ≥ 1.
-        arrays: Arrays to use, named as in :meth:`fields`; None: allocate new arrays.
+        arrays: Arrays to use, named as in :meth:`fields`, or None to allocate new ones.
 
     Attributes:
         scene: Scene that declares the contacts.
-        closed: (num_envs, contacts) bool: whether a contact was closed in any physics step.
+        closed: (num_envs, contacts) bool, whether a contact was closed in any physics step.
         normal_force: (num_envs, contacts) [N] largest normal force.
         resultant: (num_envs, contacts, 3) [N] total force on the first side, in the world, averaged over the physics
             steps.
@@ -42,7 +42,7 @@ class ContactState:
 
     @staticmethod
     def fields(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
-        """Return the shape of one environment's row and the dtype of each array, by its name in a snapshot."""
+        """Return each array's shape for one environment and its dtype, by its name in a snapshot."""
         count = len(scene.contacts)
         return {"contact": ((count,), "?"), "contact_force": ((count,), "f8"), "contact_resultant": ((count, 3), "f8")}
 
@@ -64,7 +64,7 @@ class ContactState:
         np.divide(resultant.sum(axis=1), resultant.shape[1], out=self.resultant)
 
     def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
-        """Update the contacts of a control step from the snapshots of its physics steps."""
+        """Update a control step's contacts from the snapshots of its physics steps."""
         self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
@@ -72,6 +72,6 @@ class ContactState:
         return {name: array.copy() for name, array in self._arrays.items()}
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Restore a snapshot; arrays that it does not contain become zero."""
+        """Restore a snapshot. Arrays that it does not contain are set to zero."""
         for name, array in self._arrays.items():
             array[:] = snapshot.get(name, 0)

@@ -25,8 +25,8 @@ class Controller(ABC):
 
     Attributes:
         command_mode: Meaning of its commands.
-        rate: ``"control"``: one command, or one row for each physics step, per control step. ``"physics"``: the
-            environment also calls :meth:`update` before each further physics step, which is much slower.
+        rate: ``"control"``: one command per control step, which may have one row for each physics step. ``"physics"``:
+            the environment also calls :meth:`update` before each subsequent physics step, which is much slower.
         action_space: Action space of a single environment; set by ``bind``. Usually a Box in [−1, 1].
     """
 
@@ -39,8 +39,8 @@ class Controller(ABC):
 
         Args:
             scene: The scene that the task describes.
-            simulation: Provides the current poses of the scene's bodies and other robots. Only read it; never write to
-                it or step it.
+            simulation: Provides the current poses of the scene's bodies and the other robots. It is read-only: never
+                write to it or step it.
         """
 
     @abstractmethod
@@ -48,7 +48,7 @@ class Controller(ABC):
         """Prepare to control joints: read their limits, set :attr:`action_space`, allocate buffers.
 
         Args:
-            joints: A group of a robot's joints, or all of them. Arrays have the group's joints in its order.
+            joints: A group of a robot's joints, or all of them. Arrays contain the group's joints in its order.
             control_timestep: [s]
             decimation: Physics steps per control step.
 
@@ -66,18 +66,19 @@ class Controller(ABC):
 
         Args:
             action: (num_envs, …) in the batched action space: float64 for a Box, int64 for Discrete. Box actions are
-                finite but not yet clipped to the space, so clip them.
+                finite but not clipped to the space, so clip them.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) with one row for each physics step, where dof counts the
-            joints of the group. The controller may reuse the array in the next call.
+            (num_envs, dof), or (num_envs, decimation, dof) with one row for each physics step, where dof is the number
+            of joints in the group. The controller may reuse the array in the next call.
         """
 
     def update(self) -> Floats:
-        """Return the joint command of the next physics step, (num_envs, dof). Only called if the rate is ``"physics"``.
+        """Return the joint command for the next physics step, (num_envs, dof). Called only if the rate is
+        ``"physics"``.
 
-        Called before each physics step of a control step except the first, whose command :meth:`apply` has returned.
-        The state of the joint group is that after the last physics step.
+        Called before each physics step of a control step except the first, whose command is returned by :meth:`apply`.
+        The joint group has the state after the latest physics step.
 
         Raises:
             PluginError: The controller has the rate ``"physics"`` and does not define this method.
@@ -85,10 +86,11 @@ class Controller(ABC):
         raise PluginError(f"{type(self).__name__} has rate 'physics', so it must implement update().")
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return metrics of the last :meth:`apply` by name, (num_envs,) each. The names must always be the same.
+        """Return metrics of the last :meth:`apply` by name, (num_envs,) each. The names must never change.
 
         The step's ``info`` contains ``"plan_success"`` as ``"frobs/plan_success"``. Names that end in ``_time`` denote
-        measured wall-clock time, so they need not be reproducible. There is no cost per step unless you override this.
+        measured wall-clock time, so they need not be reproducible. Unless you override this method, it costs no time
+        per step.
         """
         return {}
 
@@ -96,13 +98,13 @@ class Controller(ABC):
     def max_action_change(self) -> Floats | None:
         """Return the largest action change per control step that the joints can follow, in the action space's shape.
 
-        It follows from the joints' velocity limits; inf for joints without one. None if actions are not joint
-        positions.
+        It follows from the joints' velocity limits and is inf for joints without one. Return None if actions are not
+        joint positions.
         """
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return the internal state that ``apply`` depends on, except its argument and the simulation."""
+        """Return the internal state on which ``apply`` depends, apart from its argument and the simulation."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -110,7 +112,7 @@ class Controller(ABC):
 
 
 class ControllerWrapper(Controller):
-    """A controller that modifies the actions of another, arbitrary controller.
+    """A controller that modifies the actions of any other controller.
 
     A subclass sets :attr:`action_space` in ``bind`` and changes the action in ``apply``. Everything else is delegated
     to the wrapped controller.

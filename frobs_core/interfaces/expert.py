@@ -1,4 +1,4 @@
-"""Experts: scripted policies that show that a task can be solved and produce demonstrations."""
+"""Experts: scripted policies that prove a task solvable and produce demonstrations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Expert(ABC):
     """Base class of experts. A task names its expert in :attr:`Task.expert <frobs_core.interfaces.Task.expert>`.
 
     An expert may read the whole state of the environment: the task, the simulation and the controllers. It must not
-    change anything. It is created before the first reset, when there is no state yet.
+    change anything. It is created before the first reset, when no state exists yet.
 
     Args:
         env: Unwrapped environment with the task. A single environment is a batch of one.
@@ -34,7 +34,7 @@ class Expert(ABC):
         """Return actions for the current state, (num_envs, …).
 
         Args:
-            episode_start: (num_envs,) bool: environments whose episode has just begun.
+            episode_start: (num_envs,) bool that selects environments whose episode has just begun.
         """
 
 

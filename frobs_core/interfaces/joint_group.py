@@ -14,7 +14,7 @@ from frobs_core.models.model import Joint, RobotModel
 
 
 class JointGroup(ABC):
-    """Joints of one robot, in every environment, as a controller sees them (read-only).
+    """A controller's read-only view of one robot's joints, in all environments.
 
     The handle of a robot is the group of all its actuated joints. Arrays are (num_envs, …) float64 and read-only. They
     are valid until the simulation changes.
@@ -29,7 +29,7 @@ class JointGroup(ABC):
         dof: Number of joints.
         tcp: Name of the tool center point's link.
         home: (num_envs, dof) [rad or m]
-        position_lower: (num_envs, dof) [rad or m]; −inf where there is no limit.
+        position_lower: (num_envs, dof) [rad or m]; −inf if a joint has no limit.
         position_upper: (num_envs, dof) [rad or m]
         velocity_limit: (num_envs, dof) [rad/s or m/s]
         effort_limit: (num_envs, dof) [N·m or N]
@@ -62,7 +62,7 @@ class JointGroup(ABC):
     @property
     @abstractmethod
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
+        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
 
     @abstractmethod
     def drive_gains(self) -> tuple[Floats, Floats]:
@@ -84,14 +84,15 @@ class JointGroup(ABC):
 
         Args:
             frame: Name of a link, or ``"tcp"``.
-            joint_positions: None: the current pose. (k, dof) [rad or m]: the pose at these positions, with the base
-                where the scene places it and all other joints at home. This does not change the state; k is arbitrary.
+            joint_positions: If None, return the current pose. If (k, dof) [rad or m], for any k, return the pose at
+                these positions, with the base where the scene places it and all other joints at home. The state does
+                not change.
 
         Returns:
             pos (num_envs or k, 3) [m] and quat_wxyz (num_envs or k, 4).
 
         Raises:
-            UnknownNameError: No link has this name.
+            UnknownNameError: There is no link with this name.
         """
 
     @abstractmethod
@@ -106,7 +107,7 @@ class JointGroup(ABC):
         """Resolve ``"tcp"`` and verify that the link exists.
 
         Raises:
-            UnknownNameError: No link has this name.
+            UnknownNameError: There is no link with this name.
         """
         name = self.tcp if frame == "tcp" else frame
         links = [link.name for link in self.model.links]
@@ -116,12 +117,12 @@ class JointGroup(ABC):
 
 
 class JointSubset(JointGroup):
-    """Some joints of a robot.
+    """A subset of a robot's joints.
 
     Args:
-        whole: The group that contains them.
+        whole: Group that contains them.
         joint_names: Their names, in the order of the arrays.
-        tcp: Link that is the group's tool center point; None: the robot's tool center point.
+        tcp: Link that is the group's tool center point, or None for the robot's tool center point.
 
     Attributes:
         columns: Columns of the joints in the joint arrays of ``whole``.
@@ -159,7 +160,7 @@ class JointSubset(JointGroup):
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
+        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return self._whole.joint_efforts[:, self.columns]
 
     @property
@@ -178,7 +179,7 @@ class JointSubset(JointGroup):
         return stiffness[:, self.columns], damping[:, self.columns]
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, currently or for given positions of the group's joints."""
+        """Return the pose of a link in the world, at the current or given positions of the group's joints."""
         whole = self._whole
         if joint_positions is None:
             return whole.frame_pose(self.frame_name(frame))

@@ -15,7 +15,7 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.models.model import Link
 
 NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
-"""Parameters that every such simulator provides. Simulators that can rebuild bodies add ``size``."""
+"""Parameters that each of these simulators provides. Simulators that can rebuild bodies add ``size``."""
 
 
 class Driven(Protocol):
@@ -43,12 +43,12 @@ class WrittenParameters(ABC):
     Args:
         placements: The robots of the scene.
         scene: The rest of the scene.
-        robots: Handles of the robots; may be filled later.
+        robots: Handles of the robots. The mapping may be filled later.
         num_envs: ≥ 1.
 
     Attributes:
         names: Names of the supported parameters.
-        written: Written values, by parameter and target: (num_envs, …).
+        written: Values that have been written, (num_envs, …), by parameter and target.
     """
 
     names: Sequence[str] = NAMES
@@ -64,7 +64,7 @@ class WrittenParameters(ABC):
         """Pass a written mass, friction, size or gravity on to the engine."""
 
     def collides(self, target: str) -> bool:
-        """Return whether a scene body or ``robot/link`` has a shape that can collide with others."""
+        """Return whether a scene body or ``robot/link`` has a shape that can collide."""
         if target in self._scene.bodies:
             return bool(self._scene.bodies[target].collisions)
         return bool(self._link(target).collisions)
@@ -126,7 +126,7 @@ class WrittenParameters(ABC):
         return state
 
     def restore(self, state: Snapshot) -> None:
-        """Restore a snapshot; parameters that it does not contain return to the values of the scene and the models."""
+        """Restore a snapshot; parameters that it does not contain revert to the values of the scene and the models."""
         saved = {
             (name, target): value
             for key, value in state.items()
@@ -144,7 +144,7 @@ class WrittenParameters(ABC):
             robot.refresh_gains()
 
     def _nominal(self, name: str, target: str) -> Floats:
-        """Return the value from the scene or the model."""
+        """Return the nominal value from the scene or the model."""
         scene = self._scene
         if name == "gravity":
             return np.array(scene.gravity, np.float64)

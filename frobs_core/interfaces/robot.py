@@ -14,7 +14,7 @@ ALL = "all"
 
 @dataclass(frozen=True, kw_only=True)
 class DriveGains:
-    """Gains of the drive law: one number for all joints, or numbers by joint name.
+    """Gains of the drive law: one number for all joints, or one per joint name.
 
     Attributes:
         stiffness: Kp [N·m/rad or N/m]
@@ -25,7 +25,7 @@ class DriveGains:
     damping: float | Mapping[str, float]
 
     def of(self, joint: str) -> tuple[float, float]:
-        """Return (Kp, Kd) of a joint; joints that are missing in a mapping have 0."""
+        """Return (Kp, Kd) for a joint. Joints missing from a mapping have 0."""
 
         def pick(gain: float | Mapping[str, float]) -> float:
             return gain.get(joint, 0.0) if isinstance(gain, Mapping) else gain
@@ -44,8 +44,8 @@ class DifferentialDrive:
         wheel_radius: [m]
         max_linear_velocity: [m/s]
         max_angular_velocity: [rad/s]
-        max_linear_acceleration: [m/s²]; None: unlimited.
-        max_angular_acceleration: [rad/s²]; None: unlimited.
+        max_linear_acceleration: [m/s²], or None for no limit.
+        max_angular_acceleration: [rad/s²], or None for no limit.
     """
 
     left: tuple[str, ...]
@@ -64,8 +64,8 @@ class EndEffector:
 
     Attributes:
         tcp: Link that is the tool center point.
-        arm: Joint group that carries the tool; empty: the robot's first group.
-        group: Joint group of the fingers; empty: the tool has none.
+        arm: Joint group that carries the tool, or empty for the robot's first group.
+        group: Joint group of the fingers, or empty if the tool has none.
         open: Joint positions of the open tool, by joint name [rad or m].
         closed: Joint positions of the closed tool, by joint name [rad or m].
     """
@@ -87,19 +87,19 @@ class Robot:
         name: Name for messages.
         xacro_args: Arguments of the xacro file.
         package_paths: Folders of the ROS packages that the model file refers to, by package name.
-        home: Rest configuration by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their limits
-            if 0 is outside of them.
-        tcp: Link that serves as the tool center point; None: the last link of the longest chain.
-        gains: Gains of the drive law; None: computed from the inertia, critically damped.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; the last two move freely in the world.
+        home: Rest configuration by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their limits if
+            these exclude 0.
+        tcp: Link that serves as the tool center point, or None for the last link of the longest chain.
+        gains: Gains of the drive law. If None, critically damped gains are computed from the inertia.
+        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; with the last two, the base moves freely in the world.
         sensors: Sensors, by name.
         differential_drive: Wheels of a robot with a differential drive.
-        self_collision: Whether links that are not neighbors collide with each other.
-        friction: Coefficient of sliding friction by link, for links that should not use the simulator's default: for
-            example 0 for a caster, which glides.
-        groups: Joints that are controlled together, by group name; empty: one group, ``"all"``. Groups are disjoint.
-            Joints in no group hold their home position.
-        default_controllers: Controllers by group, used for groups for which the user does not choose one.
+        self_collision: Whether non-adjacent links collide with each other.
+        friction: Coefficient of sliding friction by link, for links that should not use the simulator's default, such
+            as 0 for a caster, which glides.
+        groups: Joints that are controlled together, by group name, or empty for a single group, ``"all"``. Groups are
+            disjoint. Joints that are not in a group hold their home position.
+        default_controllers: Controllers by group, for groups whose controller the user does not choose.
         end_effectors: Tools, by name.
     """
 
@@ -120,7 +120,7 @@ class Robot:
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
 
     def tcp_of(self, group: str) -> str | None:
-        """Return the tool center point of a joint group; None means that of the robot."""
+        """Return the tool center point of a joint group, or None if it is the robot's."""
         first = next(iter(self.groups), "")
         return next((tool.tcp for tool in self.end_effectors.values() if (tool.arm or first) == group), None)
 
@@ -135,15 +135,15 @@ class Robot:
     ) -> Robot:
         """Return a copy of this arm with an end effector attached to one of its links.
 
-        Both models are merged into one URDF in the cache, in which all names of the tool begin with ``name_``. The
+        Both models are merged into one cached URDF, in which all of the tool's names begin with ``name_``. The
         tool's joints become the joint group ``name``. If the arm has no groups, its joints become the group ``"arm"``.
-        The new tool center point is that of the tool.
+        The tool's tool center point becomes that of the robot.
 
         Args:
             link: Link that carries the tool.
-            tool: Description of the tool: a robot without joint groups. If it describes an end effector, that defines
+            tool: Description of the tool: a robot without joint groups. If it describes an end effector, this defines
                 the tool center point and the open and closed positions.
-            name: Name of the end effector, of its joint group, and prefix of all its names.
+            name: Name of the end effector and its joint group, and prefix of all its names.
             pos: Position of the tool's root link in ``link`` [m].
             rpy: Orientation of the tool's root link in ``link`` [rad].
 

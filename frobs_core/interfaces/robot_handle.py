@@ -1,4 +1,4 @@
-"""The handle of a robot in a simulation: reads and writes its state, and commands its drives."""
+"""The handle of a robot in a simulation, which reads and writes its state and commands its drives."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_core.rotations import Number, quat_multiply, quat_rotate
 
 
 class RobotHandle(JointGroup):
-    """One robot of a simulation in every environment.
+    """A robot in a simulation, in all environments.
 
     The drive law, evaluated in each physics step, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with
     implicit damping. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as ff = Kd·v* with Kp = 0;
@@ -28,8 +28,8 @@ class RobotHandle(JointGroup):
 
     Attributes:
         command_modes: (dof) command mode of each joint.
-        base: Handle of the root link if the simulator can move it as a body. None: the base is fixed, or the simulator
-            overrides the methods that read and write it.
+        base: Handle of the root link if the simulator can move it as a body, or None if the base is fixed or the
+            simulator overrides the methods that read and write it.
     """
 
     command_modes: tuple[CommandMode, ...]
@@ -72,18 +72,19 @@ class RobotHandle(JointGroup):
         self._command, self._command_rows = self.holding_command(self.home), None
 
     def expand(self, row: Sequence[float] | Floats) -> Floats:
-        """Repeat a value per joint for all environments, (num_envs, dof)."""
+        """Repeat per-joint values for all environments, (num_envs, dof)."""
         return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
     def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
-        """Return a group of joints for a controller. For all joints in their original order, this is the handle itself.
+        """Return a group of joints for a controller. If it contains all joints in their original order, return the
+        handle itself.
 
         Args:
             joint_names: The joints.
-            tcp: Link that is the group's tool center point; None: the robot's tool center point.
+            tcp: Link that is the group's tool center point, or None for the robot's tool center point.
 
         Raises:
-            UnknownNameError: The robot does not have such an actuated joint or link.
+            UnknownNameError: The robot has no actuated joint or link with this name.
         """
         if tuple(joint_names) == self.joint_names and tcp in (None, self.tcp):
             return self
@@ -115,10 +116,10 @@ class RobotHandle(JointGroup):
         return next(iter(modes), CommandMode.POSITION)
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode and hold: command the current positions, zero velocity or zero effort.
+        """Change the command mode and command the robot to hold: its current positions, zero velocity or zero effort.
 
         Args:
-            mode: One mode for all joints, or one for each.
+            mode: One mode for all joints, or one for each joint.
         """
         self._set_modes(mode)
         self.command(self.holding_command(self.joint_positions))
@@ -128,17 +129,17 @@ class RobotHandle(JointGroup):
         self.refresh_gains()
 
     def command(self, values: Floats) -> None:
-        """Set the targets of the drives for the next steps. The default implementation stores them until the next step.
+        """Set the drives' targets for the next steps. The default implementation stores them until the next step.
 
         Args:
-            values: (num_envs, dof), held; or (num_envs, decimation, dof) with one row for each physics step of the next
-                ``step``, which must have the same ``decimation``. The last row is held afterwards.
+            values: (num_envs, dof), held constant, or (num_envs, decimation, dof) with one row for each physics step of
+                the next ``step``, which must have the same ``decimation``. The last row is held afterwards.
         """
         self._command_rows = np.array(values) if values.ndim == 3 else None
         self._command[:] = values[:, -1] if values.ndim == 3 else values
 
     def _take_commands(self, decimation: int) -> Floats:
-        """Return the command for each physics step of the step that begins, (num_envs, decimation, dof).
+        """Return the command for each physics step of the upcoming step, (num_envs, decimation, dof).
 
         Args:
             decimation: Number of physics steps.
@@ -158,7 +159,7 @@ class RobotHandle(JointGroup):
         return self._stiffness, self._damping
 
     def refresh_gains(self) -> None:
-        """Recompute the factors of the drive law, after the gains or the command modes have changed."""
+        """Recompute the factors of the drive law after the gains or command modes have changed."""
         self._active_stiffness, self._active_damping, self._factor = active_gains(
             self.command_modes, self._stiffness, self._damping
         )
@@ -175,7 +176,7 @@ class RobotHandle(JointGroup):
         return np.divide(self._factor[rows], before, out=np.ones_like(before), where=before > 0)
 
     def holding_command(self, joint_positions: Floats) -> Floats:
-        """Return the command that holds, by each joint's mode: the given positions, zero velocity or zero effort.
+        """Return the hold command for each joint's mode: the given positions, zero velocity or zero effort.
 
         Args:
             joint_positions: (…, dof) [rad or m]
@@ -230,10 +231,10 @@ class RobotHandle(JointGroup):
             raise CapabilityError.lacking(self, "teleport")
         self.base.write_twist(lin_vel_world, ang_vel_world, mask)
 
-    # Kinematics from the model, the joint state and the base pose. Engines with their own kinematics override them.
+    # Kinematics from the model, the joint state and the base pose. Engines with their own kinematics override these.
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, currently or for given joint positions."""
+        """Return the pose of a link in the world, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         pos, quat = self.model.frame_pose(self.frame_name(frame), self.joint_positions)
@@ -241,7 +242,7 @@ class RobotHandle(JointGroup):
         return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return :meth:`frame_pose` for given joint positions, (k, dof) [rad or m]."""
+        """Return :meth:`frame_pose` at given joint positions, (k, dof) [rad or m]."""
         pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
         base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
         return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
@@ -284,7 +285,8 @@ class RobotHandle(JointGroup):
         return jacobian
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]. The lidar does not detect the robot itself.
+        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]. The lidar does not detect the
+        robot itself.
 
         Raises:
             CapabilityError: The simulator does not support ``rays``.
@@ -293,7 +295,7 @@ class RobotHandle(JointGroup):
         raise CapabilityError.lacking(self, "rays")
 
     def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
-        """Return a lidar, and the origins [m] and directions of its rays in the world, (num_envs, rays, 3) each.
+        """Return a lidar and its rays' origins [m] and directions in the world, (num_envs, rays, 3) each.
 
         Raises:
             UnknownNameError: The robot has no such lidar.
@@ -313,7 +315,7 @@ class RobotHandle(JointGroup):
 
 
 def _xy_axes(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number, Number, Number, Number]:
-    """Return the x axis and the y axis of a frame that is rotated by a quaternion."""
+    """Return the x and y axes of a frame rotated by a quaternion."""
     return (
         1.0 - 2.0 * (y * y + z * z),
         2.0 * (x * y + w * z),

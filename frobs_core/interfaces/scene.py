@@ -28,12 +28,12 @@ class Contact:
     """A contact between two bodies that a task observes.
 
     A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
-    robot, or ``"*"`` for any body.
+    robot, or ``"*"`` for anything.
 
     Attributes:
         first: One side.
         second: The other side.
-        ignore: Sides that ``"*"`` does not include. Requires ``"*"``. The force of such a contact is not available.
+        ignore: Sides that ``"*"`` excludes; valid only with ``"*"``. The force of such a contact is not available.
     """
 
     first: str
@@ -55,15 +55,15 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A camera that is fixed in the world or to a robot's link.
+    """A camera fixed in the world or to a robot's link.
 
     Attributes:
         pos: Position in the world, or in ``frame`` [m].
         target: Point that the camera looks at, in the same frame [m].
         fov_y: Vertical field of view [deg].
         frame: None for the world, or ``"robot/link"``.
-        up: Direction that points up in the image, in the same frame, not parallel to the view. None: the z axis, or the
-            y axis for a camera that looks along z.
+        up: Direction that points up in the image, in the same frame, not parallel to the viewing direction. If None,
+            the z axis is used, or the y axis for a camera that looks along z.
     """
 
     pos: tuple[float, float, float]
@@ -98,8 +98,8 @@ class Placement:
         robot: Description of the robot.
         model: The parsed model file of the robot.
         pose: Pose of the base in the world at reset.
-        command_mode: Command mode of the drives: one for all joints, or one by joint name. Joints you omit follow
-            positions.
+        command_mode: Command mode of the drives: one for all joints, or one per joint name. Omitted joints use position
+            commands.
     """
 
     robot: Robot
@@ -109,7 +109,7 @@ class Placement:
 
     @property
     def command_modes(self) -> tuple[CommandMode, ...]:
-        """(dof) command mode of each actuated joint, in the order of the model's ``joint_names``."""
+        """Command mode of each actuated joint, (dof,), in the order of the model's ``joint_names``."""
         given = self.command_mode
         if isinstance(given, Mapping):
             return tuple(given.get(joint, CommandMode.POSITION) for joint in self.model.joint_names)
@@ -130,10 +130,10 @@ class Placement:
 
     @cached_property
     def force_torque_sensors(self) -> dict[str, tuple[str, Pose]]:
-        """Link in whose joint each force-torque sensor measures, and the sensor's pose in this link, by sensor.
+        """Link in whose joint each force-torque sensor measures, and the sensor's pose in that link, by sensor name.
 
         Raises:
-            UnsuitableRobotError: There is no joint above a sensor.
+            UnsuitableRobotError: A sensor has no joint above it.
         """
         sensors = {name: each for name, each in self.robot.sensors.items() if isinstance(each, ForceTorque)}
         if not sensors:
@@ -167,8 +167,9 @@ class Attachment:
     Attributes:
         first: A scene body, or ``"robot/link"``.
         second: A free scene body, or ``"robot/link"``.
-        pose: Pose of the second in the frame of the first; None: their relative pose at reset, with robots at home. If
-            they are elsewhere, for example because a task has moved one of them, the engine pulls them there.
+        pose: Pose of the second in the frame of the first, or None for their relative pose at reset, with robots at
+            home. If they are not in this pose, for example because a task has moved one of them, the engine pulls them
+            there.
     """
 
     first: str
@@ -181,7 +182,7 @@ class Prop:
     """An articulated object without a controller, such as a drawer. Its model file defines how its joints move.
 
     Contacts and cameras refer to its links as ``"prop/link"``. Read its joint positions and velocities from
-    ``Simulation.robots``, which contains it under its name.
+    ``Simulation.robots``, where it is listed by name.
 
     Attributes:
         model: Its model file, as in :class:`~frobs_core.interfaces.Robot`.
@@ -229,7 +230,7 @@ class Scene:
     Attributes:
         floor: Whether there is a floor at z = 0.
         floor_friction: Coefficient of sliding friction of the floor. Free bodies slide over it with at least this
-            coefficient on MuJoCo and PyBullet, and with at most this coefficient on Gazebo.
+            coefficient in MuJoCo and PyBullet, and with at most this coefficient in Gazebo.
         gravity: [m/s²]
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
@@ -257,9 +258,9 @@ class Scene:
 
     @property
     def span(self) -> float:
-        """Largest viewing distance of the cameras that are fixed in the world [m]; 0 if there are none.
+        """Largest viewing distance among the cameras fixed in the world [m], or 0 if there are none.
 
-        Simulators may scale visual elements without a size of their own, such as the floor's pattern, accordingly.
+        Simulators may use it to scale visual elements that have no size of their own, such as the floor's pattern.
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
@@ -277,7 +278,7 @@ class Scene:
             factors: Factors for its lengths.
 
         Raises:
-            PhysicsParameterError: The body's size cannot change, or a factor is not above 0.
+            PhysicsParameterError: The body's size cannot change, or a factor is not positive.
         """
         if body not in self.sizable_bodies:
             reason = "cannot change: only scene bodies that consist of primitives can be resized."
@@ -292,7 +293,7 @@ class Scene:
             controlled: The controlled robots by name.
 
         Raises:
-            ConfigurationError: A prop has the name of a robot or a body.
+            ConfigurationError: A prop has the same name as a robot or a body.
             ModelFileError: The model file of a prop cannot be read.
         """
         robots = {**controlled, **self.robots}
@@ -370,11 +371,11 @@ class Scene:
 
         Args:
             name: The contact.
-            force: Whether its force is requested.
+            force: Whether the caller requests its force.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The force of a contact that ignores something is requested.
+            ConfigurationError: The force is requested, but the contact ignores something.
         """
         if name not in self.contacts:
             raise UnknownNameError("declared contact", name, self.contacts)

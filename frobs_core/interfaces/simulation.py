@@ -59,7 +59,7 @@ class Simulation(ABC):
         scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: Threads of the engine; 0: one for each processor.
+        num_threads: Threads of the engine, or 0 for one per processor.
 
     Attributes:
         num_envs: Number of environments.
@@ -256,7 +256,7 @@ class Simulation(ABC):
         Args:
             names: Names of k scene bodies.
             pos: (n, k, 3) [m]
-            quat_wxyz: (n, k, 4); None keeps the orientations.
+            quat_wxyz: (n, k, 4), or None to keep the orientations.
             mask: The environments to change.
 
         Raises:
@@ -333,7 +333,7 @@ class Simulation(ABC):
 
         Args:
             mask: The k environments to render.
-            camera: Name of the camera; None: the scene's first.
+            camera: Name of the camera, or None for the scene's first camera.
             size: (height, width) [pixels]
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
             markers: Spheres to draw.
@@ -376,4 +376,4 @@ class Simulation(ABC):
         return None
 
     def close(self) -> None:
-        """Release all resources. Calling it again has no effect. The default implementation does nothing."""
+        """Release all resources. Repeated calls have no effect. The default implementation does nothing."""

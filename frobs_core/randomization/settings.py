@@ -102,7 +102,7 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
             :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Returns:
-        The settings; None if nothing is randomized.
+        The settings, or None if nothing is randomized.
 
     Raises:
         UnknownParameterError: A parameter or key is unknown; the message suggests the nearest one.

@@ -95,6 +95,8 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
         for case in CASES
         if not rows.get(case)
     ]
+    if any(row["shared"] for found in rows.values() for row in found):
+        lines += ["", "Other programs used the remaining cores during some of the runs, so the times are upper bounds."]
     if missing:
         lines += ["", f"Not part of this measurement: {', '.join(missing)}."]
     return "\n".join(lines) + "\n"

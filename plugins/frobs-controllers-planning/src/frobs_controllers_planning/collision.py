@@ -1,4 +1,4 @@
-"""Collision checks of a robot with itself, the floor and the scene, at joint positions and on the way between two."""
+"""Collision checks for a robot with itself, the floor and the scene, at joint positions and on lines between them."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from frobs_core.models import Collision, JointType
 FLOOR = "floor"
 """Name of the floor among the obstacles."""
 
-_LEAST_SPACING = 0.005  # [m] between checks if the requested clearance is almost zero
+_LEAST_SPACING = 0.005  # [m] spacing of checks if the requested clearance is almost zero
 
 
 class CollisionChecker:
     """Checks pairs of shapes that must keep a minimum distance.
 
-    As in the simulators, links that are connected by at most one joint may overlap, and so may links that overlap at
-    home. Fixed links are not checked against the scene, because motions do not affect them.
+    As in the simulators, links connected by at most one joint may overlap, and so may links that overlap at home. Fixed
+    links are not checked against the scene, because motions do not affect them.
 
     Args:
         kinematics: Kinematics of the robot; all poses are in the frame of its root link.
-        obstacles: Shapes of the scene by the name of their body, each in that body's frame.
-        floor: Whether there is a floor; it is then another obstacle, :data:`FLOOR`, below the xy plane of its frame.
+        obstacles: Shapes of the scene by body name, each in its body's frame.
+        floor: Whether there is a floor. It becomes another obstacle, :data:`FLOOR`, below the xy plane of its frame.
         self_collision: Whether the links of the robot can collide with each other.
         clearance: Minimum distance [m].
         may_touch: Pairs of links that may touch each other.
 
     Attributes:
-        reach: (dof,) maximum motion of a part of the robot [m] per unit [rad or m] of a joint.
+        reach: (dof,) maximum motion of any part of the robot [m] per unit of joint motion [rad or m].
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class CollisionChecker:
         self._margins = np.full(len(self._geometry.collisionPairs), clearance)  # (pairs,) [m]
 
     def _add_links(self) -> dict[str, list[int]]:
-        """Add the shapes of the robot's links; return their indices by link."""
+        """Add the shapes of the robot's links, and return their indices by link."""
         numbers: dict[str, list[int]] = {}
         for link in self._kinematics.robot.links:
             joint, placement = self._kinematics.links[link.name]
@@ -85,7 +85,7 @@ class CollisionChecker:
         return numbers
 
     def _add_obstacles(self, obstacles: Mapping[str, Sequence[Collision]], floor: bool) -> dict[str, list[int]]:
-        """Add the shapes of the scene; return their indices by body."""
+        """Add the shapes of the scene, and return their indices by body."""
         self._origins: dict[int, Any] = {}
         numbers: dict[str, list[int]] = {}
         for name, collisions in obstacles.items():
@@ -110,9 +110,9 @@ class CollisionChecker:
                 self._geometry.addCollisionPair(pin.CollisionPair(first, second))
 
     def let_overlap(self, home: Floats) -> None:
-        """Allow overlaps at home: of links, and of a link with the floor. Call it after the floor is placed.
+        """Allow links to overlap each other or the floor where they do so at home. Call it after placing the floor.
 
-        Pairs of these that are merely close to each other at home may approach to half of that distance.
+        Pairs that are merely close to each other at home may approach to half of that distance.
 
         Args:
             home: (dof,) [rad or m]
@@ -135,7 +135,7 @@ class CollisionChecker:
         """Set the poses of obstacles.
 
         Args:
-            poses: Poses as SE3 in the frame of the robot's root link, by the name of the body.
+            poses: Poses by body name, as SE3 in the frame of the robot's root link.
         """
         shapes = self._geometry.geometryObjects
         for name, pose in poses.items():
@@ -147,15 +147,15 @@ class CollisionChecker:
         self._require(self._margins)
 
     def begin_at(self, joint_positions: Floats) -> bool:
-        """Accept the start of a motion, even if pairs are closer than the clearance.
+        """Accept the start of a motion, even if some pairs are closer than the clearance.
 
-        Such pairs may approach to half of their distance at the start.
+        These pairs may approach to half of their initial distance.
 
         Args:
             joint_positions: (dof,) [rad or m]
 
         Returns:
-            Whether no pair touches there.
+            Whether no pair touches at the start.
         """
         self.begin_anywhere()
         if self.is_free(joint_positions):
@@ -173,18 +173,18 @@ class CollisionChecker:
     def is_way_free(self, start: Floats, end: Floats) -> bool:
         """Return whether the straight line between two joint vectors (dof,) is free, without checking its ends.
 
-        No part of the robot moves by more than twice the clearance between two checks. If the clearance is kept at all
-        checks, nothing touches on the whole line.
+        Between two checks, no part of the robot moves by more than twice the clearance. If all checks keep the
+        clearance, nothing touches anywhere on the line.
         """
         count = self.count_checks(np.abs(end - start))
         return all(self.is_free(start + share * (end - start)) for share in _shares(count))
 
     def count_checks(self, change: Floats) -> int:
-        """Return the number of parts into which a motion by ``change`` (dof,) must be divided for checks."""
+        """Return the number of parts into which a motion by ``change`` (dof,) must be divided for checking."""
         return max(1, math.ceil(float(change @ self.reach) / self._spacing))
 
     def _distances(self, joint_positions: Floats) -> Floats:
-        """Return the distances of the shapes of each pair, (pairs,) [m]; negative if they overlap."""
+        """Return the distance between the shapes of each pair, (pairs,) [m], negative if they overlap."""
         kinematics = self._kinematics
         q = kinematics.configuration(joint_positions)
         pin.computeDistances(kinematics.model, kinematics.data, self._geometry, self._data, q)
@@ -197,14 +197,14 @@ class CollisionChecker:
 
 @lru_cache(maxsize=1024)
 def _shares(count: int) -> tuple[float, ...]:
-    """Return the inner ends of ``count`` equal parts of [0, 1], middle first, which finds obstacles early."""
+    """Return the inner boundaries of ``count`` equal parts of [0, 1], middle first to find obstacles early."""
     bits = max(count - 1, 1).bit_length()
     order = sorted(range(1, count), key=lambda number: f"{number:0{bits}b}"[::-1])
     return tuple(number / count for number in order)
 
 
 def _reach(kinematics: Kinematics) -> Floats:
-    """Return the maximum motion of a part of the robot [m] per unit of a joint, (dof,)."""
+    """Return the maximum motion of any part of the robot [m] per unit of joint motion, (dof,)."""
     robot = kinematics.robot
     above = {joint.child: joint for joint in robot.joints}
     reach = np.zeros(len(robot.joint_names))

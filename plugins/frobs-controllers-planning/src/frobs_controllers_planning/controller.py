@@ -1,4 +1,4 @@
-"""An action is one whole motion, planned around obstacles and followed at the physics rate."""
+"""Each action is a complete motion, planned around obstacles and followed at the physics rate."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ TARGETS = ("joint", "tcp")
 
 
 class TrajectoryController(Controller):
-    """Moves the robot from rest to rest, once in each control step, along a collision-free path.
+    """Moves the robot from rest to rest along a collision-free path, once per control step.
 
-    With ``target="joint"`` an action specifies joint positions: −1 is the lower limit, 1 the upper limit; a joint
-    without limits uses [−π, π]. With ``target="tcp"`` it specifies a position of the tool center point with any
-    orientation: −1 to 1 are the edges of :attr:`workspace`, a box along the base's axes. Its corners, and possibly some
-    points inside, are out of reach.
+    With ``target="joint"``, an action specifies joint positions: −1 is the lower limit, 1 the upper limit; a joint
+    without limits uses [−π, π]. With ``target="tcp"``, it specifies a position of the tool center point with any
+    orientation: −1 and 1 are the faces of :attr:`workspace`, a box aligned with the base's axes. Its corners, and
+    possibly some points inside, are out of reach.
 
     If there is no plan, or its motion would take longer than the control step, the robot stays where it is, and
-    :meth:`info` contains the reason. The scene is read when the motion begins and assumed to be static. The drives
-    follow the commands with the lag that results from their gains. The next motion begins at the end of the last
-    planned one, not at the position to which gravity deflects the arm. Planning is not batched: environments are
-    planned one after another.
+    :meth:`info` contains the reason. The scene is read when the motion begins and is assumed to be static. The drives
+    follow the commands with a lag that depends on their gains. The next motion begins at the end of the last planned
+    one, not at the position to which gravity deflects the arm. Planning is not batched: environments are planned one
+    after another.
 
     Args:
         target: ``"joint"`` or ``"tcp"``.
         clearance: Minimum distance between all objects [m], in [0, 0.5].
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name; None: each joint
+        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. If None, each joint
             reaches its velocity limit in half a second.
-        max_steps: Maximum number of steps of the path search.
-        seed: Seed of the search; the same motion in the same scene always has the same plan.
+        max_steps: Maximum number of steps in the path search.
+        seed: Seed for the search; the same motion in the same scene always has the same plan.
 
     Attributes:
         planner: The planner; set by ``bind``.
-        workspace: Minimum and maximum corner (3,) [m] of the positions for ``target="tcp"``, in the frame of the base;
-            set by ``bind``. Along each axis, it contains nine in ten of the tool positions of joint vectors inside the
-            limits.
+        workspace: Minimum and maximum corners (3,) [m] of the box of tool positions for ``target="tcp"``, in the base
+            frame; set by ``bind``. Along each axis, it contains nine in ten of the tool positions of joint vectors
+            inside the limits.
     """
 
     command_mode = CommandMode.POSITION
@@ -86,7 +86,7 @@ class TrajectoryController(Controller):
         """Prepare for the joints to control.
 
         Raises:
-            ConfigurationError: A parameter is out of its range.
+            ConfigurationError: A parameter is out of range.
             UnsuitableRobotError: The group does not contain all joints of the robot.
             UnknownNameError: ``max_acceleration`` contains a name that is not a joint.
             ModelFileError: A mesh cannot be read.
@@ -115,7 +115,7 @@ class TrajectoryController(Controller):
         self._target[rows] = self._joints.joint_positions[rows]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions of a whole motion, (num_envs, decimation, dof) [rad or m], inside the limits."""
+        """Return the joint positions for a whole motion, (num_envs, decimation, dof) [rad or m], inside the limits."""
         for i, values in enumerate(np.clip(action, -1.0, 1.0)):
             self._look_around(i)
             plan = self._plan(i, values)
@@ -128,7 +128,7 @@ class TrajectoryController(Controller):
         return np.clip(self._rows, self.planner.lower, self.planner.upper, out=self._rows)
 
     def _plan(self, i: int, action: Floats) -> Plan:
-        """Return environment ``i``'s motion, if there is one that ends within the control step."""
+        """Plan environment ``i``'s motion; it must end within the control step."""
         planner = self.planner
         if self.target == "joint":
             half_range = 0.5 * (planner.upper - planner.lower)
@@ -143,7 +143,7 @@ class TrajectoryController(Controller):
         return plan
 
     def _look_around(self, i: int) -> None:
-        """Update the planner's scene with the poses in environment ``i``."""
+        """Update the planner's scene with the poses from environment ``i``."""
         if self._simulation is None:
             return
         bodies: dict[str, Pose] = {}
@@ -166,16 +166,16 @@ class TrajectoryController(Controller):
         info["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return results of the last planning, (num_envs,) each.
+        """Return the results of the last planning, (num_envs,) each.
 
         ``plan_success`` (0 or 1), ``plan_reason`` (a value of :class:`~frobs_controllers_planning.plan.Reason`),
-        ``plan_time`` [s] for planning, ``plan_waypoints`` of the path (2: a straight line in joint space; 0: none),
-        ``motion_duration`` [s], 0 if the robot stays.
+        ``plan_time`` [s], ``plan_waypoints`` (number of waypoints: 2 for a straight line in joint space, 0 for no
+        path), and ``motion_duration`` [s] (0 if the robot stays).
         """
         return self._info
 
     def snapshot(self) -> Snapshot:
-        """Return the ends of the last motions."""
+        """Return the end positions of the last motions."""
         return {"target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

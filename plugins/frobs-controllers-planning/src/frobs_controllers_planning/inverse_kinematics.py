@@ -17,10 +17,10 @@ ROTATION_TOLERANCE = 1e-3
 """[rad]"""
 
 _ITERATIONS = 60
-_LARGEST_STEP = 0.5  # [rad or m] per joint and iteration
-_DAMPING = 1e-3  # times the error: large far away, almost zero at the goal
-_HOPELESS = 12  # initial positions without success; a reachable goal usually succeeds from at least half of them
-_STALLED = 10  # iterations without reducing the distance by a tenth
+_LARGEST_STEP = 0.5  # [rad or m] maximum motion per joint and iteration
+_DAMPING = 1e-3  # multiple of the error: large far from the goal, almost zero at the goal
+_HOPELESS = 12  # give up after this many failed initial positions; usually at least half reach a reachable goal
+_STALLED = 10  # give up after this many iterations without reducing the distance by a tenth
 
 
 class InverseKinematics:
@@ -47,13 +47,13 @@ class InverseKinematics:
         tries: int,
         tolerances: tuple[float, float] = (POSITION_TOLERANCE, ROTATION_TOLERANCE),
     ) -> Iterator[Floats]:
-        """Yield joint positions (dof,) [rad or m] for a goal, from ``start`` first, then from random positions.
+        """Yield joint positions (dof,) [rad or m] for a goal, starting from ``start``, then from random positions.
 
-        The search ends if the first initial positions all fail.
+        The search ends early if the first few initial positions all fail.
 
         Args:
-            pos: (3,) [m] position of the tool in the frame of the root link.
-            rotation: (3, 3) orientation of the tool; None: any.
+            pos: (3,) [m] position of the tool in the root link's frame.
+            rotation: (3, 3) orientation of the tool, or None for any orientation.
             start: (dof,) [rad or m]
             rng: Source of random initial positions.
             tries: Number of initial positions.
@@ -74,7 +74,7 @@ class InverseKinematics:
     def _solve(
         self, pos: Floats, rotation: Floats | None, joint_positions: Floats, tolerances: tuple[float, float]
     ) -> Floats | None:
-        """Return a solution near the initial position, or None."""
+        """Return a solution near the initial position, or None if none was found."""
         best, stalled = np.inf, 0
         rows = 3 if rotation is None else 6
         for _ in range(_ITERATIONS):
@@ -97,7 +97,7 @@ class InverseKinematics:
         return None
 
     def _step(self, jacobian: Floats, error: Floats, joint_positions: Floats) -> Floats:
-        """Return joint positions closer to the goal; if limits stop joints, the others take over their part."""
+        """Return joint positions closer to the goal; if limits stop some joints, the others compensate."""
         damping = (_DAMPING * float(np.linalg.norm(error)) + 1e-8) * np.eye(len(error))
         free = np.ones(len(joint_positions), bool)
         for _ in range(2):

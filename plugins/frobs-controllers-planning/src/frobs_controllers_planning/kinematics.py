@@ -1,4 +1,4 @@
-"""Kinematics of a robot with Pinocchio, built from the same model as in the simulators."""
+"""Robot kinematics with Pinocchio, built from the same model that the simulators use."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
 
 
 class Kinematics:
-    """Kinematics of a robot in the frame of its root link.
+    """Kinematics of a robot in its root link's frame.
 
-    All moving joints, including mimic joints, become joints in Pinocchio; floating and planar joints stay at zero.
+    All moving joints, including mimic joints, become Pinocchio joints; floating and planar joints stay at zero.
 
     Args:
         robot: The robot's model.
@@ -25,7 +25,8 @@ class Kinematics:
         robot: The robot's model.
         model: Pinocchio's model.
         data: Pinocchio's data.
-        links: For each link, the index of the joint that carries it (0: the root), and its pose in that joint's frame.
+        links: For each link, the index of the joint that carries it (0 is the root), and its pose in that joint's
+            frame.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -50,12 +51,12 @@ class Kinematics:
         self.data = self.model.createData()
 
     def configuration(self, joint_positions: Floats) -> Floats:
-        """Return Pinocchio's configuration for joint positions (dof,) [rad or m]."""
+        """Return the Pinocchio configuration for joint positions (dof,) [rad or m]."""
         found: Floats = joint_positions[self._columns] * self._multipliers + self._offsets
         return found
 
     def frame_pose(self, link: str, joint_positions: Floats) -> Any:
-        """Return the pose of a link in the root link's frame, as Pinocchio's SE3."""
+        """Return a link's pose in the root link's frame, as a Pinocchio SE3."""
         pin.forwardKinematics(self.model, self.data, self.configuration(joint_positions))
         joint, placement = self.links[link]
         return self.data.oMi[joint] * placement
@@ -73,11 +74,11 @@ class Kinematics:
 
 
 def se3(pose: Pose) -> Any:
-    """Return a pose as Pinocchio's SE3."""
+    """Convert a pose to a Pinocchio SE3."""
     return to_se3(np.array(pose.pos), np.array(pose.quat_wxyz))
 
 
 def to_se3(pos: Floats, quat_wxyz: Floats) -> Any:
-    """Return a position (3,) [m] and a quaternion (4,), scalar first, as Pinocchio's SE3."""
+    """Convert a position (3,) [m] and a quaternion (4,), scalar first, to a Pinocchio SE3."""
     w, x, y, z = np.asarray(quat_wxyz, float) / np.linalg.norm(quat_wxyz)
     return pin.SE3(pin.Quaternion(w, x, y, z), np.asarray(pos, float))

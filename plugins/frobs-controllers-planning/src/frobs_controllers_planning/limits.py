@@ -13,13 +13,13 @@ from frobs_core.models import RobotModel
 from frobs_core.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
-"""Default time for a joint to reach its velocity limit [s], because URDF does not define acceleration limits."""
+"""Default time for a joint to reach its velocity limit [s], used because URDF does not define acceleration limits."""
 
 UNLIMITED_RANGE = math.pi
 """Range of joints without position limits, ± [rad or m]."""
 
 UNLIMITED_VELOCITY = 2.0
-"""Velocity limit of joints whose file does not define one [rad/s or m/s]."""
+"""Velocity limit of joints for which the model file does not define one [rad/s or m/s]."""
 
 
 def ranges(model: RobotModel) -> tuple[Floats, Floats]:
@@ -41,12 +41,12 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
 
     Args:
         model: Model of the robot.
-        given: One for all joints, or by joint name. Joints you omit, or all for None, reach their velocity limit in
-            :data:`SECONDS_TO_FULL_SPEED`.
+        given: One limit for all joints, or limits by joint name. Joints you omit (or all joints, if None) reach their
+            velocity limit in :data:`SECONDS_TO_FULL_SPEED`.
 
     Raises:
-        UnknownNameError: A name is not that of an actuated joint.
-        ConfigurationError: A value is not above 0.
+        UnknownNameError: A name does not belong to an actuated joint.
+        ConfigurationError: A value is not positive.
     """
     found = velocities(model) / SECONDS_TO_FULL_SPEED
     chosen = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(model.joint_names, given)
@@ -61,9 +61,9 @@ def number(name: str, value: object, unit: str, *, largest: float = math.inf, ze
     """Return a parameter as a float.
 
     Args:
-        name: Name of the parameter, for the message.
+        name: Name of the parameter, for the error message.
         value: Value of the parameter.
-        unit: Unit, for the message.
+        unit: Unit, for the error message.
         largest: Maximum value.
         zero: Whether 0 is allowed.
 

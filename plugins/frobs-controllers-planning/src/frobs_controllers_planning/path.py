@@ -11,13 +11,13 @@ from frobs_core.arrays import Floats
 class RoundedPath:
     """Straight lines between waypoints, with a parabola at each corner, so that the direction is continuous.
 
-    Its parameter is the length in joint space, reduced by the rounding. The second derivative is constant on each
+    Its parameter is the length in joint space, shortened by the rounding. The second derivative is constant on each
     piece.
 
     Args:
         waypoints: (n, dof) [rad or m], without consecutive duplicates; n ≥ 2.
-        radii: (n − 2,) distance before and after each corner at which the path leaves the lines, in joint space; above
-            0, and together at most the length of the line between two corners.
+        radii: (n − 2,) distance in joint space before and after each corner at which the path leaves the lines; > 0,
+            and the radii of two adjacent corners add up to at most the length of the line between them.
 
     Attributes:
         breaks: (m + 1,) parameters at the ends of the m pieces; the first is 0.
@@ -49,7 +49,7 @@ class RoundedPath:
 
     @property
     def length(self) -> float:
-        """Where it ends."""
+        """Parameter at the end of the path."""
         return float(self.breaks[-1])
 
     def evaluate(self, at: Floats, piece: npt.NDArray[np.intp] | None = None) -> tuple[Floats, Floats, Floats]:
@@ -57,7 +57,7 @@ class RoundedPath:
 
         Args:
             at: (k,) parameters in [0, length].
-            piece: (k,) the piece that each counts to; None: the later of two that meet.
+            piece: (k,) the piece to which each parameter belongs. If None, the later of two adjacent pieces is used.
         """
         if piece is None:
             piece = np.searchsorted(self.breaks, at, side="right") - 1

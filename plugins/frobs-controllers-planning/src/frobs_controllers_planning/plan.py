@@ -1,4 +1,4 @@
-"""Goals and results of planning."""
+"""Planning goals and results."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from frobs_core.arrays import Floats
 
 
 class Reason(IntEnum):
-    """Result of planning, as in ``info["frobs/plan_reason"]``."""
+    """Planning result, as reported in ``info["frobs/plan_reason"]``."""
 
     PLANNED = 0
     """There is a plan."""
     START_OUTSIDE_LIMITS = 1
     """A joint is beyond its limits at the start."""
     START_IN_COLLISION = 2
-    """Something touches at the start."""
+    """Objects touch at the start."""
     GOAL_OUTSIDE_LIMITS = 3
-    """A joint position of the goal is beyond the joint's limits."""
+    """A joint position in the goal is beyond the joint's limits."""
     GOAL_IN_COLLISION = 4
-    """Something touches or is too close at the goal, for all joint positions that were found."""
+    """Objects touch or are too close at the goal, for all joint positions that were found."""
     GOAL_OUT_OF_REACH = 5
     """No joint positions were found for the tool goal."""
     NO_WAY_FOUND = 6
@@ -37,7 +37,7 @@ class ToolGoal:
 
     Attributes:
         pos: (3,) [m]
-        quat_wxyz: (4,) scalar first; None: any orientation.
+        quat_wxyz: (4,) scalar first, or None for any orientation.
         position_tolerance: Maximum distance from ``pos`` [m].
         rotation_tolerance: Maximum angle from ``quat_wxyz`` [rad].
     """
@@ -50,14 +50,14 @@ class ToolGoal:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """Result of planning.
+    """The result of planning.
 
     Attributes:
         reason: :attr:`Reason.PLANNED`, or why there is no plan.
         path: (n, dof) waypoints [rad or m], from start to goal; the trajectory rounds their corners. None if there is
             no plan.
         trajectory: Joint positions over time; None if there is no plan.
-        seconds: Time for planning [s].
+        seconds: Planning time [s].
     """
 
     reason: Reason

@@ -30,10 +30,10 @@ from frobs_core.validation import whole_number
 Pose = tuple[Floats, Floats]
 """pos (3,) [m] and quat_wxyz (4,) in the world."""
 
-_WAYS = 3  # path searches for a tool goal, nearest joint positions first
-_SOLUTIONS = 4  # free solutions from which these are selected
-_TRIES = 30  # initial positions of inverse kinematics
-_POSTURES = 4096  # random postures for the tool's range
+_WAYS = 3  # number of path searches for a tool goal, nearest joint positions first
+_SOLUTIONS = 4  # number of free solutions from which these are selected
+_TRIES = 30  # number of initial positions for inverse kinematics
+_POSTURES = 4096  # number of random postures for determining the tool's range
 _STILL = 1e-6  # [rad or m]: shorter motions are not planned
 _LIMIT_TOLERANCE = 1e-3  # [rad or m] by which a measured joint may exceed its limit
 
@@ -41,32 +41,32 @@ _LIMIT_TOLERANCE = 1e-3  # [rad or m] by which a measured joint may exceed its l
 class Planner:
     """Plans motions of one robot in a scene, without a simulation.
 
-    The same arguments give the same plan. Collisions are those of the simulators: the collision shapes of the robot's
-    links with each other (except neighbors and links that overlap at home), the bodies of the scene, additional robots,
+    The same arguments give the same plan. As in the simulators, the collision shapes of the robot's links can collide
+    with each other (except neighbors and links that overlap at home), the bodies of the scene, additional robots, and
     the floor.
 
     Args:
         robot: Name of the robot, path of its model file, or description.
-        scene: Surroundings of the robot; None: a floor.
+        scene: Surroundings of the robot. If None, there is only a floor.
         model: Parsed model file, if available.
-        tcp: Link that tool goals refer to; None: the robot's tool center point.
+        tcp: Link to which tool goals refer, or None for the robot's tool center point.
         clearance: Minimum distance between all objects [m], in [0, 0.5]. Pairs that are closer at the start, or always,
             may approach to half of that distance.
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. Joints you omit, or
-            all for None, reach their velocity limit in half a second.
-        may_touch: Additional pairs of links of the robot that may touch.
-        max_steps: Maximum number of steps of the search, ≥ 1.
-        seed: Seed of the random numbers, ≥ 1.
+        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. Joints you omit (or
+            all joints, if None) reach their velocity limit in half a second.
+        may_touch: Additional pairs of the robot's links that may touch.
+        max_steps: Maximum number of search steps, ≥ 1.
+        seed: Seed for the random numbers, ≥ 1.
 
     Attributes:
         joint_names: Names of the joints, in the order of joint positions.
         home: (dof,) [rad or m]
         lower: (dof,) [rad or m]; −π if there is no limit.
         upper: (dof,) [rad or m]; π if there is no limit.
-        max_velocity: (dof,) [rad/s or m/s] upper limit of all motions.
-        max_acceleration: (dof,) [rad/s² or m/s²] upper limit of all motions.
+        max_velocity: (dof,) [rad/s or m/s] upper limit for all motions.
+        max_acceleration: (dof,) [rad/s² or m/s²] upper limit for all motions.
 
     Raises:
         UnknownNameError: The robot, a link or a joint does not exist.
@@ -125,14 +125,14 @@ class Planner:
         self._search = Search(self._checker, self.lower, self.upper, max_steps=max_steps, seed=self._seed)
 
     def place(self, bodies: Mapping[str, Pose], base: Pose | None = None) -> None:
-        """Set the current poses; objects that are not named keep their poses.
+        """Set the current poses; objects you omit keep their poses.
 
         Args:
-            bodies: Poses in the world by name; the links of additional robots are ``"robot/link"``.
-            base: Pose of the robot's root link in the world; None: unchanged.
+            bodies: Poses in the world, by name; links of additional robots are named ``"robot/link"``.
+            base: Pose of the robot's root link in the world, or None to leave it unchanged.
 
         Raises:
-            UnknownNameError: The scene does not contain the body, or it does not collide.
+            UnknownNameError: The scene does not contain the body, or the body cannot collide.
         """
         for name, pose in bodies.items():
             if name not in self._poses:
@@ -143,19 +143,19 @@ class Planner:
         self._place()
 
     def _place(self) -> None:
-        """Transform all poses to the frame of the robot's root link."""
+        """Transform all poses into the frame of the robot's root link."""
         into_base = self._base.inverse()
         self._checker.place({FLOOR: into_base, **{name: into_base * pose for name, pose in self._poses.items()}})
 
     @property
     def obstacles(self) -> tuple[str, ...]:
-        """Names of the obstacles except the floor, as :meth:`place` accepts them."""
+        """Names of the obstacles except the floor, as accepted by :meth:`place`."""
         return tuple(self._poses)
 
     def workspace(self) -> tuple[Floats, Floats]:
-        """Return the minimum and maximum corner (3,) [m] of the tool's usual range, in the root link's frame.
+        """Return the minimum and maximum corners (3,) [m] of the tool's usual range, in the root link's frame.
 
-        Along each axis, it contains nine in ten of the tool positions of random joint vectors.
+        Along each axis, this range contains nine in ten of the tool positions of random joint vectors.
         """
         drawn = RandomSource(1).uniform("workspace", self.lower, self.upper, (_POSTURES, len(self.lower)))[0]
         low, high = np.percentile(self._model.frame_pose(self._tcp, drawn)[0], (5.0, 95.0), axis=0)
@@ -175,13 +175,13 @@ class Planner:
 
         Args:
             start: (dof,) [rad or m]
-            goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the nearest joint positions for
-                which a path is found become the goal.
-            max_seconds: Additional time limit of the path search [s], which makes the result depend on the speed of the
-                machine. None: only ``max_steps`` counts.
+            goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the goal becomes the nearest joint
+                positions for which a path is found.
+            max_seconds: Additional time limit for the path search [s], which makes the result depend on the speed of
+                the machine. If None, only ``max_steps`` applies.
 
         Returns:
-            A plan. If no plan is found, it contains the reason; this is not an error.
+            A plan. If no motion was found, it contains the reason; no error is raised.
 
         Raises:
             ConfigurationError: Start or goal has the wrong shape or is not finite.

@@ -15,40 +15,40 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 _RANGE = 0.5
-"""Maximum step of a tree, measured as the motion of the robot's parts [m]."""
+"""Maximum tree step, measured as the motion of the robot's parts [m]."""
 
 _SHORTCUTS = 40
 _HALVINGS = 12
 _LARGEST_CUT = 0.45  # fraction of the line before or after a corner; part of every line stays straight
 
-_OMPL = threading.Lock()  # its random generators share one seed
+_OMPL = threading.Lock()  # OMPL's random generators share one seed
 
 
 class Search:
     """Searches for paths between two joint vectors.
 
-    The same arguments give the same path: random numbers have a fixed seed, and the effort is limited by steps instead
-    of seconds, unless there is a deadline.
+    The same arguments give the same path: the random numbers have a fixed seed, and the effort is limited in steps
+    instead of seconds, unless there is a deadline.
 
     Args:
         checker: Checks for collisions.
         lower: (dof,) [rad or m], finite.
         upper: (dof,) [rad or m], finite.
-        max_steps: Maximum number of steps of the growing trees.
+        max_steps: Maximum number of steps for growing the trees.
         seed: ≥ 1.
 
     Attributes:
-        deadline: Additional limit as a value of :func:`time.perf_counter` [s].
+        deadline: Additional time limit, as a value of :func:`time.perf_counter` [s].
     """
 
     def __init__(self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int) -> None:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
         self.deadline = math.inf
-        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of a joint, which makes distances comparable
+        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of joint motion, which makes distances comparable
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
-        """Return waypoints (n, dof) from start to goal, both free; None if no path was found."""
+        """Return waypoints (n, dof) from a free start to a free goal, or None if no path was found."""
         if self._checker.is_way_free(start, goal):
             return np.stack([start, goal])
         found = self._connect(start, goal)
@@ -58,7 +58,7 @@ class Search:
         """Grow trees from both ends until they meet."""
         with _OMPL:
             util.setLogLevel(util.LogLevel.LOG_NONE)
-            util.RNG.setSeed(self._seed)  # applies to objects that are created from here on
+            util.RNG.setSeed(self._seed)  # applies to objects created from here on
             space = base.RealVectorStateSpace(len(start))
             bounds = base.RealVectorBounds(len(start))
             for i, (low, high) in enumerate(zip(self._lower * self._scale, self._upper * self._scale, strict=True)):
@@ -95,12 +95,12 @@ class Search:
         return state
 
     def is_line_free(self, first: Any, second: Any) -> bool:
-        """Return whether the line between two of ompl's states is free, including the second state."""
+        """Return whether the line between two OMPL states is free, including the second state."""
         start, end = self._joints(first), self._joints(second)
         return self._checker.is_free(end) and self._checker.is_way_free(start, end)
 
     def _shorten(self, waypoints: Floats) -> Floats:
-        """Shorten the path between random points as long as it stays free."""
+        """Take shortcuts between random points of the path where they are free."""
         rng = np.random.default_rng(self._seed)
         for _ in range(_SHORTCUTS):
             if len(waypoints) == 2:
@@ -124,7 +124,7 @@ class Search:
         return waypoints
 
     def round_off(self, waypoints: Floats) -> RoundedPath | None:
-        """Return the path with its corners rounded as far as it stays free; None if that is impossible."""
+        """Return the path with its corners rounded as far as it stays free, or None if that is impossible."""
         lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
         radii = _LARGEST_CUT * np.minimum(lengths[:-1], lengths[1:])
         for i in range(len(radii)):
@@ -137,7 +137,7 @@ class Search:
         return RoundedPath(waypoints, radii)
 
     def _is_corner_free(self, waypoints: Floats, radius: float) -> bool:
-        """Return whether a corner, given as three waypoints, is free when it is rounded."""
+        """Return whether a corner, given as three waypoints, is free when rounded."""
         steps = np.diff(waypoints, axis=0)
         directions = steps / np.linalg.norm(steps, axis=1, keepdims=True)
         ends = np.stack([waypoints[1] - radius * directions[0], waypoints[1], waypoints[1] + radius * directions[1]])
@@ -148,7 +148,7 @@ class Search:
 
 
 class _Lines(base.MotionValidator):
-    """Lets ompl check whether the line between two states is free."""
+    """Lets OMPL check whether the line between two states is free."""
 
     def __init__(self, information: Any, search: Search) -> None:
         super().__init__(information)
@@ -159,7 +159,7 @@ class _Lines(base.MotionValidator):
 
 
 def _distinct(waypoints: Floats) -> Floats:
-    """Return waypoints without consecutive duplicates; start and goal are kept."""
+    """Return the waypoints without consecutive duplicates; start and goal are kept."""
     moves = np.abs(np.diff(waypoints, axis=0)).max(axis=1) > 1e-6
     kept: Floats = waypoints[np.concatenate([[True], moves])]
     kept[-1] = waypoints[-1]

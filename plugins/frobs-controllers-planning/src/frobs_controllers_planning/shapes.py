@@ -1,4 +1,4 @@
-"""Conversion of shapes to coal; meshes become convex hulls or pieces, as in the simulators."""
+"""Conversion of shapes to coal; meshes become convex hulls or convex pieces, as in the simulators."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def to_coal(geometry: Geometry) -> list[Any]:
     """Return the coal shapes of a geometry: several for a decomposed mesh, otherwise one.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or has too many triangles for a decomposition.
-        MissingDependencyError: The package for decomposing the mesh is not installed.
+        ModelFileError: A mesh cannot be read, or has too many triangles to decompose.
+        MissingDependencyError: The package for decomposing meshes is not installed.
     """
     match geometry:
         case Box(size):
@@ -53,7 +53,7 @@ def _pieces(mesh: Mesh) -> list[Floats]:
 
 
 def _with_volume(points: Floats) -> Floats:
-    """Return points (n, 3) [m]; flat ones get a thickness, because a hull must have a volume."""
+    """Return points (n, 3) [m], adding thickness to flat ones, because a hull must have a volume."""
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     for axis, extent in zip(axes, extents, strict=True):
         if extent < _THICKNESS:

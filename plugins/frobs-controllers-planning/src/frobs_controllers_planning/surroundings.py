@@ -1,4 +1,4 @@
-"""Surroundings of a robot: the shapes of a scene and their poses."""
+"""A robot's surroundings: the shapes of a scene and their poses."""
 
 from __future__ import annotations
 

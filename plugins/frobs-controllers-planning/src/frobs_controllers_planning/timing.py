@@ -1,4 +1,4 @@
-"""Time-optimal timing of a path with toppra, such that the limits hold at every instant."""
+"""Time-optimal timing of a path with toppra, respecting the limits at every instant."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 LIMIT_SHARE = 0.995
-"""Fraction of the limits that toppra uses; the rest is a margin for deviations between its grid points."""
+"""Fraction of the limits that toppra uses; the rest is a margin for deviations between grid points."""
 
-_INTERVALS = 80  # along the whole path; a corner has at least _CORNER_INTERVALS
+_INTERVALS = 80  # number along the whole path; each corner has at least _CORNER_INTERVALS
 _CORNER_INTERVALS = 8
 
 
@@ -24,8 +24,8 @@ class Trajectory:
 
     Args:
         path: The path.
-        at: (n + 1,) parameters of the path, including all of its breaks.
-        squares: (n + 1,) squared rate of change of the parameter [1/s²] there; linear in between.
+        at: (n + 1,) path parameters, including all breaks.
+        squares: (n + 1,) squared rate of change of the parameter at these points [1/s²]; linear in between.
         stretch: Factor for all times.
 
     Attributes:
@@ -45,7 +45,7 @@ class Trajectory:
         """Return positions, velocities and accelerations of the joints.
 
         Args:
-            times: (k,) [s]; before 0 and after the duration the joints rest at the ends.
+            times: (k,) [s]; before 0 and after the duration, the joints rest at the ends.
 
         Returns:
             positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.
@@ -97,7 +97,7 @@ class Rest:
         self._joint_positions = joint_positions.copy()
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the same positions for all times, and zeros, like :meth:`Trajectory.sample`."""
+        """Return constant positions and zero derivatives, in the format of :meth:`Trajectory.sample`."""
         positions = np.tile(self._joint_positions, (len(times), 1))
         return positions, np.zeros_like(positions), np.zeros_like(positions)
 
@@ -114,10 +114,10 @@ class Timing:
         self._max_velocity, self._max_acceleration = max_velocity, max_acceleration
         limits = [LIMIT_SHARE * np.stack([-limit, limit], axis=-1) for limit in (max_velocity, max_acceleration)]
         self._constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
-        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors that it compensates
+        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors for which it compensates
 
     def follow(self, path: RoundedPath) -> Trajectory | None:
-        """Return the fastest timing of a path, from rest to rest; None if none was found."""
+        """Return the fastest timing of a path from rest to rest, or None if none was found."""
         grid = _grid(path)
         _, speeds, _ = TOPPRA(self._constraints, _ForToppra(path), grid, "seidel").compute_parameterization(0.0, 0.0)
         if speeds is None or not np.isfinite(speeds).all() or (speeds[:-1] + speeds[1:] <= 0.0).any():
@@ -129,7 +129,7 @@ class Timing:
 
 
 def _grid(path: RoundedPath) -> Floats:
-    """Return the grid points for toppra: (n + 1,) parameters, including every break."""
+    """Return the toppra grid points: (n + 1,) parameters, including every break."""
     parts = [np.zeros(1)]
     for begin, end in zip(path.breaks[:-1], path.breaks[1:], strict=True):
         count = max(_CORNER_INTERVALS, round(_INTERVALS * (end - begin) / path.length))
@@ -138,7 +138,7 @@ def _grid(path: RoundedPath) -> Floats:
 
 
 class _ForToppra(AbstractGeometricPath):
-    """A path with toppra's interface. Where a line and a corner meet, the corner's curvature applies to both."""
+    """A path with toppra's interface. Where a line and a corner meet, the corner's curvature is used."""
 
     def __init__(self, path: RoundedPath) -> None:
         self._path = path

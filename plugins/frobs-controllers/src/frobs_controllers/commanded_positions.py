@@ -1,4 +1,4 @@
-"""Base class of controllers whose actions move the commanded joint positions."""
+"""Base class for controllers whose actions move the commanded joint positions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class CommandedPositions(Controller):
-    """Stores the commanded joint positions, which are initially those of the robot."""
+    """Stores the commanded joint positions, initially the robot's actual positions."""
 
     command_mode = CommandMode.POSITION
     _target: Floats  # (num_envs, dof) [rad or m]

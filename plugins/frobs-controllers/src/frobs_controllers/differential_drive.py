@@ -1,4 +1,4 @@
-"""Actions are the linear and the angular velocity of a wheeled base."""
+"""Actions are the linear and angular velocities of a wheeled base."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class DifferentialDrive(Controller):
     curve more slowly.
 
     Args:
-        max_linear_velocity: Linear velocity for an action of 1 [m/s]; None: the robot's.
-        max_angular_velocity: Angular velocity for an action of 1 [rad/s]; None: the robot's.
-        max_linear_acceleration: [m/s²]; None: the robot's, or unlimited if it has none.
-        max_angular_acceleration: [rad/s²]; None: the robot's, or unlimited if it has none.
+        max_linear_velocity: Linear velocity for an action of 1 [m/s], or None to use the robot's.
+        max_angular_velocity: Angular velocity for an action of 1 [rad/s], or None to use the robot's.
+        max_linear_acceleration: [m/s²], or None to use the robot's limit, if it has one.
+        max_angular_acceleration: [rad/s²], or None to use the robot's limit, if it has one.
     """
 
     command_mode = CommandMode.VELOCITY
@@ -99,7 +99,7 @@ class DifferentialDrive(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
-        """Return the effective limit: the given one, or the robot's, or None."""
+        """Return the effective limit: the given one, else the robot's, else None."""
         given: float | None = getattr(self, f"max_{which}_acceleration")
         if given is not None:
             return given
@@ -132,7 +132,7 @@ class DifferentialDrive(Controller):
         return wheels
 
     def snapshot(self) -> Snapshot:
-        """Return the commanded velocities of the base."""
+        """Return the commanded base velocities."""
         return {"velocity": self._velocity.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

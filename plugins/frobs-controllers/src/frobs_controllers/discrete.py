@@ -1,4 +1,4 @@
-"""A Discrete action selects one move of another controller."""
+"""A discrete action selects one move of another controller."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from frobs_core.validation import positive
 
 
 class Discrete(ControllerWrapper):
-    """Provides 2·k + 1 moves of a controller with k action components.
+    """Provides 2·k + 1 moves for a controller with k action components.
 
-    Action 0 holds still (all components 0), 1 + 2·i decreases component i, 2 + 2·i increases it.
+    Action 0 holds still (all components 0), 1 + 2·i decreases component i, and 2 + 2·i increases it.
 
     Args:
         controller: Name of the controller that moves the robot, or its record.
-        magnitude: Size of a move, as a fraction of the component's range on that side, in (0, 1].
+        magnitude: Size of a move, as a fraction of the component's range in that direction, in (0, 1].
         controller_kwargs: Parameters of that controller.
 
     Raises:
         UnknownNameError: The controller does not exist.
-        UnknownParameterError: The controller does not have such a parameter.
+        UnknownParameterError: The controller does not have one of the parameters.
     """
 
     def __init__(
@@ -76,14 +76,14 @@ class Discrete(ControllerWrapper):
                 "discrete:", box, f"the actions of '{self._name}' exclude 0, so the robot cannot stay in place."
             )
         count = box.shape[0]
-        self._moves = np.zeros((2 * count + 1, count))  # row: action of the inner controller
+        self._moves = np.zeros((2 * count + 1, count))  # each row is an action of the inner controller
         for i in range(count):
             self._moves[1 + 2 * i, i] = self.magnitude * box.low[i]
             self._moves[2 + 2 * i, i] = self.magnitude * box.high[i]
         self.action_space = gym.spaces.Discrete(2 * count + 1)
 
     def apply(self, action: Action) -> Floats:
-        """Return the command of the wrapped controller for the moves, (num_envs,) int64.
+        """Return the wrapped controller's command for the moves, (num_envs,) int64.
 
         Raises:
             InvalidActionError: A move does not exist.

@@ -1,4 +1,4 @@
-"""Controllers for grippers: one number opens and closes all fingers."""
+"""Gripper controllers: a single number opens and closes all fingers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from frobs_core.validation import positive
 
 
 class Gripper(Controller):
-    """Base class: moves the fingers between the closed and the open positions of an end effector.
+    """Base class: moves the fingers between an end effector's closed and open positions.
 
-    The opening is 0 if the gripper is closed and 1 if it is open. No finger moves faster than its velocity limit. A
-    gripper that closes around an object keeps pressing with the effort of its drives.
+    The opening is 0 when the gripper is closed and 1 when it is open. No finger moves faster than its velocity limit. A
+    gripper that closes around an object keeps squeezing it with the effort of its drives.
     """
 
     command_mode = CommandMode.POSITION
@@ -48,7 +48,7 @@ class Gripper(Controller):
         with np.errstate(divide="ignore"):
             self._fastest = (
                 joints.velocity_limit * control_timestep / np.abs(self._stroke)
-            )  # change of the opening per control step
+            )  # change in the opening per control step
         self._slowest = -self._fastest
         self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
@@ -71,7 +71,7 @@ class Gripper(Controller):
 
     @abstractmethod
     def _want(self, action: Floats) -> Floats:
-        """Return the requested opening for an action in [−1, 1], (num_envs, 1)."""
+        """Return the requested opening (num_envs, 1) for an action in [−1, 1]."""
 
     def snapshot(self) -> Snapshot:
         """Return the requested and the commanded opening."""
@@ -83,17 +83,17 @@ class Gripper(Controller):
 
 
 class GripperPosition(Gripper):
-    """An action is the opening: −1 is closed, 1 is open."""
+    """The action sets the opening: −1 is closed, 1 is open."""
 
     def _want(self, action: Floats) -> Floats:
         return 0.5 * (action + 1.0)
 
 
 class GripperDelta(Gripper):
-    """An action changes the opening by up to a step; 0 keeps it.
+    """The action changes the opening by up to one step; 0 keeps it.
 
     Args:
-        max_delta: Change of the opening for an action of 1, as a fraction of the whole stroke, in (0, 1].
+        max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].
     """
 
     def __init__(self, *, max_delta: float = 0.2) -> None:
@@ -106,10 +106,10 @@ class GripperDelta(Gripper):
 
 
 class GripperBinary(Gripper):
-    """The sign of an action opens (positive) or closes (negative) the gripper; 0 keeps the last state.
+    """The sign of the action opens (positive) or closes (negative) the gripper; 0 keeps the last state.
 
-    Random actions open and close it all the time, so exploration drops every object; ``gripper_delta`` is better suited
-    to learning.
+    Random actions keep opening and closing the gripper, so exploration drops every object; ``gripper_delta`` is better
+    suited to learning.
     """
 
     def _want(self, action: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Actions move the commanded joint positions by up to a step."""
+"""Actions move the commanded joint positions by up to one step."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from frobs_core.validation import boolean, positive
 
 
 class JointDeltaPosition(CommandedPositions):
-    """Moves the commanded joint positions by an action in [−1, 1], times a step.
+    """Moves the commanded joint positions by an action in [−1, 1], times a step size.
 
     Steps are added to the *commanded* positions, not to the measured ones. Gravity pulls the joints slightly below the
-    command, so an arm that starts each step from there would sink. Steps are limited by the velocity limits, so that
-    the command never runs ahead of the joint.
+    command, so an arm whose steps started from the measured positions would sink. Steps respect the velocity limits, so
+    that the command never runs ahead of the joint.
 
     Args:
-        max_delta: Step for an action of 1, if the joint may move that far in a control step [rad or m].
+        max_delta: Step for an action of 1, if the joint can move that far in a control step [rad or m].
         full_range: Whether to behave like FRobs_RL: an action in [−1, 1] is scaled to the joint limits and added to the
-            *measured* positions. ``max_delta`` then has no effect, and 0 only means to hold the position if the limits
-            are symmetric.
+            *measured* positions. ``max_delta`` then has no effect, and 0 holds the position only if the limits are
+            symmetric.
     """
 
     def __init__(self, *, max_delta: float = 0.15, full_range: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Actions are joint efforts, scaled to the limits."""
+"""Actions are joint efforts, scaled to the effort limits."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from frobs_core.validation import positive
 
 
 class JointEffort(Controller):
-    """Commands joint efforts. An action of ±1 is ± the effort limit; with 0 the joints fall.
+    """Commands joint efforts. An action of ±1 is ± the effort limit; at 0, the joints fall freely.
 
     Args:
-        max_effort: Upper limit of all efforts [N·m or N]; None: only the limits of the model file.
+        max_effort: Upper limit on all efforts [N·m or N]. If None, only the model file's limits apply.
     """
 
     command_mode = CommandMode.EFFORT

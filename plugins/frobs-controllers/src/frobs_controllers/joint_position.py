@@ -1,4 +1,4 @@
-"""Actions are joint positions, scaled to the limits."""
+"""Actions are joint positions, scaled to the position limits."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from frobs_core.interfaces import JointGroup
 class JointPosition(CommandedPositions):
     """Commands joint positions: −1 is the lower limit, 1 the upper limit, 0 the middle.
 
-    A joint without limits uses [−π, π]. The command moves within the velocity limits, because a jump over the whole
-    range would throw the arm.
+    A joint without limits uses [−π, π]. The command respects the velocity limits, because a jump over the whole range
+    would fling the arm.
     """
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -40,13 +40,13 @@ class JointPosition(CommandedPositions):
         np.maximum(wanted, self._slowest, out=wanted)
         np.minimum(wanted, self._fastest, out=wanted)
         np.add(target, wanted, out=target)
-        np.maximum(target, self._lower, out=target)  # also bounds the action, and rounding errors
+        np.maximum(target, self._lower, out=target)  # also limits the action and rounding errors
         np.minimum(target, self._upper, out=target)
         return target
 
     @property
     def max_action_change(self) -> Floats:
-        """(dof,) motion that the velocity limits allow in a control step, as a fraction of half the range."""
+        """(dof,) motion that the velocity limits allow per control step, as a fraction of half the range."""
         with np.errstate(divide="ignore", invalid="ignore"):  # for a joint that cannot move at all
             change = self._fastest[0] / self._half_range[0]
         return np.where(np.isnan(change), np.inf, change)

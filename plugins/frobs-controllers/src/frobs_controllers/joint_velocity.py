@@ -1,4 +1,4 @@
-"""Actions are joint velocities, scaled to the limits."""
+"""Actions are joint velocities, scaled to the velocity limits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from frobs_core.validation import positive
 class JointVelocity(Controller):
     """Commands joint velocities: an action of ±1 is ± the velocity limit.
 
-    Near a position limit a joint is slowed down, so that it cannot exceed the limit within the control step.
+    Near a position limit, a joint is slowed down so that it cannot exceed the limit within the control step.
 
     Args:
-        max_velocity: Upper limit of all velocities [rad/s or m/s]; None: only the limits of the model file.
+        max_velocity: Upper limit on all velocities [rad/s or m/s]. If None, only the model file's limits apply.
     """
 
     command_mode = CommandMode.VELOCITY

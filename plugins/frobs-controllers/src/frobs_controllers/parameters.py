@@ -1,4 +1,4 @@
-"""Limits of a robot that several controllers use."""
+"""Robot limits used by several controllers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
     """Return finite position limits; continuous joints use [−π, π].
 
     Args:
-        owner: Name of the controller, for the message.
+        owner: Name of the controller, for the error message.
         joints: The joints.
 
     Returns:
@@ -38,15 +38,15 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
 
 
 def scale(owner: str, name: str, given: float | None, limit: Floats, joints: JointGroup, unit: str) -> Floats:
-    """Return the value of an action of 1 for each joint: its limit, but at most the user's value.
+    """Return each joint's value for an action of 1: its limit, but at most the user's value.
 
     Args:
-        owner: Name of the controller, for the message.
+        owner: Name of the controller, for the error message.
         name: Name of the parameter.
-        given: The user's value; None: use only the limits.
+        given: The user's value, or None to use only the limits.
         limit: (num_envs, dof); infinite if the model file does not define one.
         joints: The joints.
-        unit: Unit, for the message.
+        unit: Unit, for the error message.
 
     Returns:
         (num_envs, dof), finite.

@@ -1,4 +1,4 @@
-"""Actions move and rotate the tool center point by up to a step."""
+"""Actions move and rotate the tool center point by up to one step."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class TcpDeltaPose(TcpDeltaPosition):
-    """Moves and rotates the tool center point by an action in [−1, 1]⁶, times a step.
+    """Moves and rotates the tool center point by an action in [−1, 1]⁶, times a step size.
 
-    The first three components move along the world's axes, the last three are a rotation vector about them. A target
-    pose is maintained like the target point of :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition`. An
-    action of 0 holds position and orientation.
+    The first three components move along the world's axes; the last three are a rotation vector about them. The
+    controller maintains a target pose, just as :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition`
+    maintains a target point. An action of 0 holds position and orientation.
 
     Args:
         max_delta: Translation for an action of 1, per axis [m].
         max_rotation: Rotation for an action of 1, per axis [rad], ≤ 1.
-        damping: Damping of the least squares [m/rad]. A higher value is smoother near singularities and at the end of
-            the reach, but slower. A larger step needs more damping, about the square root of half of the step.
-        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in [0,
-            1).
+        damping: Damping in the least-squares problem [m/rad]. Higher values make motion smoother near singularities and
+            at the limit of reach, but slower. Larger steps need more damping, about the square root of half the step.
+        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in
+            [0, 1).
         axes: Components of an action, from ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz``, in this order. The tool holds
-            the others: with ``["x", "y", "z"]`` it keeps its orientation.
-        target_low: Minimum corner of the box that contains the target point [m], in the world; None: no limit.
+            the others: with ``["x", "y", "z"]``, it keeps its orientation.
+        target_low: Minimum corner of the box that contains the target point [m], in the world, or None for no limit.
         target_high: Maximum corner of this box [m].
-        interpolate: Whether the joints move uniformly to their new positions during a control step. Otherwise the new
-            positions are commanded at once, and the speed of the tool oscillates at the control rate.
+        interpolate: Whether the joints move to their new positions uniformly during a control step. Otherwise the new
+            positions are commanded at once, and the tool's speed oscillates at the control rate.
     """
 
     owner = "tcp_delta_pose"
@@ -56,7 +56,7 @@ class TcpDeltaPose(TcpDeltaPosition):
     ) -> None:
         super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
         self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
-        if self.max_rotation > 1.0:  # two of them on each axis must stay below half a turn
+        if self.max_rotation > 1.0:  # twice this rotation on each axis must stay below half a turn
             raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", self.owner)
         self.axes = tuple(choice(f"{self.owner}: axes", axis, AXES) for axis in axes)
         if not self.axes or list(self.axes) != sorted({*self.axes}, key=AXES.index):
@@ -109,12 +109,12 @@ class TcpDeltaPose(TcpDeltaPosition):
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
-        np.subtract(left, self._ik.lead(), out=left)  # remainder of earlier steps
+        np.subtract(left, self._ik.lead(), out=left)  # part of earlier steps not yet completed
         np.maximum(left, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=self._error)
 
-        np.subtract(remainder, left, out=left)  # 0, unless the remainder is at its limit
+        np.subtract(remainder, left, out=left)  # 0 unless the remainder is at its limit
         np.add(left, step, out=left)  # motion of the target
         np.add(self._target, left[:, :3], out=self._target)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)

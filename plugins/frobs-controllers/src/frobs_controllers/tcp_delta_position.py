@@ -1,4 +1,4 @@
-"""Actions move the tool center point by up to a step."""
+"""Actions move the tool center point by up to one step."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from frobs_core.validation import non_negative, positive
 
 
 class TcpDeltaPosition(Controller):
-    """Moves the tool center point along the world's axes by an action in [−1, 1], times a step.
+    """Moves the tool center point along the world's axes by an action in [−1, 1], times a step size.
 
     Steps are added to a target point. If a step is not completed (because of damping, a limit, or the arm's curved
-    path), the following ones make up for it, so that the tool does not drift. The target cannot run away: at most
-    ``max_delta`` per axis remains from earlier steps.
+    path), the following steps make up for it, so the tool does not drift. The target cannot run away: at most
+    ``max_delta`` per axis is carried over from earlier steps.
 
     Args:
         max_delta: Step for an action of 1, per axis [m].
-        damping: Damping of the least squares [m/rad]. A higher value is smoother near singularities and at the end of
-            the reach, but slower. A larger step needs more damping, about the square root of half of the step.
-        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in [0,
-            1).
+        damping: Damping in the least-squares problem [m/rad]. Higher values make motion smoother near singularities and
+            at the limit of reach, but slower. Larger steps need more damping, about the square root of half the step.
+        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in
+            [0, 1).
     """
 
     command_mode = CommandMode.POSITION
     owner: ClassVar[str] = "tcp_delta_position"
-    """Name of the controller, for messages."""
+    """Name of the controller, for error messages."""
 
     axes: tuple[str, ...] = ("x", "y", "z")
     """Components of an action."""
@@ -45,7 +45,7 @@ class TcpDeltaPosition(Controller):
 
     @property
     def _steps(self) -> tuple[float, ...]:
-        """Return the step for an action of 1 in each component."""
+        """Return each component's step for an action of 1."""
         return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -82,7 +82,7 @@ class TcpDeltaPosition(Controller):
         np.add(
             self._joints.frame_pose("tcp")[0], self._ik.lead(), out=there
         )  # tool position at the commanded joint positions
-        np.subtract(target, there, out=remainder)  # remainder of earlier steps
+        np.subtract(target, there, out=remainder)  # part of earlier steps not yet completed
         np.maximum(remainder, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=error)

@@ -15,12 +15,12 @@ from frobs_core.validation import non_negative, positive
 class TcpImpedance(Controller):
     """Makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q) (Hogan, 1985).
 
-    The first three components of the spring act on the position, the last three on the orientation, which is held as at
-    the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q) compensates
-    the weight of the links that the group moves, according to the model file.
+    The first three components of the spring act on the position, the last three on the orientation, which is held as it
+    was at the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q)
+    compensates for the weight of the links that the group moves, according to the model file.
 
     The torques are computed in every physics step, so that contacts meet a spring instead of a stiff drive. This takes
-    several times as long as a controller at the control rate.
+    several times as long as a controller that runs at the control rate.
 
     Args:
         max_delta: Motion of the equilibrium point for an action of 1, per axis [m].
@@ -80,14 +80,14 @@ class TcpImpedance(Controller):
         self._target_pos[rows_of(mask)], self._target_quat[rows_of(mask)] = pos[rows_of(mask)], quat_wxyz[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Move the equilibrium, and return the efforts of the first physics step, (num_envs, dof) [N·m or N]."""
+        """Move the equilibrium, and return the efforts for the first physics step, (num_envs, dof) [N·m or N]."""
         tool, _ = self._joints.frame_pose("tcp")
         moved = self._target_pos + self.max_delta * np.clip(action, -1.0, 1.0)
         self._target_pos[:] = np.clip(moved, tool - self.leash, tool + self.leash)
         return self.update()
 
     def update(self) -> Floats:
-        """Return the efforts of the next physics step, (num_envs, dof) [N·m or N]."""
+        """Return the efforts for the next physics step, (num_envs, dof) [N·m or N]."""
         joints = self._joints
         pos, quat_wxyz = joints.frame_pose("tcp")
         jacobian = joints.frame_jacobian("tcp")  # (num_envs, 6, dof)
@@ -99,21 +99,21 @@ class TcpImpedance(Controller):
         return np.asarray(np.clip(efforts, -joints.effort_limit, joints.effort_limit))
 
     def _gravity_efforts(self) -> Floats:
-        """Return the efforts that carry the weight of the moved links, (num_envs, dof) [N·m or N]."""
+        """Return the efforts that support the weight of the moved links, (num_envs, dof) [N·m or N]."""
         joints = self._joints
         efforts = np.zeros((joints.num_envs, joints.dof))
         for link, mass, center in self._weights:
             jacobian = joints.frame_jacobian(link)
             _, quat_wxyz = joints.frame_pose(link)
             arm = quat_rotate(quat_wxyz, np.broadcast_to(center, (joints.num_envs, 3)))
-            # A force f at the center of mass is f at the link's origin with the torque arm × f.
+            # A force f at the center of mass is equivalent to f at the link's origin plus the torque arm × f.
             lift = np.broadcast_to(-mass * self._gravity, arm.shape)
             wrench = np.concatenate([lift, np.cross(arm, lift)], axis=1)
             efforts += (jacobian * wrench[:, :, None]).sum(axis=1)
         return efforts
 
     def snapshot(self) -> Snapshot:
-        """Return the equilibrium."""
+        """Return the equilibrium pose."""
         return {"target_pos": self._target_pos.copy(), "target_quat_wxyz": self._target_quat.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -122,6 +122,6 @@ class TcpImpedance(Controller):
 
 
 def moved_links(joints: JointGroup) -> set[str]:
-    """Return the names of all links that the joints of a group move."""
+    """Return the names of all links moved by the joints of a group."""
     model, moving = joints.model, set(joints.joint_names)
     return {link.name for link in model.links if any(joint.name in moving for joint in joint_path(model, link.name))}

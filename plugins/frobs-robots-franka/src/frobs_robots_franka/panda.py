@@ -1,4 +1,4 @@
-"""The Franka Emika Panda with a hand in the size of the original."""
+"""The Franka Emika Panda with a hand the size of the original."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:
 PANDA_ARM = Robot(
     model="frobs_robots_franka:models/panda_arm.urdf.xacro",
     name="panda_arm",
-    # The tool points down, 0.31 m in front of the base, and is mounted such that its x axis points away from the base.
+    # The tool points down, 0.31 m in front of the base, and is mounted so that its x axis points away from the base.
     home={
         "panda_joint2": -math.pi / 4,
         "panda_joint4": -3 * math.pi / 4,

@@ -25,7 +25,7 @@ class GazeboBody(BodyHandle):
     def __init__(self, simulation: GazeboSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation, self._body = simulation, body
-        self._span = simulation.layout.bodies.get(("body", name))  # None: not moved by forces
+        self._span = simulation.layout.bodies.get(("body", name))  # None if forces do not move it
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
@@ -46,7 +46,7 @@ class GazeboBody(BodyHandle):
         return read_only(raw[:, 7:10] - np.cross(raw[:, 10:], self._arm(raw[:, 3:7]))), read_only(raw[:, 10:])
 
     def _arm(self, quat_wxyz: Floats) -> Floats:
-        """Return the vector from the origin to the center of mass in the world, (n, 3) [m]."""
+        """Return the vector from the body's origin to its center of mass in the world, (n, 3) [m]."""
         assert self._body.inertial is not None
         return quat_rotate(quat_wxyz, np.array(self._body.inertial.origin.pos))
 
@@ -75,7 +75,7 @@ class GazeboBody(BodyHandle):
             self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)), np.concatenate(self._body.twist))
 
     def _put(self, envs: Sequence[int], pose: Floats, twist: Floats) -> None:
-        """Move the body to poses (k, 7), with velocities of its origin (k, 6)."""
+        """Move the body to poses (k, 7), and set the velocity of its origin (k, 6)."""
         if self._span is None:
             self._simulation.place(self.name, pose, envs)
             return

@@ -1,4 +1,4 @@
-"""The servers of a simulation, one for each environment: started and used in parallel, replaced individually."""
+"""The servers of a simulation, one per environment: started and used in parallel, replaced individually."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from frobs_sim_gazebo.protocol import Op
 from frobs_sim_gazebo.server import Server, ServerError
 
 _log = logging.getLogger(__name__)
-_AT_ONCE = 8  # servers that start simultaneously
-_MOST_LOST = 3  # consecutive servers that an environment may lose without a step in between
+_AT_ONCE = 8  # maximum number of servers that start simultaneously
+_MOST_LOST = 3  # number of consecutive servers that an environment may lose without a step in between
 
 Message = tuple[Op, bytes]
 
 
 class Fleet:
-    """One server for each environment.
+    """One server per environment.
 
     Args:
-        installation: Installation of Gazebo.
+        installation: Gazebo installation.
         count: Number of servers.
-        world: Text of the world file that they start with.
-        prepare: Fills a server's world; called in a separate thread.
+        world: Text of the world file with which the servers start.
+        prepare: Function that populates a server's world; called in a separate thread.
 
     Raises:
-        SimulationError: A server does not start; the others are then stopped.
+        SimulationError: A server did not start; the others were stopped.
     """
 
     def __init__(self, installation: Installation, count: int, world: bytes, prepare: Callable[[Server], None]) -> None:
@@ -47,7 +47,7 @@ class Fleet:
         """Start new servers for environments that have lost theirs.
 
         Raises:
-            SimulationError: An environment has lost too many consecutive servers; all servers are then stopped.
+            SimulationError: An environment lost too many consecutive servers; all servers were stopped.
         """
         self._start(envs, self._replaced)
 
@@ -67,7 +67,7 @@ class Fleet:
         self._prepare(server)
 
     def _replaced(self, env: int) -> None:
-        """Start servers until one keeps running; the cause of the last failure may affect the next one."""
+        """Start servers until one keeps running, because the cause of the last failure may also affect the next one."""
         while True:
             try:
                 return self._started(env)
@@ -76,16 +76,16 @@ class Fleet:
                 _log.error("environment %d lost another Gazebo server during its start: %s", env, error)
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send each environment its messages and return the answers to the last of them.
+        """Send each environment its messages, and return the answer to the last message of each.
 
-        If a server ends or hangs, this is logged, and its environment has no answers until :meth:`replace`.
+        If a server exits or hangs, the failure is logged, and its environment returns no answers until :meth:`replace`.
 
         Args:
             messages: Messages, by environment.
             steps: Number of physics steps that the last message requests.
 
         Raises:
-            SimulationError: A server rejected a message, or an environment lost several consecutive servers.
+            SimulationError: A server rejected a message, or an environment lost too many consecutive servers.
         """
         sent, answers = [], {}
         refusal: SimulationError | None = None

@@ -1,4 +1,4 @@
-"""Finds Gazebo 11: on this machine, or in a root folder created by ``tools/make_root.sh``."""
+"""Finds Gazebo 11 on this machine or in a root folder created by ``tools/make_root.sh``."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _ENVIRONMENT = {
     "GAZEBO_MASTER_URI": "http://127.0.0.1:11345",
     "GAZEBO_IP": "127.0.0.1",
     "IGN_IP": "127.0.0.1",
-    "GAZEBO_MODEL_DATABASE_URI": "",  # do not search for models on a network
-    "ALSOFT_DRIVERS": "null",  # do not search for a loudspeaker, which would fill the log
+    "GAZEBO_MODEL_DATABASE_URI": "",  # do not search for models on the network
+    "ALSOFT_DRIVERS": "null",  # do not search for an audio device, which would flood the log
 }
 
 
@@ -40,8 +40,8 @@ class Installation:
     """An installation of Gazebo 11.
 
     Attributes:
-        root: Folder that its programs use as ``/``; None: installed on this machine.
-        version: Full version, ``"11.1.0"``.
+        root: Folder that Gazebo's programs use as ``/``, or None if Gazebo is installed on this machine.
+        version: Full version, such as ``"11.1.0"``.
     """
 
     root: Path | None
@@ -49,20 +49,20 @@ class Installation:
 
     @property
     def store(self) -> Path:
-        """Folder for files that are built for it, as a path of this process."""
+        """Folder for files built for this installation, as seen by this process."""
         return cache_folder("gazebo") if self.root is None else self.root / "var" / "cache" / "frobs"
 
     @property
     def scratch(self) -> Path | None:
-        """Folder that each of its programs gets as a separate in-memory folder; None: the root's ``/tmp``."""
+        """Folder replaced by a private in-memory folder for each program, or None for the root's ``/tmp``."""
         return self.store / "scratch" if self.root is None else None
 
     def inside(self, path: Path) -> str:
-        """Return a path under :attr:`store` as its programs see it."""
+        """Return a path under :attr:`store` as seen by Gazebo's programs."""
         return str(path) if self.root is None else f"/{path.relative_to(self.root)}"
 
     def command(self, *command: str) -> list[str]:
-        """Return the command line that runs one of its programs in isolation; see :mod:`frobs_sim_gazebo.launch`."""
+        """Return the command line that runs a Gazebo program in isolation; see :mod:`frobs_sim_gazebo.launch`."""
         network = os.environ.get(NETWORK_VARIABLE, "own")
         if network not in ("own", "host"):
             raise SimulationError(f"{NETWORK_VARIABLE} is '{network}'; it must be 'own' (the default) or 'host'.")
@@ -75,7 +75,7 @@ class Installation:
         return [*line, "--", *command]
 
     def environment(self, **variables: str) -> dict[str, str]:
-        """Return the environment of its programs."""
+        """Return the environment variables for Gazebo's programs."""
         scratch = "/tmp" if self.scratch is None else str(self.scratch)
         path = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
         kept = {} if self.root else {k: v for k, v in os.environ.items() if k.startswith(("GAZEBO_", "LD_", "OGRE_"))}
@@ -84,10 +84,10 @@ class Installation:
 
 
 def find_gazebo() -> Installation:
-    """Return the Gazebo to use: that of ``$FROBS_GAZEBO_ROOT``, or this machine's, or that in the cache.
+    """Return the Gazebo to use: the one in ``$FROBS_GAZEBO_ROOT``, else this machine's, else the one in the cache.
 
     Raises:
-        SimulationError: It is not installed, or not version 11.
+        SimulationError: Gazebo is not installed, or is not version 11.
     """
     named = os.environ.get(ROOT_VARIABLE)
     return _find(named, str(cache_folder()), os.environ.get("PATH", ""))
@@ -117,7 +117,7 @@ def _in_root(root: Path, whence: str) -> Installation:
         raise SimulationError(
             f"the Gazebo root {root} (from {whence}) does not exist or is incomplete; create it: sudo {tool()} {root}."
         )
-    libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # asking gzserver itself takes a second
+    libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # running gzserver to ask takes a second
     version = libraries[-1].name.partition(".so.")[2] if libraries else "11"
     return Installation(root, version)
 

@@ -1,8 +1,8 @@
-"""Runs a program of a Gazebo installation in isolation: separate network, the installation's root, logs in memory.
+"""Runs a Gazebo program in isolation: with a separate network, the installation's root, and logs in memory.
 
-This script runs in a separate process and only uses the standard library. Gazebo listens on every interface. In a
-network namespace that only contains the loopback interface, it cannot be reached from outside, and each server has all
-ports to itself. A user without root privileges gets both from a user namespace.
+This script runs in a separate process and uses only the standard library. Gazebo listens on every interface. In a
+network namespace that contains only the loopback interface, it cannot be reached from outside, and each server has all
+ports to itself. For users without root privileges, a user namespace makes this possible.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _SIOCGIFFLAGS, _SIOCSIFFLAGS, _SIOCADDRT = 0x8913, 0x8914, 0x890B
 _IFF_UP, _RTF_UP = 1, 1
 
 NO_NAMESPACE = 97
-"""Exit status if the kernel rejects the namespaces."""
+"""Exit status if the kernel does not allow the namespaces."""
 
 
 def main() -> None:
-    """Execute the command line; does not return."""
+    """Execute the command line. This function does not return."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--root", default="", help="folder of the installation; default: this machine's")
     parser.add_argument("--network", choices=("own", "host"), default="own")

@@ -1,4 +1,4 @@
-"""The contents of a world, in the order that plugin and simulation share."""
+"""The contents of a world, in the order shared by the plugin and the simulation."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ class Layout:
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
-        meshes: Writes the mesh files that the models refer to.
+        meshes: Writer for the mesh files to which the models refer.
 
     Attributes:
-        models: SDF of each model, by its name in Gazebo.
-        model_names: Gazebo's name of each robot, each scene body and the floor.
+        models: SDF of each model, by name in Gazebo.
+        model_names: Gazebo's name for each robot, each scene body and the floor.
         skeletons: Skeletons of the robots.
         joints: Index range of each robot's joints.
         bodies: Index range of the moving bodies of each robot or scene body.
         placed: The kinematic scene bodies.
-        joint_count: Number of joints of all robots.
-        body_count: Number of moving bodies, including bases of fixed robots.
+        joint_count: Total number of joints of all robots.
+        body_count: Number of moving bodies, including the bases of fixed robots.
         coms: (bodies, 3) center of mass in the body's frame [m].
-        shapes: Indices of the shapes of each side of a contact.
+        shapes: Indices of the shapes on each side of a contact.
 
     Raises:
         ConfigurationError: The scene is inconsistent or refers to missing objects.
@@ -48,7 +48,7 @@ class Layout:
         scene.check(robots, lacking=("attachments",))
         self._robots, self._scene = robots, scene
         floor = [FLOOR] if scene.floor else []
-        # A robot may have the same name as a body, so the kinds have separate names.
+        # A robot may have the same name as a body, so the two kinds have separate namespaces.
         keys = (
             [("floor", name) for name in floor] + [("body", n) for n in scene.bodies] + [("robot", n) for n in robots]
         )
@@ -143,7 +143,7 @@ class Layout:
         return b"".join(parts)
 
     def home(self, robot: str) -> Floats:
-        """Return the positions of all joints of a robot at home, (joints,)."""
+        """Return the home positions of all joints of a robot, (joints,)."""
         placement, bones = self._robots[robot], self.skeletons[robot]
         found: Floats = bones.all_positions(home_positions(placement.model, placement.robot.home)[None])[0]
         return found

@@ -1,4 +1,4 @@
-"""Meshes of robots as files for Gazebo: convex hulls, stored by content in a folder that its programs can read."""
+"""Robot meshes as files for Gazebo: convex hulls, stored by content in a folder that Gazebo's programs can read."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class MeshFiles:
     """Writes each mesh once.
 
     Args:
-        installation: Installation whose programs read them; None: meshes are only checked.
+        installation: Installation whose programs read the meshes. If None, meshes are only checked.
     """
 
     def __init__(self, installation: Installation | None) -> None:
@@ -26,13 +26,13 @@ class MeshFiles:
         self._hulls: dict[Mesh, list[str]] = {}
 
     def hulls(self, mesh: Mesh) -> list[str]:
-        """Return the URI of a mesh's convex hull in meters, or those of its convex pieces.
+        """Return the URI of a mesh's convex hull in meters, or the URIs of its convex pieces.
 
-        They are also what collides on other engines, and are fast to collide with.
+        Other engines use the same shapes for collisions, which are fast to check.
 
         Raises:
             ModelFileError: The mesh cannot be read, or is flat.
-            MissingDependencyError: The package for decomposing the mesh is not installed.
+            MissingDependencyError: The package for decomposing meshes is not installed.
         """
         if mesh not in self._hulls:
             self._hulls[mesh] = [self._store(_hull(mesh, piece)) for piece in convex_parts(mesh)]
@@ -46,7 +46,7 @@ class MeshFiles:
 
         def write(aside: Path) -> None:
             write_stl(part, aside)
-            aside.chmod(0o644)  # even with a strict umask
+            aside.chmod(0o644)  # regardless of the umask
 
         if not path.exists():
             try:

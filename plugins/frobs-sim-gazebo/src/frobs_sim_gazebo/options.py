@@ -1,4 +1,4 @@
-"""Settings of ODE, Gazebo's physics engine, in the world file that a server starts with."""
+"""Settings for ODE, Gazebo's physics engine, in the world file with which a server starts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def world_text(**given: Any) -> bytes:
     """Return the world file with some settings changed.
 
     Args:
-        given: Settings by name; None: the value in the file.
+        given: Settings by name; None means the value in the file.
 
     Raises:
         ConfigurationError: A value is out of range.

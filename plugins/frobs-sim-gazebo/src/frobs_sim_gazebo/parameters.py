@@ -30,19 +30,19 @@ class GazeboParameters(WrittenParameters):
         return bool(self._simulation.layout.shapes[target])
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments of ``mask``."""
+        """Change a parameter in the environments selected by ``mask``."""
         super().write(name, target, values, mask)
         if name == "joint_damping":
             self._simulation.stale_gains[self._simulation.envs(mask)] = True
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Send a parameter to the servers of ``mask`` before the next step."""
+        """Send a parameter to the servers selected by ``mask`` before the next step."""
         for env in self._simulation.envs(mask):
             for op, body in self._messages(env, name, target):
                 self._simulation.later(env, op, body)
 
     def messages(self, env: int) -> list[Message]:
-        """Return the messages with all written parameters for a new server."""
+        """Return the messages that set all written parameters on a new server."""
         return [message for key in self.written for message in self._messages(env, *key)]
 
     def _messages(self, env: int, name: str, target: str) -> list[Message]:
@@ -54,7 +54,7 @@ class GazeboParameters(WrittenParameters):
             return [(Op.FRICTION, protocol.indices(simulation.layout.shapes[target]) + protocol.numbers(value))]
         number, _ = centre(simulation, target)
         if number is None:
-            return []  # fixed bodies do not use it
+            return []  # fixed bodies do not use this parameter
         if target in simulation.scene.bodies:
             inertial = simulation.scene.bodies[target].inertial
             assert inertial is not None
@@ -89,11 +89,11 @@ class GazeboParameters(WrittenParameters):
 
 
 def centre(simulation: GazeboSimulation, target: str) -> tuple[int | None, Floats]:
-    """Return the moving body that contains a scene body or link, and the center of mass of the latter.
+    """Return the moving body that contains a scene body or link, and the center of mass of that scene body or link.
 
     Returns:
-        Index of the body, or None if it is fixed. The point relative to the body's center of mass, in its axes, (3,)
-        [m].
+        Index of the moving body, or None if it is fixed; and the point relative to the moving body's center of mass, in
+        the moving body's axes, (3,) [m].
     """
     layout = simulation.layout
     if target in simulation.scene.bodies:

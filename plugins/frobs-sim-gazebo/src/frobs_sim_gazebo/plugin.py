@@ -9,9 +9,9 @@ from frobs_core.specs import SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Provide Gazebo 11."""
     exact = "teleport pause contacts rays wrench randomize_gravity"
-    # Each environment is a separate server. Gazebo repeats motions closely, but not bit by bit. Its drives follow the
-    # law to first order in the timestep. Its friction is the smaller one of two bodies, while MuJoCo uses the larger.
-    # Links that are fixed together keep their center of mass when a mass is changed.
+    # Each environment is a separate server. Gazebo reproduces motions closely, but not bit for bit. Its drives follow
+    # the drive law to first order in the timestep. Of two bodies' friction coefficients, it uses the smaller, while
+    # MuJoCo uses the larger. Links that are fixed together keep their center of mass when a mass is changed.
     approximate = "batched determinism snapshot drive randomize_mass randomize_friction randomize_gains "
     approximate += "randomize_joint_damping"
     return [

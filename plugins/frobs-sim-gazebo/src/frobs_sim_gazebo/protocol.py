@@ -1,4 +1,4 @@
-"""Messages to the world plugin: operations and binary format; ``wire.hh`` is the counterpart."""
+"""Messages to the world plugin: operations and binary format. ``wire.hh`` is the counterpart."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Op(IntEnum):
 
 
 HEADER = struct.Struct("<IB")
-"""Size of the body, and the operation (in a request) or 1 for done, 0 for rejected (in an answer)."""
+"""Size of the body, then the operation (in a request), or 1 for done or 0 for rejected (in an answer)."""
 
 
 def count(value: int) -> bytes:
@@ -44,38 +44,38 @@ def count(value: int) -> bytes:
 
 
 def numbers(values: npt.ArrayLike) -> bytes:
-    """Encode numbers without their count."""
+    """Encode numbers, without a count."""
     return np.ascontiguousarray(values, "<f8").tobytes()
 
 
 def text(value: str) -> bytes:
-    """Encode a text."""
+    """Encode a string."""
     data = value.encode()
     return count(len(data)) + data
 
 
 def texts(*values: str) -> bytes:
-    """Encode several texts without their count."""
+    """Encode several strings, without a count."""
     return b"".join(map(text, values))
 
 
 def indices(values: Iterable[int]) -> bytes:
-    """Encode indices with their count."""
+    """Encode indices, preceded by their count."""
     found = list(values)
     return struct.pack(f"<{len(found) + 1}I", len(found), *found)
 
 
 def read_numbers(body: bytes) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Decode the numbers of an answer."""
+    """Decode the numbers in an answer."""
     return np.frombuffer(body, "<f8")
 
 
 def step(decimation: int, commands: npt.ArrayLike) -> bytes:
-    """Return the request for steps.
+    """Return a request to step.
 
     Args:
         decimation: Number of physics steps.
-        commands: (rows, joints): one row that is held, or one for each physics step.
+        commands: (rows, joints): one row that is held, or one row per physics step.
     """
     rows, joints = np.shape(commands)
     return struct.pack("<III", decimation, rows, joints) + numbers(commands)

@@ -22,8 +22,8 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 class GazeboRobot(RobotHandle):
     """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
 
-    Frames are computed from the base and the joint positions, like a robot's own controller does. Gazebo holds the
-    links together by forces, so its own poses may be off by some micrometers.
+    Frames are computed from the base pose and the joint positions, as a robot's own controller does. Gazebo holds links
+    together with forces, so its own poses may be off by a few micrometers.
     """
 
     def __init__(self, simulation: GazeboSimulation, name: str, placement: Placement) -> None:
@@ -68,12 +68,12 @@ class GazeboRobot(RobotHandle):
         self._put(envs, base, np.zeros((k, 6)), self.home[envs], np.zeros((k, self.dof)))
 
     def _put(self, envs: Sequence[int], base: Floats, motion: Floats, q: Floats, v: Floats) -> None:
-        """Move base and joints: base (k, 7), its twist (k, 6), joints (k, dof) twice."""
+        """Set the base pose (k, 7) and twist (k, 6), and the joint positions and velocities (k, dof)."""
         simulation, bones, links = self._simulation, self._bones, self._links
         positions, velocities = bones.all_positions(q), bones.all_velocities(v)
         with np.errstate(
             invalid="ignore", over="ignore"
-        ):  # values that are not finite end the episode, not the program
+        ):  # non-finite values end the episode, not the program
             pos, turn, axes = bones.place(base, positions)
             lin, ang = bones.move(pos, axes, motion, velocities)
             arms = (turn * simulation.layout.coms[links][None, :, None, :]).sum(-1)
@@ -102,7 +102,7 @@ class GazeboRobot(RobotHandle):
         self._simulation.stale_gains[rows] = True
 
     def fill_gains(self, env: int, into: Floats) -> None:
-        """Write the drive parameters of an environment for the plugin, (joints, 5)."""
+        """Write an environment's drive parameters for the plugin, (joints, 5)."""
         actuated = self._bones.actuated
         into[actuated, 0], into[actuated, 1] = self._active_stiffness[env], self._active_damping[env]
         into[actuated, 2], into[actuated, 3] = self.joint_damping[env], self._friction
@@ -117,7 +117,7 @@ class GazeboRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def fill(self, into: Floats, rows: Floats | None) -> None:
-        """Write the targets of the drives for the next steps, (num_envs, rows, joints); the last row is held."""
+        """Write the drive targets for the next steps, (num_envs, rows, joints); the last row is held."""
         if rows is not None:
             self.target[:] = rows[:, -1]
         into[:, :, self._bones.actuated] = self.target[:, None] if rows is None else rows
@@ -183,7 +183,7 @@ class GazeboRobot(RobotHandle):
         return pos, quat
 
     def _on_base(self, base: Floats, pos: Floats, quat: Floats) -> tuple[Floats, Floats]:
-        if (base[:, 3:] == _UNTURNED).all():  # the orientation of most arms, which saves a product
+        if (base[:, 3:] == _UNTURNED).all():  # true for most arms, and saves a product
             return pos + base[:, :3], quat
         turn = np.broadcast_to(base[:, 3:], quat.shape)
         return quat_rotate(turn, pos) + base[:, :3], quat_multiply(turn, quat)
@@ -210,7 +210,7 @@ class GazeboRobot(RobotHandle):
         return pos, turn, axes
 
     def _cached(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
-        """Return a value that depends on the state, computed once for each state."""
+        """Return a value that depends on the state, computing it only once per state."""
         version, found = self._seen.get(what, (-1, ()))
         if version != self._simulation.version:
             found = tuple(map(read_only, compute()))

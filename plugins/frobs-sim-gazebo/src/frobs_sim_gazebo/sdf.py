@@ -20,14 +20,14 @@ LINK = "link"
 """Name of the link in a scene body's model."""
 
 _OPEN = 1e16  # effectively no limit, because the plugin enforces the joints' limits
-# Contact stiffness and damping [N/m] and [N s/m]: rigid contacts would not share loads, and casters would lift wheels.
+# Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels.
 _STIFFNESS, _DAMPING = 1e7, 1e3
 _STANDING = 1.0  # [kg] mass of a fixed base
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
-    """Return unique names that SDF and Gazebo accept."""
+    """Return unique names that are valid in SDF and Gazebo."""
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name) or "_"
@@ -65,14 +65,14 @@ def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
 
 
 def body_mass(inertial: Inertial) -> Mass:
-    """Return the inertial of a scene body."""
+    """Return the mass properties of a scene body."""
     return Mass(inertial.mass, np.array(inertial.origin.pos), inertia_matrix(inertial))
 
 
 def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFiles) -> tuple[str, dict[str, list[str]]]:
     """Return the model of a robot with all joints at 0, and the names of each link's shapes.
 
-    Links that are fixed together become one link, named after the first one; a fixed base is a kinematic link.
+    Links that are fixed together become one link, named after the first of them; a fixed base is a kinematic link.
 
     Raises:
         ModelFileError: A mesh cannot be read, or a free base has no mass.
@@ -84,7 +84,7 @@ def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFile
     fixed = robot.base == "fixed"
     if not fixed and masses[0].mass <= 0.0:
         raise ModelFileError(model.path, f"the root '{model.root}' has no mass, so a movable base would have no mass.")
-    if fixed:  # at its own origin, because Gazebo does not use its center of mass
+    if fixed:  # placed at its own origin, because Gazebo does not use its center of mass
         masses[0] = Mass(_STANDING, np.zeros(3), _STANDING * np.eye(3))
     collisions: list[list[str]] = [[] for _ in bones.bodies]
     shapes: dict[str, list[str]] = {}
@@ -126,7 +126,7 @@ def _model(name: str, place: Floats, inner: str) -> str:
 def _collision(name: str, geometry: str, place: Floats, friction: float, torsional: float = 0.0) -> str:
     mu = float(friction)
     twist = ""
-    if torsional > 0.0:  # ODE's maximum torque per normal force is 3π/16 times coefficient and radius
+    if torsional > 0.0:  # ODE's maximum torque per normal force is 3π/16 times the coefficient times the radius
         twist = (
             f"<torsional><coefficient>1</coefficient><patch_radius>{16.0 * torsional / (3.0 * np.pi)!r}</patch_radius>"
             "</torsional>"
@@ -151,7 +151,7 @@ def _pose(place: Floats) -> str:
 
 
 def _rpy(quat_wxyz: Floats) -> Floats:
-    """Return roll, pitch and yaw about fixed axes, (3,) [rad]."""
+    """Convert a quaternion to roll, pitch and yaw about fixed axes, (3,) [rad]."""
     m = matrix_from_quat(quat_wxyz)
     flat = np.hypot(m[0, 0], m[1, 0])
     pitch = np.arctan2(-m[2, 0], flat)

@@ -1,4 +1,4 @@
-"""A gzserver process, used through a private socket."""
+"""A gzserver process, accessed through a private socket."""
 
 from __future__ import annotations
 
@@ -22,31 +22,31 @@ from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.protocol import HEADER, Op
 
 TIMEOUT_VARIABLE = "FROBS_GAZEBO_TIMEOUT"
-_START = 60.0  # [s] maximum time until a server is ready
-_ANSWER = 60.0  # [s] maximum time until it answers
-_STEP = 0.05  # [s] additional time for each physics step
+_START = 60.0  # [s] maximum time for a server to become ready
+_ANSWER = 60.0  # [s] maximum time to answer a request
+_STEP = 0.05  # [s] additional time per physics step
 _LOG_LINES = 12
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class ServerError(SimulationError):
-    """A gzserver ended or did not answer; it is stopped, and the message contains its last output."""
+    """A gzserver exited or did not answer. It is stopped, and the message contains its last output."""
 
 
 class Server:
     """A gzserver with the world plugin.
 
     Args:
-        installation: Installation of Gazebo; None: result of :func:`find_gazebo`.
-        world: Text of the world file; None: an empty world with FRobs's settings of the physics engine.
+        installation: Gazebo installation. If None, the result of :func:`find_gazebo` is used.
+        world: Text of the world file, or None for an empty world with FRobs's physics engine settings.
 
     Attributes:
-        installation: Installation of Gazebo.
-        process: Process of the server; it has no child processes.
+        installation: Gazebo installation.
+        process: The server's process, which has no child processes.
 
     Raises:
         SimulationError: Gazebo is not installed, or the plugin cannot be built.
-        ServerError: It does not start.
+        ServerError: The server does not start.
     """
 
     def __init__(self, installation: Installation | None = None, world: bytes | None = None) -> None:
@@ -55,7 +55,7 @@ class Server:
         file = self.installation.inside(stored_world(self.installation, world or world_text()))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
         self._waiting_for: deque[str] = deque()
-        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the server
+        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it stays open as long as the server runs
         self._socket, theirs = socket.socketpair()
         theirs.setblocking(True)  # rospy sets a timeout for all sockets of its process
         try:
@@ -68,21 +68,21 @@ class Server:
                 stdout=self._log,
                 stderr=subprocess.STDOUT,
                 pass_fds=(theirs.fileno(),),
-                start_new_session=True,  # Ctrl-C is handled by the process at the other end
+                start_new_session=True,  # Ctrl-C is handled by this process
             )
         except BaseException:
             self._socket.close()
             self._log.close()
             raise
         finally:
-            theirs.close()  # so that reading ends when the server does
+            theirs.close()  # so that reads end when the server exits
         self._finalizer = weakref.finalize(self, _end, self.process, self._socket, self._log)
         self._socket.settimeout(_START)
         self.send(Op.HELLO)
         self.version = self.receive(_START).decode()
 
     def _master(self) -> dict[str, str]:
-        """Return the address of Gazebo's own master. On the host's network, each server needs a different port."""
+        """Return the address of the server's own Gazebo master. On the host network, each needs a different port."""
         if os.environ.get(NETWORK_VARIABLE) != "host":
             return {}
         with socket.socket() as probe:
@@ -100,10 +100,10 @@ class Server:
         return self.receive()
 
     def send(self, op: Op, body: bytes = b"") -> None:
-        """Send a request; its answer must be read with :meth:`receive`.
+        """Send a request. The answer must be read with :meth:`receive`.
 
         Raises:
-            ServerError: The server has ended.
+            ServerError: The server has exited.
         """
         self._waiting_for.append(op.name.lower())
         try:
@@ -119,8 +119,8 @@ class Server:
             steps: Number of physics steps that the request takes.
 
         Raises:
-            ServerError: The server ended, or did not answer in time; it is then stopped.
-            SimulationError: The server rejected the request; the message contains its reason.
+            ServerError: The server exited, or did not answer in time and was stopped.
+            SimulationError: The server rejected the request; the message contains the reason.
         """
         seconds = (self._timeout if longest is None else longest) + _STEP * steps
         try:
@@ -180,7 +180,7 @@ class Server:
 
 
 def _end(process: subprocess.Popen[bytes], connection: socket.socket, log: IO[bytes]) -> None:
-    connection.close()  # the plugin then ends the server
+    connection.close()  # the plugin then shuts down the server
     deadline = time.monotonic() + 0.5
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)

@@ -1,4 +1,4 @@
-"""Shapes as Gazebo's elements; one shape may become several elements."""
+"""Shapes as Gazebo elements; one shape may become several elements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
-    """Return the ``<geometry>`` elements of a shape, each with its pose in the shape."""
+    """Return the ``<geometry>`` elements for a shape, each with its pose in the shape's frame."""
     match geometry:
         case Box(size):
             return [(f"<box><size>{numbers(size)}</size></box>", Pose())]
@@ -28,7 +28,7 @@ def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
 
 
 def numbers(values: tuple[float, ...] | Floats) -> str:
-    """Format numbers for XML with all digits."""
+    """Format numbers for XML with full precision."""
     return " ".join(repr(float(value)) for value in values)
 
 

@@ -1,4 +1,4 @@
-"""The Gazebo simulation: a server for each environment, in lock-step."""
+"""The Gazebo simulation: one server per environment, in lockstep."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of element of a model file."""
+"""Translation of each kind of model file element."""
 
 FASTEST = 1e6
 """Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
@@ -44,9 +44,9 @@ FASTEST = 1e6
 class GazeboSimulation(Simulation):
     """``num_envs`` copies of robots and a scene, each in a Gazebo 11; see :class:`frobs_core.interfaces.Simulation`.
 
-    If a server ends or hangs, this is logged, its environment is marked in :attr:`diverged`, and the next reset starts
-    a new server. Three consecutive failures raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` has no
-    effect, because servers are processes. The options are those of ODE; None means FRobs's default.
+    If a server exits or hangs, the failure is logged, its environment is marked in :attr:`diverged`, and the next reset
+    starts a new server. Three consecutive failures raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads``
+    has no effect, because servers are processes. The options are ODE's; None means FRobs's default.
 
     Args:
         robots: Robots, by name.
@@ -54,10 +54,10 @@ class GazeboSimulation(Simulation):
         num_envs: ≥ 1.
         physics_timestep: [s]
         num_threads: Ignored.
-        solver: ODE's solver: ``"world"``, which is direct and the default, or ``"quick"``, which is iterative.
-        iterations: Number of iterations of the ``"quick"`` solver in a physics step, ≥ 1.
+        solver: ODE's solver: ``"world"`` (direct, the default) or ``"quick"`` (iterative).
+        iterations: Number of iterations of the ``"quick"`` solver per physics step, ≥ 1.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        erp: Fraction of a constraint's error that is corrected in a physics step.
+        erp: Fraction of a constraint's error that is corrected per physics step.
         cfm: Constraint force mixing, which softens constraints, ≥ 0.
 
     Raises:
@@ -86,7 +86,7 @@ class GazeboSimulation(Simulation):
         world = world_text(solver=solver, iterations=iterations, cone=cone, erp=erp, cfm=cfm)
         self.num_envs, self.physics_timestep, self.scene, self.placements = num_envs, physics_timestep, scene, robots
         n = num_envs
-        # Errors in the scene are reported before Gazebo is searched.
+        # Report errors in the scene before searching for Gazebo.
         Layout(robots, scene, MeshFiles(None))
         installation = find_gazebo()
         self.layout = layout = Layout(robots, scene, MeshFiles(installation))
@@ -116,7 +116,7 @@ class GazeboSimulation(Simulation):
             raise
 
     def _prepare(self, server: Server) -> None:
-        """Fill the world of a new server."""
+        """Populate the world of a new server."""
         server.call(Op.SETUP, protocol.numbers([self.physics_timestep, *self.scene.gravity]))
         models = self.layout.models
         spawn = protocol.count(len(models)) + b"".join(protocol.texts(*model) for model in models.items())
@@ -130,7 +130,7 @@ class GazeboSimulation(Simulation):
 
     @property
     def native(self) -> tuple[Server | None, ...]:
-        """The servers, one for each environment; None for lost servers."""
+        """The servers, one per environment; None for lost servers."""
         return tuple(self._fleet.server(env) for env in range(self.num_envs))
 
     @property
@@ -140,11 +140,11 @@ class GazeboSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments that stopped because their numbers diverged or their server was lost, or None."""
+        """Environments that stopped because they diverged numerically or their server was lost, or None."""
         return self._diverged if self._diverged.any() else None
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the initial state of the scene; lost servers are replaced."""
+        """Return to the initial state of the scene, replacing lost servers."""
         envs = self.envs(mask)
         fresh = [env for env in envs if self._fleet.server(env) is None]
         if self._closed:
@@ -213,7 +213,9 @@ class GazeboSimulation(Simulation):
         return protocol.numbers(whole)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
-        """Store the state in a server's answer, after a step also efforts and contacts; return whether it is valid."""
+        """Store the state (after a step, also efforts and contacts) from a server's answer; return whether it is valid.
+
+        """
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
         if found[0]:
@@ -231,7 +233,9 @@ class GazeboSimulation(Simulation):
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send messages to environments and return their last answers. Environments that lost their server diverge."""
+        """Send messages to environments and return their last answers. Environments without a server count as diverged.
+
+        """
         if self._closed:
             raise SimulationError("the simulation is closed.")
         answers = self._fleet.exchange(messages, steps)
@@ -249,7 +253,7 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def later(self, env: int, op: Op, body: bytes) -> None:
-        """Send a message before the next step or write; its answer is ignored."""
+        """Send a message before the next step or write, ignoring its answer."""
         self._queues[env].append((op, body))
 
     def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:
@@ -259,7 +263,7 @@ class GazeboSimulation(Simulation):
             bodies: Index range of the bodies.
             raw: (k, bodies, 13): pos, quat_wxyz, linear and angular velocity of the centers of mass.
             envs: The k environments.
-            joints: Index range of the joints that move with them.
+            joints: Index range of the joints that move with the bodies.
             positions: (k, joints) positions of these joints.
         """
         messages = {}
@@ -280,7 +284,7 @@ class GazeboSimulation(Simulation):
             self._take(env, answer)
 
     def place(self, body: str, poses: Floats, envs: Sequence[int]) -> None:
-        """Teleport a kinematic body, (k, 7)."""
+        """Teleport a kinematic body to poses (k, 7)."""
         model = protocol.text(self.layout.model_names["body", body])
         for pose, env in zip(poses, envs, strict=True):
             if (self.stands[body][env] != pose).any():
@@ -293,7 +297,7 @@ class GazeboSimulation(Simulation):
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that do not detect one robot; (num_envs, k) [m]."""
+        """Cast rays that pass through one robot; return (num_envs, k) [m]."""
         count = origins.shape[1]
         head = protocol.count(count) + protocol.numbers(max_range)
         head += protocol.text(self.layout.model_names["robot", blind_to] if blind_to else "")
@@ -313,7 +317,7 @@ class GazeboSimulation(Simulation):
         envs = self.envs(mask)
         number, point = centre(self, body)
         if number is None:
-            return  # it is fixed
+            return  # the body is fixed
         forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
         torques = np.broadcast_to(np.asarray(torque_world, np.float64), (len(envs), 3))
         for env, force, torque in zip(envs, forces, torques, strict=True):
@@ -329,7 +333,7 @@ class GazeboSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def snapshot(self) -> Snapshot:
-        """Return poses, velocities, targets of the drives, and the written parameters."""
+        """Return poses, velocities, drive targets, and the written parameters."""
         return {**snapshots.take(self), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -345,5 +349,5 @@ class GazeboSimulation(Simulation):
             self._fleet.close()
 
     def envs(self, mask: Mask | None) -> list[int]:
-        """Return the indices of the environments of a mask."""
+        """Return the indices of the environments selected by a mask."""
         return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()

@@ -1,4 +1,4 @@
-"""A robot as moving bodies and joints, with fixed links merged, and batched kinematics of the bodies."""
+"""A robot as moving bodies and joints, with fixed links merged, and batched kinematics for the bodies."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Mass:
     Attributes:
         mass: [kg]
         com: Center of mass in the body's frame [m], (3,).
-        inertia: Inertia about it, in the body's axes [kg·m²], (3, 3).
+        inertia: Inertia about the center of mass, in the body's axes [kg·m²], (3, 3).
     """
 
     mass: float
@@ -45,13 +45,13 @@ class Skeleton:
         model: Model of the robot.
 
     Attributes:
-        bodies: Name of the first link of each body; base first, parents before children.
-        frames: Body that contains each link, and the link's pose on it, (7,).
+        bodies: Name of the first link of each body, with the base first and parents before children.
+        frames: Body that contains each link, and the link's pose in that body's frame, (7,).
         joints: The moving joints, including mimic joints; joint i moves body i + 1.
         parents: Parent body of each joint.
-        actuated: Index of each actuated joint, in the file's order, in ``joints``.
-        leaders: Leader of each joint; the joint itself if it is not a mimic joint.
-        multipliers: (joints,) multiplier of the leader's position.
+        actuated: Index in ``joints`` of each actuated joint, in the file's order.
+        leaders: Leader of each joint, or the joint itself if it is not a mimic joint.
+        multipliers: (joints,) multiplier for the leader's position.
         offsets: (joints,) [rad or m]
 
     Raises:
@@ -94,14 +94,14 @@ class Skeleton:
         self._cross_squared = np.matmul(self._cross, self._cross)
 
     def all_positions(self, actuated: Floats) -> Floats:
-        """Return the positions of all joints, (n, joints), from those of the actuated ones, (n, dof)."""
+        """Return the positions of all joints (n, joints), given those of the actuated joints (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
-        """Return the velocities of all joints, (n, joints), from those of the actuated ones, (n, dof)."""
+        """Return the velocities of all joints (n, joints), given those of the actuated joints (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         velocities: Floats = found[:, self.leaders] * self.multipliers
@@ -111,11 +111,11 @@ class Skeleton:
         """Return the poses of the bodies.
 
         Args:
-            base: (n, 7): position [m] and quat_wxyz of the root link in the world.
+            base: (n, 7) position [m] and quat_wxyz of the root link in the world.
             positions: (n, joints) [rad or m]
 
         Returns:
-            pos (n, bodies, 3) [m]; rotations (n, bodies, 3, 3); axes of the joints in the world, (n, joints, 3).
+            pos (n, bodies, 3) [m], rotations (n, bodies, 3, 3), and the axes of the joints in the world (n, joints, 3).
         """
         n, count = positions.shape
         angles = np.where(self._slides, 0.0, positions)[..., None, None]
@@ -139,7 +139,7 @@ class Skeleton:
         Args:
             pos: Positions of the bodies, from :meth:`place`.
             axes: Axes of the joints, from :meth:`place`.
-            base_twist: (n, 6): lin_vel_world [m/s] of the root link's origin and ang_vel_world [rad/s].
+            base_twist: (n, 6) lin_vel_world [m/s] of the root link's origin and ang_vel_world [rad/s].
             velocities: (n, joints) [rad/s or m/s]
 
         Returns:
@@ -165,7 +165,7 @@ class Skeleton:
         return body, at, quat_from_matrix(np.matmul(turn[:, body], matrix_from_quat(offset[3:])))
 
     def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
-        """Return (n, 6, dof): lin_vel_world and ang_vel_world of a link's origin per velocity of an actuated joint."""
+        """Return (n, 6, dof): lin_vel_world and ang_vel_world of a link's origin per unit of each actuated velocity."""
         body, at, _ = self.on_body(link, pos, turn)
         whole = np.zeros((len(pos), 6, len(self.joints)))
         while body > 0:
@@ -183,7 +183,7 @@ class Skeleton:
         """Return the mass properties of each body; a massless body has a mass of 0.
 
         Args:
-            changed: Changed masses of links [kg]; their inertia is scaled accordingly.
+            changed: Changed link masses [kg]; the inertia of these links is scaled accordingly.
         """
         parts: list[list[tuple[Link, int, Floats]]] = [[] for _ in self.bodies]
         for link in self.model.links:
@@ -193,7 +193,7 @@ class Skeleton:
         return [_joined(links, changed or {}, self._armature(body)) for body, links in enumerate(parts)]
 
     def _armature(self, body: int) -> Floats:
-        """Return the inertia of the motor that rotates a body, as if it belonged to the body, (3, 3) [kg·m²]."""
+        """Return the inertia of a body's motor, as if the motor were part of the body, (3, 3) [kg·m²]."""
         if body == 0 or self._slides[body - 1]:
             return np.zeros((3, 3))
         axis = self.axes[body - 1]

@@ -1,4 +1,4 @@
-"""The state of a simulation as arrays: poses and velocities of all bodies, and targets of the drives."""
+"""The state of a simulation as arrays: the poses and velocities of all bodies, and the drive targets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STATE = ("positions", "velocities", "efforts", "raw", "steps")
 
 
 def take(simulation: GazeboSimulation) -> Snapshot:
-    """Return the state, as copies."""
+    """Return a copy of the state."""
     state: Snapshot = {name: getattr(simulation, name).copy() for name in _STATE}
     state["diverged"] = np.zeros(simulation.num_envs, bool) | (simulation.diverged is not None and simulation.diverged)
     state |= simulation.contacts.snapshot()

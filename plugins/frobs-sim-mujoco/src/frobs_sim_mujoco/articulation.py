@@ -1,4 +1,4 @@
-"""Adds robots to a MuJoCo model as bodies, joints and actuators, from the core's model or from their own MJCF file."""
+"""Adds robots to a MuJoCo model as bodies, joints and actuators, from the core's model or their own MJCF files."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _JOINT_TYPES = {
 _OF_THE_SIMULATION = ("option", "size", "statistic", "visual")
 """Sections of an MJCF file that the environment replaces."""
 HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance of joint limits and equalities, with a time constant of two timesteps: as hard as MuJoCo allows. The
-default is a spring of 20 ms, which a strong drive deflects by degrees and behind which a mimic joint lags.
+"""Impedance of joint limits and equalities, with a time constant of two timesteps: as hard as MuJoCo allows. With the
+default, a 20 ms spring, a strong drive exceeds a limit by several degrees, and a mimic joint lags behind.
 """
 
 
@@ -46,7 +46,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
         root.add_freejoint(name=f"{name}/base")
 
     meshes = Meshes(spec)
-    waiting = [(root, model.root)]  # not recursive, because a robot may be deeper than Python's stack
+    waiting = [(root, model.root)]  # not recursive, because a robot may be deeper than Python's recursion limit
     while waiting:
         element, link_name = waiting.pop()
         link = links[link_name]
@@ -55,7 +55,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
             set_inertia(element, link.inertial)
         for collision in link.collisions:
             for geom in add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
-                geom.mass = 0.0  # only the file's inertials contribute mass
+                geom.mass = 0.0  # only the file's inertial elements contribute mass
         for visual in (link.visuals or link.collisions) if visuals else ():
             rgba = getattr(visual, "rgba", None)
             add_shape(meshes, element, visual.geometry, visual.origin, VISUAL_GROUP, rgba, collides=False)

@@ -21,7 +21,7 @@ class MujocoBody(BodyHandle):
     """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
-        mocap: MuJoCo's mocap index of a kinematic body; −1: it is not kinematic.
+        mocap: MuJoCo's mocap index of a kinematic body, or −1 if the body is not kinematic.
     """
 
     def __init__(self, simulation: MujocoSimulation, name: str, body: Body) -> None:
@@ -73,7 +73,7 @@ class MujocoBody(BodyHandle):
         self._simulation.mark_stale(mask)
 
     def start(self) -> None:
-        """Set the initial velocity of the scene."""
+        """Set the body to its initial velocity in the scene."""
         if self._initial_twist != AT_REST:
             self.write_twist(*map(np.array, self._initial_twist))
 
@@ -81,10 +81,10 @@ class MujocoBody(BodyHandle):
 def put_free_twist(
     states: Mapping[str, Floats], joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
 ) -> None:
-    """Set the velocity of a tree with a free joint, (n, 3) both."""
+    """Set the velocity of a tree with a free joint, (n, 3) each."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
     quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
     qvel = states["qvel"]
     qvel[rows, dof : dof + 3] = lin_vel_world
-    # MuJoCo keeps a free joint's angular velocity in the body's own frame.
+    # MuJoCo stores a free joint's angular velocity in the body's own frame.
     qvel[rows, dof + 3 : dof + 6] = quat_rotate(quat, np.broadcast_to(ang_vel_world, (len(quat), 3)))

@@ -38,16 +38,16 @@ def build_model(
 ) -> mujoco.MjModel:
     """Compile robots and a scene.
 
-    Bodies of links are named ``robot/link``, joints and their actuators ``robot/joint``. Scene bodies, cameras and
-    contact sensors keep their names.
+    Link bodies are named ``robot/link``; joints and their actuators are named ``robot/joint``. Scene bodies, cameras
+    and contact sensors keep their names.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
         physics_timestep: [s]
         visuals: Whether to include visual shapes. A model without them has the same states and steps faster.
-        overlaps: Whether links that overlap at home push each other apart. Convex hulls of neighbors often overlap;
-            such a robot could not be controlled.
+        overlaps: Whether links that overlap at home push each other apart. Convex hulls of neighbors often overlap, in
+            which case the robot could not be controlled.
         options: Fields of ``mjOption`` that differ from MuJoCo's defaults.
 
     Raises:

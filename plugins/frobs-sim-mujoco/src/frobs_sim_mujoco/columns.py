@@ -11,12 +11,12 @@ from frobs_core.arrays import Floats, Mask
 
 
 def numbers_of(mask: Mask | None) -> slice | np.ndarray:
-    """Return the indices of the environments of a mask, or a slice for all."""
+    """Return the indices of the environments selected by a mask, or a slice for all."""
     return slice(None) if mask is None else np.flatnonzero(mask)
 
 
 def columns_of(addresses: Sequence[int]) -> Any:
-    """Return a slice if the addresses are consecutive, which makes views possible; otherwise an array."""
+    """Return a slice if the addresses are consecutive, to make views possible, otherwise an array."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
         return slice(first, first + len(addresses))

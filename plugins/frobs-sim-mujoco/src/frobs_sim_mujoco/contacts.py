@@ -1,4 +1,4 @@
-"""Contacts for tasks and sensors, over a whole control step."""
+"""Contacts for tasks and sensors, measured over a whole control step."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, ContactState, Placement, Scene
 from frobs_sim_mujoco.columns import columns_of
 
-_FOUND, _FORCE = 1, 2  # flags for the data of a contact sensor: number of contacts, and their force
+_FOUND, _FORCE = 1, 2  # data flags of a contact sensor: number of contacts, and their force
 _STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: the contact with the largest force, or the sum of all
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
-    """Return what a contact ignores, by the name of the sensor that counts it; a robot includes its links."""
+    """Return the objects that a contact ignores, by the sensor that counts them; a robot includes its links."""
     whole = set(contact.ignore)
     return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
 
@@ -25,10 +25,10 @@ def _ignored(name: str, contact: Contact) -> dict[str, str]:
 def add_contact(
     spec: mujoco.MjSpec, name: str, contact: Contact, robots: Mapping[str, Placement], scene: Scene
 ) -> None:
-    """Add contact sensors for the number of contacts, the force of the strongest one, and the total force.
+    """Add contact sensors for the number of contacts, the force of the strongest contact, and the total force.
 
-    MuJoCo cannot exclude bodies from ``"*"``. Separate sensors therefore count ignored contacts, and forces inside a
-    side.
+    MuJoCo cannot exclude bodies from ``"*"``. Separate sensors therefore measure ignored contacts, and forces between
+    bodies of the same side.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:
@@ -77,7 +77,7 @@ def _inner(name: str) -> str:
 
 
 def _overlaps(contact: Contact) -> bool:
-    """Return whether both ends of a contact point may belong to both sides."""
+    """Return whether both bodies at a contact point may belong to both sides."""
     return "*" in (contact.first, contact.second) or contact.first == contact.second
 
 
@@ -85,7 +85,7 @@ class ContactReader:
     """Reads the contact sensors of a model.
 
     Args:
-        model: Model compiled with the sensors of the scene's contacts.
+        model: Model compiled with sensors for the scene's contacts.
         scene: Scene that declares the contacts.
     """
 
@@ -94,7 +94,7 @@ class ContactReader:
             return int(model.sensor(sensor).adr[0])
 
         contacts = scene.contacts.items()
-        # The number of contacts minus the ignored ones: whole numbers, so that any order of summation is exact.
+        # The number of contacts minus the ignored ones. These are integers, so any order of summation is exact.
         counted = np.zeros((model.nsensordata, len(contacts)))
         for i, (name, contact) in enumerate(contacts):
             counted[at(name), i] = 1.0

@@ -17,17 +17,17 @@ SCENE_GROUP = 0
 VISUAL_GROUP = 1
 """Geom group of visual shapes."""
 ROBOT_GROUPS = (2, 3, 4, 5)
-"""Geom groups of each robot's collision shapes: hit by rays, except the robot's own."""
+"""Geom groups of each robot's collision shapes: hit by rays, except the robot's own rays."""
 
 PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
-"""Impedance of contacts of links that set their friction, such as the pads of a gripper, with a time constant of two
-timesteps. With MuJoCo's default, a spring of 20 ms, pads that press with 70 N sink 10 mm into an object of 0.1 kg.
+"""Contact impedance for links that set their own friction, such as gripper pads, with a time constant of two timesteps.
+With MuJoCo's default, a 20 ms spring, pads pressing with 70 N sink 10 mm into a 0.1 kg object.
 """
 
 
 @cache
 def seen_except(group: int | None = None) -> npt.NDArray[np.uint8]:
-    """Return the geom groups that a ray hits, (mjNGROUP,): all colliding ones, except one robot's."""
+    """Return the geom groups that a ray hits, (mjNGROUP,): all colliding groups, except one robot's."""
     seen = np.zeros(int(mujoco.mjNGROUP), np.uint8)
     seen[[other for other in (SCENE_GROUP, *ROBOT_GROUPS) if other != group]] = 1
     return seen
@@ -43,7 +43,7 @@ def add_shape(
     *,
     collides: bool,
 ) -> list[mujoco.MjsGeom]:
-    """Add a shape as one geom. A colliding mesh has one for each convex piece, a visual mesh one for each color."""
+    """Add a shape as one geom. A colliding mesh gets one per convex piece, a visual mesh one per color."""
     if isinstance(geometry, Mesh):
         geoms = []
         for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
@@ -77,9 +77,9 @@ def _add_plain_geom(
 
 
 def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
-    """Set the sliding friction of a body's shapes, independent of the other body.
+    """Set the sliding friction of a body's shapes, regardless of the other body's friction.
 
-    MuJoCo uses the larger of two coefficients unless one has priority, and only omits friction if a contact has one
+    MuJoCo uses the larger of two coefficients unless one has priority, and omits friction only if a contact has one
     dimension. Shapes with friction also become as hard as :data:`PAD_IMPEDANCE` and the timestep allow.
 
     Raises:

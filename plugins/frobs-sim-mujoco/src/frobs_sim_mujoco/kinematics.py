@@ -14,11 +14,11 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 class Kinematics:
     """Computes poses and velocities after a state was written or steps were recorded.
 
-    The results are bit-identical to the batch's forward pass. That pass also detects collisions and computes mass
-    matrices, which tasks and sensors do not read.
+    The results are bit-identical to those of the batch's forward pass, which also detects collisions and computes mass
+    matrices that tasks and sensors do not read.
 
     Args:
-        batch: The batch of one environment.
+        batch: A batch with one environment.
     """
 
     def __init__(self, batch: Batch) -> None:
@@ -28,7 +28,7 @@ class Kinematics:
         self._model_is_stale = False
 
     def mark_model_stale(self) -> None:
-        """Mark the parameters of the model as changed."""
+        """Mark the model's parameters as changed."""
         self._model_is_stale = True
 
     def update(self) -> None:
@@ -46,13 +46,13 @@ class Kinematics:
         return read_only(getattr(self._data, name)[None])
 
     def rays(self, origin: Floats, directions: Floats, max_range: float, seen: np.ndarray) -> Floats:
-        """Cast rays from one point at the poses of the last :meth:`update`.
+        """Cast rays from one point, with all poses as of the last :meth:`update`.
 
         Args:
             origin: (3,) [m] in the world.
-            directions: (k, 3) of length 1.
-            max_range: Distance of a ray that hits nothing [m].
-            seen: (mjNGROUP,) uint8 groups of geoms.
+            directions: (k, 3) unit vectors.
+            max_range: Distance returned for a ray that hits nothing [m].
+            seen: (mjNGROUP,) uint8 geom groups that rays hit.
 
         Returns:
             (1, k) [m]

@@ -1,4 +1,4 @@
-"""Meshes as triangles instead of files, so that all formats are handled in the same way."""
+"""Meshes as triangles instead of files, so that all formats are handled the same way."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 
 from frobs_core.models import Mesh, MeshPart, Rgba, convex_parts, read_mesh, scaled
 
-_LEAST_VERTICES = 4  # minimum that MuJoCo accepts
+_LEAST_VERTICES = 4  # minimum number that MuJoCo accepts
 
 Use = tuple[str, Rgba | None]
-"""Name of a mesh in the specification, and its color."""
+"""Name of a mesh in the specification, and the mesh's color."""
 
 
 class Meshes:
     """Adds each mesh to a specification once, even if several geoms use it.
 
     Args:
-        spec: Specification to add the meshes to.
+        spec: Specification to which the meshes are added.
     """
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
@@ -26,13 +26,13 @@ class Meshes:
         self._hulls: dict[Mesh, list[Use]] = {}
 
     def hull(self, mesh: Mesh) -> list[Use]:
-        """Return a single mesh for all colors, or the pieces of a decomposed one.
+        """Return a single mesh for all colors, or the pieces of a decomposed mesh.
 
-        In MuJoCo, their convex hulls collide, and rays hit their triangles.
+        In MuJoCo, the convex hulls of these meshes collide, but rays hit their triangles.
 
         Raises:
             ModelFileError: The file cannot be read.
-            MissingDependencyError: The package for decomposing the mesh is not installed.
+            MissingDependencyError: The package for decomposing meshes is not installed.
         """
         if mesh not in self._hulls:
             name = f"{mesh.path}{mesh.scale}"
@@ -45,7 +45,7 @@ class Meshes:
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[Use]:
-        """Return a mesh for each part with its color.
+        """Return a mesh for each part, with its color.
 
         Raises:
             ModelFileError: The file cannot be read.
@@ -60,7 +60,7 @@ class Meshes:
 
     def _add(self, name: str, part: MeshPart) -> None:
         element = self._spec.add_mesh(name=name)
-        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # for a single triangle, which may be rendered
+        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # for single triangles, which can be rendered
         element.uservert = np.pad(part.vertices, ((0, missing), (0, 0)), "edge").astype("f4").ravel()
         element.userface = part.faces.ravel()
         element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it has no mass and may be open

@@ -1,4 +1,4 @@
-"""The options of MuJoCo's solver that users can set."""
+"""User-settable options of MuJoCo's solver."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ Options = Mapping[str, int | float | Sequence[float]]
 
 
 def read_options(given: Mapping[str, Any]) -> Options:
-    """Validate options and convert them to MuJoCo's numbers.
+    """Validate options and convert them to MuJoCo's numeric values.
 
     Args:
-        given: Arguments of the simulation, by name. Only fields of ``mjOption`` are used; None: MuJoCo's default.
+        given: Arguments of the simulation, by name. Only fields of ``mjOption`` are used; None means MuJoCo's default.
 
     Raises:
         ConfigurationError: A value is out of range.

@@ -29,7 +29,7 @@ _FIELDS = (
 
 
 def body_id(simulation: MujocoSimulation, name: str) -> int:
-    """Return the index of a scene body or of ``robot/link``.
+    """Return the index of a scene body or a ``robot/link``.
 
     Raises:
         UnknownNameError: The body does not exist.
@@ -61,7 +61,7 @@ def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
 
 
 def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-    """Change a parameter in the environments of ``mask``."""
+    """Change a parameter in the environments selected by ``mask``."""
     if name not in NAMES:
         raise UnknownNameError("parameter", name, NAMES)
     values = np.asarray(values, np.float64)
@@ -113,7 +113,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 
 
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
-    """Restore a snapshot; fields that it does not contain return to the model's values."""
+    """Restore a snapshot. Fields that it does not contain are reset to the model's values."""
     changed = False
     saved = {key.removeprefix("size/"): sizes for key, sizes in state.items() if key.startswith("size/")}
     for name in {*simulation.sizes, *saved}:
@@ -136,7 +136,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
 
 
 def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Set the size of a body's shapes relative to the nominal ones, independent of earlier sizes."""
+    """Set the size of a body's shapes relative to their nominal sizes, regardless of earlier sizes."""
     model, batch, body = simulation.model, simulation.batch, body_id(simulation, target)
     sizes = simulation.sizes[target][rows]
     batch.expand("body_ipos")[rows, body] = sizes[:, None] * model.body_ipos[body]
@@ -147,7 +147,7 @@ def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.
 
 
 def _write_inertia(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Set the inertia of a body from its mass and size."""
+    """Set a body's inertia from its mass and size."""
     model, body = simulation.model, body_id(simulation, target)
     if not model.body_mass[body] > 0:
         return

@@ -1,4 +1,4 @@
-"""Rendering and the viewer. OpenGL is only initialized when the first image is rendered."""
+"""Rendering and the viewer. OpenGL is not initialized until the first image is rendered."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
 _FLAT = np.array([100.0, 100.0, 1e-3])
 """Half edges of boxes that replace planes in fast images [m]."""
 
-_MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its textures and framebuffer
+_MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its own textures and framebuffer
 
 
 @lru_cache(maxsize=1)
@@ -60,12 +60,12 @@ def _choose_backend() -> str:
 
 
 class Drawn:
-    """The rendered model, which has more shapes than the simulated one, in the state of one environment at a time.
+    """The rendered model. It has more shapes than the simulated one, and shows one environment's state at a time.
 
     Args:
-        model: The batch's model with visual shapes.
+        model: The batch's model with visual shapes added.
         batch: The states.
-        sizes: Written sizes of scene bodies, (num_envs,) by name; may change later.
+        sizes: Sizes that have been written for scene bodies, (num_envs,) by name; may change later.
     """
 
     def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
@@ -74,7 +74,7 @@ class Drawn:
         self._nominal = {field: getattr(model, field).copy() for field in ("geom_size", "geom_pos", "geom_rbound")}
 
     def show(self, env: int) -> None:
-        """Move the model to the state of an environment."""
+        """Set the model to the state of an environment."""
         for name, sizes in self._sizes.items():
             geoms = self.model.geom_bodyid == self.model.body(name).id
             for field, nominal in self._nominal.items():
@@ -85,9 +85,9 @@ class Drawn:
 
 
 class Renderer:
-    """Renders environments of a batch.
+    """Renders the environments of a batch.
 
-    Images of all sizes use one model. Each size and quality has an OpenGL context, which is cached.
+    Images of all sizes use one model. Each combination of size and quality has its own OpenGL context, which is cached.
 
     Args:
         drawn: The rendered model.
@@ -99,7 +99,7 @@ class Renderer:
     def __init__(self, drawn: Drawn) -> None:
         self._drawn, self._model = drawn, drawn.model
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
-            # MuJoCo selected a backend when it was imported, before rendering was requested; select again.
+            # MuJoCo selected a backend when it was imported, before rendering was requested, so select one again.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
         self._full = {name: getattr(self._model.vis.quality, name) for name in _FAST}
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
@@ -129,7 +129,7 @@ class Renderer:
     def draw(
         self, env: int, camera: str | None, size: tuple[int, int], modality: str, markers: Sequence[Marker], fast: bool
     ) -> np.ndarray[Any, Any]:
-        """Render one environment; arguments and result, (h, w, c), are those of ``Simulation.render``."""
+        """Render one environment. The arguments and the result, (h, w, c), are as for ``Simulation.render``."""
         self._drawn.show(env)
         renderer = self._renderer(size, fast)
         renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
@@ -180,7 +180,7 @@ class Viewer:
             self._window.opt.geomgroup[group] = 0
 
     def sync(self) -> None:
-        """Show the current state. This has no effect after the window was closed."""
+        """Show the current state. This has no effect after the window is closed."""
         if self._window.is_running():
             with self._window.lock():
                 self._drawn.show(0)

@@ -34,7 +34,7 @@ class MujocoRobot(RobotHandle):
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation
         self._batch = simulation.batch
-        self._seen = seen_except(group)  # geom groups that its lidars see
+        self._seen = seen_except(group)  # geom groups that the robot's lidars see
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
@@ -92,7 +92,7 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def go_home(self) -> None:
-        """Move the joints to home, at rest, with holding drives."""
+        """Move the joints to home, at rest, with the drives holding them there."""
         self.write_joint_state(self.home)
         self._hold()
 
@@ -114,7 +114,7 @@ class MujocoRobot(RobotHandle):
         self._ctrl[rows] = self._factor[rows] * self.holding_command(self.home[rows])
 
     def apply_gains(self) -> None:
-        """Write the gains of each environment, for the current command modes, to MuJoCo's model."""
+        """Write each environment's gains for the current command modes to MuJoCo's model."""
         self.refresh_gains()
         bias = self._batch.expand("actuator_biasprm")
         bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
@@ -187,7 +187,7 @@ class MujocoRobot(RobotHandle):
         if found is None:
             if self.frame_name(frame) in self._between:
                 return super().frame_jacobian(frame)
-            # Views of arrays that the batch refreshes: reference points, and motions of each dof, (num_envs, 6, nv).
+            # Views of arrays that the batch refreshes: reference points, and the motion of each dof, (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
             motions = self._simulation.derived("cdof").transpose(0, 2, 1)
             found = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
@@ -206,7 +206,7 @@ class MujocoRobot(RobotHandle):
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:
-        """Return the pose of a link that is not a MuJoCo body, because other joints of the same MJCF body move it."""
+        """Return the pose of a link that is not a MuJoCo body because it is between joints of the same MJCF body."""
         pos, quat = self.frame_pose(joint.parent)
         element = self._simulation.model.joint(f"{self.name}/{joint.name}")
         rest = self._simulation.model.qpos0[element.qposadr] if joint.name in self.model.passive_joints else 0.0
@@ -226,7 +226,7 @@ class MujocoRobot(RobotHandle):
         return found
 
     def _moved_by(self, frame: str) -> Floats | None:
-        """Return 1 for each joint that moves a link and 0 for the others, (dof,); None if all joints move it."""
+        """Return 1 for each joint that moves a link and 0 for the others, (dof,), or None if all joints move it."""
         mj, body = self._simulation.model, self._body(frame)
         chain = set()
         while body:
@@ -237,7 +237,7 @@ class MujocoRobot(RobotHandle):
 
 
 def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
-    """Return a read-only view of consecutive columns; None if they are not consecutive."""
+    """Return a read-only view of consecutive columns, or None if they are not consecutive."""
     if not isinstance(columns, slice):
         return None
     return read_only(state[:, columns])

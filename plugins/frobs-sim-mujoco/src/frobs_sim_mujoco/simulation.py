@@ -1,4 +1,4 @@
-"""The MuJoCo simulation: a batch of states that native threads step."""
+"""The MuJoCo simulation: a batch of states, stepped by native threads."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 _STATES = ("time", "qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "xfrc_applied")
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of element of a model file."""
+"""Translation of each kind of model file element."""
 
 
 class Native(NamedTuple):
@@ -53,7 +53,7 @@ class Native(NamedTuple):
 
     Attributes:
         model: The compiled model.
-        batch: The states, one row for each environment.
+        batch: The states, one row per environment.
     """
 
     model: mujoco.MjModel
@@ -66,7 +66,7 @@ class BareMujoco:
     Args:
         model: The compiled model.
         num_envs: 1, or more for a batch.
-        num_threads: Threads of the batch.
+        num_threads: Number of threads for the batch.
     """
 
     def __init__(self, model: mujoco.MjModel, num_envs: int, num_threads: int) -> None:
@@ -88,7 +88,7 @@ class BareMujoco:
             self._batch.step(nstep=decimation)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays from one point in each environment at everything except the first robot, like its lidar."""
+        """Cast rays from one point in each environment at everything except the first robot, as its lidar does."""
         if self._batch is None:
             k = directions.shape[1]
             mujoco.mj_kinematics(self._model, self._data)
@@ -111,30 +111,30 @@ class BareMujoco:
 
 
 class MujocoSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene on MuJoCo; see :class:`frobs_core.interfaces.Simulation`.
+    """``num_envs`` copies of robots and a scene in MuJoCo; see :class:`frobs_core.interfaces.Simulation`.
 
-    The solver's options are those of MuJoCo's ``mjOption``; None means MuJoCo's default.
+    The solver options are those of MuJoCo's ``mjOption``; None means MuJoCo's default.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: Threads of the batch; 0: one for each processor.
+        num_threads: Number of threads for the batch; 0 means one per processor.
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
         impratio: Ratio of frictional to normal constraint impedance, > 0; for elliptic cones.
         density: Density of the surrounding medium [kg/m³], ≥ 0: 1.2 for air, 1000 for water.
         viscosity: Viscosity of the medium [Pa·s], ≥ 0.
         wind: Velocity of the medium in the world, three numbers [m/s].
-        iterations: Maximum number of solver iterations in a physics step, ≥ 1.
-        tolerance: Improvement at which the solver stops, ≥ 0.
-        ls_iterations: Maximum number of iterations of the solver's line search, ≥ 1.
-        ls_tolerance: Gradient at which the line search stops, ≥ 0.
-        noslip_iterations: Number of iterations that prevent slip, after the solver's own; 0: none.
-        noslip_tolerance: Improvement at which these iterations stop, ≥ 0.
-        ccd_iterations: Maximum number of iterations of the collision detection between convex shapes, ≥ 1.
-        ccd_tolerance: Improvement at which the collision detection stops, ≥ 0.
+        iterations: Maximum number of solver iterations per physics step, ≥ 1.
+        tolerance: Improvement below which the solver stops, ≥ 0.
+        ls_iterations: Maximum number of line-search iterations, ≥ 1.
+        ls_tolerance: Gradient below which the line search stops, ≥ 0.
+        noslip_iterations: Number of iterations that prevent slip, after the solver's own; 0 means none.
+        noslip_tolerance: Improvement below which these iterations stop, ≥ 0.
+        ccd_iterations: Maximum number of iterations for collision detection between convex shapes, ≥ 1.
+        ccd_tolerance: Improvement below which collision detection stops, ≥ 0.
 
     Raises:
         ConfigurationError: The scene is inconsistent, or an option is out of range.
@@ -175,8 +175,8 @@ class MujocoSimulation(Simulation):
         self.scene = scene
         self._placements = robots
         self.model = self._build_model()
-        # A single environment keeps its derived quantities, so that the next step need not compute them again. Several
-        # would need an MjData each, which costs more memory and time than it saves.
+        # A single environment keeps its derived quantities, so that the next step need not recompute them. Several
+        # environments would need an MjData each, which costs more memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
@@ -187,25 +187,26 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
-        # Views of the states, whose arrays never change, because binding an array again takes 10 µs.
+        # Views of the states, bound only once because binding takes 10 µs. The arrays never change.
         self.states = {name: self.batch.bind(name) for name in _STATES}
-        # After a write, MuJoCo recomputes derived values without efforts, so those of the last step are stored here.
+        # After a write, MuJoCo recomputes derived values without efforts, so the last step's efforts are stored here.
         self._actuator_force = self.batch.bind("actuator_force")
         self.efforts = np.zeros((num_envs, self.model.nu))
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
-        self._records: dict[int, Any] = {}  # arrays of a rollout by its number of steps, for reuse
+        self._records: dict[int, Any] = {}  # rollout arrays by number of steps, for reuse
         self._recorded_fields: tuple[str, ...] = ("sensordata",)
         if self.sensor_wrenches:
             self._recorded_fields += self._wrench_reader.fields
         self._senses = bool(scene.contacts or self.sensor_wrenches)
-        # A recorded step derives nothing. For one environment, computing it here is faster than in the batch.
+        # A recorded step computes no derived values. For one environment, computing them here is faster than in the
+        # batch.
         self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
         self._renderer: Renderer | None = None
         self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
-        self.sizes: dict[str, Floats] = {}  # (num_envs,) written sizes of bodies
+        self.sizes: dict[str, Floats] = {}  # (num_envs,) body sizes that have been written
         self._viewer: Viewer | None = None
         self._closed = False
 
@@ -255,7 +256,7 @@ class MujocoSimulation(Simulation):
         for wrench in self.sensor_wrenches.values():
             wrench[rows] = 0.0
         for robot in self.robots.values():
-            if robot.gains_written:  # the initial controls belong to the initial gains
+            if robot.gains_written:  # the initial controls match the initial gains
                 robot.hold_home(rows)
         self.mark_stale(mask)
 
@@ -276,7 +277,7 @@ class MujocoSimulation(Simulation):
             self._viewer.sync()
 
     def _step_recorded(self, decimation: int) -> None:
-        """Step with a row of controls for each physics step, or with contacts and forces read in each."""
+        """Step with separate controls for each physics step, or reading contacts and forces in each step."""
         self._check_open()
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
@@ -289,7 +290,7 @@ class MujocoSimulation(Simulation):
         self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = self._actuator_force
-        self._stale = self._everywhere  # computed when it is read, because a task may move bodies first
+        self._stale = self._everywhere  # computed when read, because a task may move bodies first
         if self.scene.contacts:
             self._contact_reader.read(recorded["sensordata"], self.contacts)
         if before is not None:
@@ -303,7 +304,7 @@ class MujocoSimulation(Simulation):
     def cast(
         self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False
     ) -> Floats:
-        """Cast rays at the geoms of the given groups, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
+        """Cast rays at the geoms in the given groups, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
         if from_one_point and self._kinematics is not None:
             self.refresh()
             return self._kinematics.rays(origins[0, 0], directions[0], max_range, seen)
@@ -325,7 +326,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def _mocap_columns(self, names: tuple[str, ...]) -> slice | np.ndarray | None:
-        """Return the columns of several bodies among the kinematic ones; None if not all are kinematic."""
+        """Return the columns of several bodies among the kinematic ones, or None if not all are kinematic."""
         if names not in self._mocaps:
             numbers = [self.bodies[name].mocap for name in names]
             self._mocaps[names] = None if min(numbers, default=-1) < 0 else columns_of(numbers)
@@ -355,7 +356,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def snapshot(self) -> Snapshot:
-        """Return the state rows, and the parameters that differ between environments."""
+        """Return the state rows and the parameters that differ between environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
         state["efforts"] = self.efforts.copy()
         sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
@@ -393,7 +394,7 @@ class MujocoSimulation(Simulation):
             self._renderer = Renderer(self._drawn())
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        drawn = chosen or [0]  # gives an empty result its shape and dtype
+        drawn = chosen or [0]  # to give an empty result its shape and dtype
         pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
         return np.stack(pictures)[: len(chosen)]
 
@@ -407,7 +408,7 @@ class MujocoSimulation(Simulation):
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
         """Return the pairs of overlapping links of a robot in the first environment, deepest first.
 
-        They include pairs that overlap at home, which never push each other apart.
+        Pairs that overlap at home are included; they never push each other apart.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
@@ -440,14 +441,14 @@ class MujocoSimulation(Simulation):
         )
 
     def mark_stale(self, mask: Mask | None) -> None:
-        """Mark states as written, so that derived values are computed before they are read."""
+        """Mark states as written, so that derived values are recomputed before they are read."""
         if mask is None:
             self._stale = self._everywhere
         else:
             self._stale = mask.copy() if self._stale is None else self._stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
-        """Mark masses as written, so that MuJoCo's derived constants are computed once, when they are needed."""
+        """Mark masses as written, so that MuJoCo's derived constants are recomputed once, when needed."""
         if self._stale_constants is None:
             self._stale_constants = np.zeros(self.num_envs, np.bool_)
         self._stale_constants |= True if mask is None else mask
@@ -462,7 +463,7 @@ class MujocoSimulation(Simulation):
             self._kinematics.mark_model_stale()
 
     def refresh(self) -> None:
-        """Compute derived values of written states."""
+        """Recompute the derived values of states that were written."""
         if self._stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()
@@ -473,7 +474,7 @@ class MujocoSimulation(Simulation):
             self._stale = None
 
     def derived(self, field: str) -> Floats:
-        """Return a field that depends on the states, up to date."""
+        """Return the up-to-date value of a field that depends on the states."""
         if field not in self._derived:
             source = self.batch.bind if self._kinematics is None else self._kinematics.field
             self._derived[field] = source(field)

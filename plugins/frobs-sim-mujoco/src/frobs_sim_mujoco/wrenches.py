@@ -1,4 +1,4 @@
-"""Force-torque sensors of robots, over a whole control step."""
+"""Force-torque sensors of robots, averaged over a whole control step."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _TYPES = mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE
 
 
 def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
-    """Add a force sensor, a torque sensor and their site for each force-torque sensor of a robot.
+    """Add a force sensor, a torque sensor and a site for each of a robot's force-torque sensors.
 
-    The site is on the body whose joint is measured, in the sensor's frame. MuJoCo's force sensor reports the force of
-    the parent on the child.
+    The site is on the body whose joint is measured, in the sensor's frame. MuJoCo's force sensor reports the force that
+    the parent exerts on the child.
 
     Raises:
-        UnsuitableRobotError: A sensor is between two joints of one MJCF body.
+        UnsuitableRobotError: A sensor is between two joints of the same MJCF body.
     """
     for sensor, (link, pose) in placement.force_torque_sensors.items():
         name, body = f"{robot}/{sensor}", spec.body(f"{robot}/{link}")
@@ -36,9 +36,9 @@ def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placeme
 class WrenchReader:
     """Reads the force-torque sensors of a model.
 
-    MuJoCo's sensors report the forces of explicit accelerations. Its integrator uses other accelerations, because it
-    treats the drives' damping implicitly. This class adds the difference: the inertia beyond the sensor times the
-    difference of the accelerations.
+    MuJoCo's sensors report the forces for explicit accelerations. Its integrator uses different accelerations, because
+    it treats the drives' damping implicitly. This class adds the difference in force: the inertia beyond the sensor
+    times the difference between the accelerations.
 
     Args:
         model: Model compiled with the sensors.
@@ -84,7 +84,7 @@ class _Sensor:
         self._site = model.site(name).id
         link = int(model.site_bodyid[self._site])
         self._tree = int(model.body_rootid[link])
-        # Mass that a degree of freedom moves beyond the sensor: all of it, or that below a joint beyond the sensor.
+        # Mass beyond the sensor that each degree of freedom moves: all of it, or only the part beyond the joint.
         moved = {dof: link for dof in range(model.nv) if _hangs_from(model, link, int(model.dof_bodyid[dof]))}
         beyond = {dof: int(body) for dof, body in enumerate(model.dof_bodyid) if _hangs_from(model, int(body), link)}
         self._moved = beyond | moved
@@ -93,7 +93,7 @@ class _Sensor:
         """Return the reading after each physics step, (num_envs, decimation, 6)."""
         dofs, bodies = list(self._moved), list(self._moved.values())
         motion = recorded["cdof"][:, :, dofs] * difference[:, :, dofs, None]  # (num_envs, decimation, dofs, 6)
-        inertia = recorded["crb"][:, :, bodies]  # about the center of mass of the tree, like the motion
+        inertia = recorded["crb"][:, :, bodies]  # about the tree's center of mass, like the motion
         spin, acceleration, moment = motion[..., :3], motion[..., 3:], inertia[..., 6:9]
         xx, yy, zz, xy, xz, yz = np.moveaxis(inertia[..., :6], -1, 0)
         tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)

@@ -1,4 +1,4 @@
-"""A robot in one environment: Bullet's body, without mechanics that Bullet would add to the robot's own."""
+"""A robot in one environment: Bullet's body, without the mechanics that Bullet would add to the robot's own."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ class Articulation:
         client: Client of the simulated world.
         name: Name of the robot.
         placement: Placement of the robot.
-        dynamics: Computes mass matrices.
-        meshes: Writes mesh files for Bullet.
+        dynamics: Object that computes mass matrices.
+        meshes: Writer for Bullet's mesh files.
         group: Collision group, a unique bit.
 
     Attributes:
         body: Bullet's index of the body.
         links: Bullet's index of each link that is a body; −1 is the base.
         joints: Bullet's indices of the moving joints, in the order of the mass matrix.
-        slots: Index of each actuated joint, in the file's order, in ``joints``.
-        in_order: Whether the actuated joints are all moving joints, in the same order.
+        slots: Index in ``joints`` of each actuated joint, in the file's order.
+        in_order: Whether the actuated joints are exactly the moving joints, in the same order.
         mimics: (follower, leader) in ``joints``, with the model's description.
         offset: Number of columns of the mass matrix that belong to the base.
         twin: Bullet's index of the twin.
-        twin_links: Index of each of its links.
+        twin_links: Index of each of the twin's links.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Articulation:
             follower,
             leader,
             mimic,
-        ) in self.mimics:  # the drive law moves followers too; this constraint holds them in contact
+        ) in self.mimics:  # the drive law also moves followers; this constraint keeps them in place during contact
             ends = (self.body, self.joints[follower], self.body, self.joints[leader])
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(
@@ -147,7 +147,7 @@ class Articulation:
         return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
 
     def com(self, index: int) -> tuple[Vector, Quat]:
-        """Return Bullet's frame of a link. Bullet rounds link frames to single precision, but not centers of mass."""
+        """Return Bullet's frame for a link. Bullet rounds link frames to single precision, but not centers of mass."""
         if index < 0:
             return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
         return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
@@ -157,7 +157,7 @@ class Articulation:
         return compose(self.com(index), self.com_backs[index])
 
     def on_twin(self, index: int, point: Vector) -> Vector:
-        """Return a point of a link for Bullet's Jacobian: from the link's origin, along the principal axes."""
+        """Return a point on a link for Bullet's Jacobian: relative to the link's origin, along the principal axes."""
         return rotate(conjugate(self.coms[index][1]), point)
 
     def put_root(self, root: tuple[Vector, Quat]) -> None:
@@ -181,12 +181,12 @@ class Articulation:
             p.resetJointState(self.body, joint, q, v, self.client)
 
     def write_mass(self, link: str, mass: float) -> None:
-        """Change a link's mass [kg], and scale its inertia by the same ratio."""
+        """Change a link's mass [kg], and scale the inertia by the same ratio."""
         if self.links[link] < 0 and not self.floating:
             return  # the mass of a fixed body has no effect, and Bullet would let it fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
-        # Relative to the model's inertia, so that earlier writes have no effect.
+        # Scale the model's inertia, so that earlier writes have no effect.
         moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
         p.changeDynamics(
             self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
@@ -195,7 +195,7 @@ class Articulation:
         self._stale = True
 
     def refresh(self) -> None:
-        """Update the masses of the twin, which then has its own server."""
+        """Update the masses of the twin, which moves to its own server."""
         if self._stale:
             if self._own_dynamics is None:
                 self.dynamics = self._own_dynamics = Dynamics()
@@ -210,7 +210,7 @@ class Articulation:
             self._own_dynamics = None
 
     def overlaps(self) -> dict[tuple[str, str], float]:
-        """Return the current depth [m] of overlapping links that can collide."""
+        """Return the current overlap depths [m] of links that can collide."""
         p.performCollisionDetection(self.client)
         names = {index: name for name, index in self.links.items()}
         depths: dict[tuple[str, str], float] = {}
@@ -221,7 +221,7 @@ class Articulation:
         return depths
 
     def let_overlap(self) -> None:
-        """Disable collisions between links that currently overlap, because such a robot could not be controlled."""
+        """Disable collisions between links that currently overlap; otherwise the robot could not be controlled."""
         if self.placement.robot.self_collision:
             for first, second in self.overlaps():
                 ends = self.links[first], self.links[second]

@@ -18,12 +18,12 @@ class BarePybullet:
     """A minimal loop as a user of PyBullet would write it: one arm with commanded joints and the drive law.
 
     Args:
-        simulation: Simulation that :meth:`knows` accepts.
+        simulation: Simulation for which :meth:`knows` returns True.
     """
 
     @staticmethod
     def knows(simulation: PybulletSimulation) -> bool:
-        """Whether the simulation is one arm on a fixed base, without mimic joints and joint friction."""
+        """Return whether the simulation is one arm on a fixed base, without mimic joints or joint friction."""
         placements = list(simulation.placements.values())
         joints = [joint for placement in placements for joint in placement.model.joints]
         plain = not any(joint.mimic or joint.friction for joint in joints)

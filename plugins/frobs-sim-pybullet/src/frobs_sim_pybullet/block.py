@@ -44,25 +44,25 @@ class Block:
             meshes.clear()
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
-        """Advance; rows are (environments of this block, decimation, dof) by robot."""
+        """Advance; rows are (environments in this block, decimation, dof) by robot."""
         for n, world in enumerate(self.worlds.values()):
             world.apply_sizes()
             world.step(decimation, {name: row[n] for name, row in rows.items()} if rows else {})
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
-        """Call a method of some worlds.
+        """Call a method on some of the worlds.
 
         Args:
             method: Name of the method.
             ids: Indices of the environments.
-            arguments: Each world gets its row of arrays, (n, …); other arguments are passed unchanged.
+            arguments: Arguments. Each world gets its row of arrays (n, …); other arguments are passed unchanged.
 
         Returns:
             The results, in the order of ``ids``.
         """
         results = []
         for n, i in enumerate(ids):
-            if method != "write_parameter":  # so that several consecutive sizes only rebuild the world once
+            if method != "write_parameter":  # so that several consecutive size changes rebuild the world only once
                 self.worlds[i].apply_sizes()
             own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
             results.append(getattr(self.worlds[i], method)(*own))

@@ -18,7 +18,7 @@ class PybulletBody(BodyHandle):
     """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
-        moves: Whether it is not static.
+        moves: Whether the body can move, that is, is not static.
     """
 
     def __init__(self, simulation: PybulletSimulation, name: str, body: Body) -> None:

@@ -1,7 +1,7 @@
 """Joint friction and position limits as in MuJoCo, so that both engines give the same motion.
 
-Dry friction decelerates a joint with a bounded effort. A position limit pushes a joint back that has exceeded it. Their
-efforts f minimize
+Dry friction decelerates a joint with a bounded effort. A position limit pushes back a joint that has exceeded it. The
+resulting efforts f minimize
 
     ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit,
 
@@ -31,8 +31,8 @@ class Constraints:
 
     Args:
         friction: Maximum effort of each moving joint [N·m or N].
-        lower: Lower limit of each joint [rad or m]; −inf if there is none.
-        upper: Upper limit of each joint.
+        lower: Lower limit of each joint [rad or m], or −inf if there is none.
+        upper: Upper limit of each joint [rad or m], or inf if there is none.
         inverse_at_zero: Diagonal of the inverse mass matrix at zero positions; its last entries belong to the joints.
         physics_timestep: [s]
     """
@@ -64,7 +64,7 @@ class Constraints:
             inverse: Inverse mass matrix, (size, size).
             accelerations: Accelerations without constraints, (size,).
             q: Positions of the joints [rad or m].
-            v: Velocities of the joints.
+            v: Velocities of the joints [rad/s or m/s].
         """
         beyond = [*self._limit_rows(q, v)]
         if not (self._rubbing or beyond):
@@ -83,7 +83,7 @@ class Constraints:
         return result
 
     def _limit_rows(self, q: Sequence[float], v: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield column, sign, requested acceleration, softness and effort bounds of each joint beyond a limit."""
+        """Yield column, sign, requested acceleration, softness and effort bounds for each joint beyond a limit."""
         for i, (x, (lower, upper)) in enumerate(zip(q, self._ends, strict=True)):
             if lower <= x <= upper:
                 continue
@@ -95,18 +95,18 @@ class Constraints:
 
 
 def _impedance(depth: float) -> float:
-    """Return the impedance of a limit for a given depth: MuJoCo's curve of power 2 with its midpoint at 0.5."""
+    """Return the impedance of a limit at a given depth: MuJoCo's curve with power 2 and midpoint 0.5."""
     x = min(1.0, depth / _LIMIT_WIDTH)
     rise = 2.0 * x * x if x <= 0.5 else 1.0 - 2.0 * (1.0 - x) ** 2
     return _LIMIT_IMPEDANCE + rise * (_LIMIT_LARGEST - _LIMIT_IMPEDANCE)
 
 
 def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
-    """Return f in [low, high] that minimizes ½·fᵀ·matrix·f + fᵀ·slope.
+    """Return the f in [low, high] that minimizes ½·fᵀ·matrix·f + fᵀ·slope.
 
     The set of efforts at their bounds is guessed a few times. Gauss-Seidel sweeps then verify the guess and correct it
-    if necessary. If many sweeps are needed, their result becomes the next guess, which may be slightly less exact:
-    because of rounding, efforts that are tiny compared to others never converge.
+    if necessary. If many sweeps are needed, their result becomes the next guess, which may be slightly less exact
+    because, due to rounding, efforts that are tiny compared with others never converge.
     """
     efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
     for tolerance in _TOLERANCES:
@@ -119,7 +119,7 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Return efforts that are exact for all that are not at their bounds, if the guess of these is right.
+    """Return efforts that are exact if the guess of which ones are not at their bounds is right.
 
     Args:
         matrix: (n, n)
@@ -127,7 +127,7 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
         low: (n,)
         high: (n,)
         efforts: (n,) initial efforts.
-        free: (n,) initial guess of efforts that are not at their bounds.
+        free: (n,) initial guess of which efforts are not at their bounds.
     """
     for _ in range(_GUESSES):
         inner, outer = free.nonzero()[0], (~free).nonzero()[0]
@@ -149,7 +149,7 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
 def _sweep(
     matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
 ) -> tuple[Floats, bool]:
-    """Return efforts improved by Gauss-Seidel sweeps, and whether the last sweep only changed them slightly."""
+    """Return efforts improved by Gauss-Seidel sweeps, and whether the last sweep changed them only slightly."""
     found = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""Finds the contacts of a scene in Bullet's contact points."""
+"""Finds a scene's contacts among Bullet's contact points."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ ANY: Side = (-1, -2)
 
 @dataclass(frozen=True)
 class Question:
-    """Definition of one contact in Bullet's indices.
+    """The definition of one contact, in terms of Bullet's indices.
 
     Attributes:
-        first: Its first side.
-        second: Its second side.
+        first: First side of the contact.
+        second: Second side of the contact.
         ignored: Bodies that do not count as the second side, including ``ANY`` link of a body.
     """
 
@@ -32,10 +32,10 @@ class Question:
     ignored: frozenset[Side]
 
     def direction(self, point: Sequence[Any]) -> int | None:
-        """Return which side receives the force that a contact point of Bullet exerts on its body A.
+        """Return which side receives the force that a Bullet contact point exerts on its body A.
 
         Returns:
-            1: the first side; −1: the second side; 0: both; None: the point does not belong to this contact.
+            1 for the first side, −1 for the second side, 0 for both, or None if the point is not part of this contact.
         """
         a, b = (point[1], point[3]), (point[2], point[4])
         forward, backward = self._joins(a, b), self._joins(b, a)
@@ -54,11 +54,11 @@ def _covers(side: Side, shape: Side) -> bool:
 
 
 def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
-    """Return the definition of a contact; None if one side has no shape.
+    """Return the definition of a contact, or None if one side has no shape.
 
     Args:
-        contact: Contact that the scene declares.
-        sides: Bullet's indices of everything that has a shape.
+        contact: Contact declared by the scene.
+        sides: Bullet's indices for all objects that have a shape.
     """
     known = {**sides, "*": ANY}
     if contact.first not in known or contact.second not in known:
@@ -68,9 +68,9 @@ def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
 
 
 def force_on_first(point: Sequence[Any]) -> Floats:
-    """Return the force that a contact point of Bullet exerts on its body A, (3,) [N] in the world.
+    """Return the force that a Bullet contact point exerts on its body A, (3,) [N] in the world.
 
-    If a filter for bodies swaps the two, Bullet inverts the normal but not the friction, so do not use filters.
+    If a body filter swaps the two bodies, Bullet inverts the normal but not the friction, so do not use filters.
     """
     force: Floats = np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]
     return force

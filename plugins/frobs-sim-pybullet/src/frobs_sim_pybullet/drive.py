@@ -47,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # gains of a robot without joints are empty
+        self._seen_gains: bytes | None = None  # a robot without joints has empty gains
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
@@ -66,13 +66,13 @@ class Drive:
         return GeneralLaw(robot.offset, self._count, constraints, self._armature, robot.mimics)
 
     def _at_limits(self) -> Law:
-        """Return the law that also handles joints beyond their limits, which most robots never need."""
+        """Return the law that also handles joints beyond their limits. Most robots never need it."""
         if self._law_at_limits is None:
             self._law_at_limits = self._law if self._rubs else self._general_law(constrained=True)
         return self._law_at_limits
 
     def _spread(self, values: list[float]) -> list[float]:
-        """Return values of the actuated joints in the order of the mass matrix, and 0 for the others."""
+        """Return the values of the actuated joints in the order of the mass matrix, with 0 for the others."""
         if self._robot.in_order:
             return values
         full = [0.0] * self._count
@@ -85,11 +85,11 @@ class Drive:
         self._gravity, self._turned = gravity, None
 
     def forget(self) -> None:
-        """Read the state again, because it was written."""
+        """Discard the cached state, because it was written."""
         self._states = self._turned = None
 
     def set_gains(self, gains: Floats) -> None:
-        """Set Kp, Kd and the joints' own damping for the next physics steps, (3, dof) in the file's order."""
+        """Set Kp, Kd and the joints' own damping (3, dof) for the next physics steps, in the file's order."""
         seen = gains.tobytes()
         if seen == self._seen_gains:
             return
@@ -103,7 +103,7 @@ class Drive:
         self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:
-        """Apply a force and a torque at a link's center of mass in the next physics steps, in the world [N, N·m]."""
+        """Apply a force [N] and a torque [N·m], in the world, at a link's center of mass in the next physics steps."""
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
@@ -130,7 +130,7 @@ class Drive:
         return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
 
     def __call__(self, command: list[float]) -> bool:
-        """Set the efforts of the next physics step; return False if the state has diverged.
+        """Set the efforts for the next physics step; return False if the state has diverged.
 
         Args:
             command: Kp·q*, Kd·v* or ff, in the file's order.
@@ -170,13 +170,13 @@ class Drive:
         return True
 
     def _turn(self) -> tuple[Quat, Vector]:
-        """Return the orientation of a fixed base, and gravity in its axes."""
+        """Return the orientation of a fixed base, and gravity in the base's axes."""
         turn = self._robot.base()[1]
         self._turned = turn, rotate(conjugate(turn), self._gravity)
         return self._turned
 
     def _base_motion(self) -> list[float]:
-        """Return linear and angular velocity of a free base's link frame, in its own axes."""
+        """Return the linear and angular velocity of a free base's link frame, in that frame's axes."""
         robot = self._robot
         (com, turned), (lin, ang) = (
             p.getBasePositionAndOrientation(robot.body, robot.client),
@@ -212,6 +212,6 @@ class Drive:
         p.applyExternalTorque(robot.body, index, turning, p.WORLD_FRAME, robot.client)
 
     def positions(self) -> list[float]:
-        """Return all positions in the order of the mass matrix; a free base's are zero, in its own axes."""
+        """Return all positions in the order of the mass matrix. A free base's are zero, in the base's own axes."""
         states = self._states or self._joint_states()
         return self._lead + [state[0] for state in states]

@@ -17,10 +17,10 @@ from frobs_sim_pybullet.world import ROBOT_GROUPS, World
 
 
 class EditableWorld(World):
-    """An environment that can be written, pushed, saved and restored; see :class:`World`."""
+    """An environment whose state can be written, pushed, saved and restored; see :class:`World`."""
 
     def write_joints(self, robot: str, positions: Floats, velocities: Floats) -> None:
-        """Set a robot's joint state, (dof,) each. Numbers that Bullet cannot handle end the episode instead."""
+        """Set a robot's joint state, (dof,) each. Values that Bullet cannot handle end the episode instead."""
         if not (math.hypot(*positions) < math.inf and math.hypot(*velocities) < FASTEST):
             self._broken = True
             return
@@ -28,7 +28,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_pose(self, robot: str, pose: Floats) -> None:
-        """Teleport a robot's root link; pose is (7,), quat_wxyz."""
+        """Teleport a robot's root link to a pose (7,): position and quat_wxyz."""
         if not self._can_bear(pose):
             return
         articulation = self.robots[robot]
@@ -39,7 +39,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_twist(self, robot: str, twist: Floats) -> None:
-        """Set the velocity of a robot's root link; twist is (6,), linear of its origin, then angular, in the world."""
+        """Set a root link's twist (6,) in the world: the linear velocity of its origin, then the angular velocity."""
         if not self._can_bear(twist):
             return
         articulation = self.robots[robot]
@@ -52,7 +52,7 @@ class EditableWorld(World):
         self._written()
 
     def write_bodies(self, names: list[str], pos: Floats, quat_wxyz: Floats | None = None) -> None:
-        """Teleport k bodies and stop them; (k, 3) and (k, 4)."""
+        """Teleport k bodies to positions (k, 3) and orientations (k, 4), and stop them."""
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
         for i, name in enumerate(names):
@@ -66,7 +66,7 @@ class EditableWorld(World):
         self._written()
 
     def write_body_twist(self, body: str, twist: Floats) -> None:
-        """Set the velocity of a free body; twist is (6,), linear of its origin, then angular, in the world."""
+        """Set a free body's twist (6,) in the world: the linear velocity of its origin, then the angular velocity."""
         if self._can_bear(twist):
             lin_x, lin_y, lin_z, *ang = twist.tolist()
             self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
@@ -83,15 +83,15 @@ class EditableWorld(World):
 
         Args:
             origins: Origins [m].
-            directions: Directions of length 1.
+            directions: Unit vectors.
             max_range: [m]
-            blind_to: Robot that is not detected; ``""``: all are detected.
+            blind_to: Robot that the rays do not detect, or ``""`` to detect all robots.
         """
         mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
         return self._rays.cast(origins, directions, max_range, mask)
 
     def push(self, target: str, force: Floats, torque: Floats) -> None:
-        """Apply force and torque, (3,) each, at the center of mass of a body or ``robot/link`` in the next step."""
+        """Apply a force and a torque, (3,) each, at the center of mass of a body or ``robot/link`` in the next step."""
         if target in self.bodies:
             self._body_pushes.append((self.bodies[target], tuple(force.tolist()), tuple(torque.tolist())))
             return
@@ -106,7 +106,7 @@ class EditableWorld(World):
         self._apply(name, target, plain)
 
     def save(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
-        """Return Bullet's complete state, including the contacts it has found."""
+        """Return Bullet's complete state, including the detected contacts."""
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "state.bullet")
             p.saveBullet(path, self.client)
@@ -114,7 +114,7 @@ class EditableWorld(World):
                 return np.frombuffer(file.read(), np.uint8)
 
     def load(self, state: np.ndarray[Any, np.dtype[np.uint8]], size: int, steps: int, broken: bool) -> None:
-        """Restore a state that was saved here or in a world with the same configuration."""
+        """Restore a state saved by this world or one with the same configuration."""
         if self._broken and not broken:
             self.reset()
         with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Bullet's clients: one for the simulation, and one for dynamics that the drives need."""
+"""Bullet clients: one for the simulation, and one for the dynamics that the drives need."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from frobs_sim_pybullet.transforms import Vector
 
 _FLAGS = (
     pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
-)  # otherwise a prism with 32 sides, 1 mm too thick
+)  # otherwise cylinders become 32-sided prisms that are 1 mm too thick
 MARGIN = 1e-4
-"""Rounding margin of a mesh of the base [m]. Without a margin, rays miss it. On other links it keeps Bullet's 1 mm."""
+"""Rounding margin for meshes on the base [m]. Without a margin, rays miss them. Other links keep Bullet's 1 mm."""
 SELF_COLLISION = pybullet.URDF_USE_SELF_COLLISION
 
 
 def connect() -> int:
-    """Return a client of a new physics server in this process.
+    """Return a client for a new physics server in this process.
 
     Raises:
-        SimulationError: Bullet does not provide a server; it supports 1,024 in one process.
+        SimulationError: Bullet did not provide a server; it supports 1,024 per process.
     """
     client: int = pybullet.connect(pybullet.DIRECT)
     if client < 0:
@@ -30,17 +30,17 @@ def connect() -> int:
 
 
 def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: str = "") -> int:
-    """Load a URDF from its text; return the body's index.
+    """Load a URDF from text, and return the body's index.
 
     Args:
         text: The URDF.
-        client: Client to load it into.
+        client: Client that loads the URDF.
         fixed: Whether the base is fixed.
-        flags: Additional flags of Bullet.
-        source: Original file, for messages.
+        flags: Additional Bullet flags.
+        source: Original file, for error messages.
 
     Raises:
-        ModelFileError: Bullet rejects it.
+        ModelFileError: Bullet rejected the URDF.
     """
     file, path = tempfile.mkstemp(suffix=".urdf")
     try:
@@ -57,8 +57,8 @@ def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: st
 class Dynamics:
     """Mass matrices and bias forces of robots, in a client without gravity, shapes or time.
 
-    The simulated bodies cannot be used for this: Bullet caches their masses, ignores the orientation of a fixed base,
-    and does not support inverse dynamics of a free base.
+    The simulated bodies cannot be used for this, because Bullet caches their masses, ignores the orientation of a fixed
+    base, and does not support inverse dynamics for a free base.
     """
 
     def __init__(self) -> None:
@@ -67,7 +67,7 @@ class Dynamics:
         self._bodies: dict[str, int] = {}
 
     def load(self, text: str) -> int:
-        """Return the body of a URDF. Equal robots share one."""
+        """Return the body for a URDF. Identical robots share one body."""
         if text not in self._bodies:
             body = self._bodies[text] = load_urdf(text, self.client, fixed=True)
             joints = [
@@ -75,12 +75,12 @@ class Dynamics:
             ]
             moving = sum(joint[2] != pybullet.JOINT_FIXED for joint in joints)
             if moving:
-                with quiet():  # builds its model now, and warns about axes whose length differs from 1 in the last bit
+                with quiet():  # Bullet builds its model here, and warns about axes whose length is off in the last bit
                     pybullet.calculateMassMatrix(body, [0.0] * moving, 0, self.client)
         return self._bodies[text]
 
     def clear(self) -> None:
-        """Remove all bodies; if single ones are removed, Bullet confuses later bodies with them."""
+        """Remove all bodies, because if only some are removed, Bullet confuses later bodies with them."""
         pybullet.resetSimulation(physicsClientId=self.client)
         self._bodies.clear()
         self._gravity = None

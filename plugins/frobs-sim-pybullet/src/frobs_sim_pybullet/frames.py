@@ -1,4 +1,4 @@
-"""Poses and motions of the links of one robot in one environment; requested ones are kept current."""
+"""Poses and motions of the links of one robot in one environment; those requested are kept up to date."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Frames:
 
     Args:
         articulation: The robot.
-        drive: Its drives, which know its joint positions.
-        row: Arrays to write to, by name.
+        drive: The robot's drives, which provide the joint positions.
+        row: Arrays to which to write, by name.
     """
 
     def __init__(self, articulation: Articulation, drive: Drive, row: Mapping[str, np.ndarray[Any, Any]]) -> None:

@@ -13,16 +13,16 @@ from frobs_sim_pybullet.law import Constants, Matrix
 
 
 class GeneralLaw:
-    """A law like :func:`frobs_sim_pybullet.law.law`, in NumPy.
+    """The law of :func:`frobs_sim_pybullet.law.law` in NumPy.
 
-    Mimic joints follow exactly: the equations are those of the independent joints.
+    Mimic joints follow exactly, because the equations are those of the independent joints.
 
     Args:
         offset: Number of columns of the mass matrix that belong to the base.
         count: Number of joints.
-        constraints: Friction and limits; None: none.
+        constraints: Friction and limits, or None if there are none.
         armature: Armatures of the joints [kg·m² or kg].
-        mimics: (follower, leader) among the joints, with the description.
+        mimics: (follower, leader) among the joints, with the model's description.
     """
 
     def __init__(

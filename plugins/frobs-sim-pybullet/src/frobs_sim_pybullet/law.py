@@ -1,11 +1,11 @@
-"""The drive law for one robot in one environment, in Python floats, because NumPy is slower for few joints.
+"""The drive law for one robot in one environment, in Python floats, because NumPy is slower for a few joints.
 
-With M the mass matrix, b the bias forces and h the physics timestep, the acceleration solves
+With the mass matrix M, bias forces b and physics timestep h, the acceleration a solves
 
     (M + h·D)·a = clip(Kp·(q* − q) − Kd·q̇ + ff) − d·q̇ − b,
 
-where D contains the joint damping d, and Kd of the joints that are not saturated, like MuJoCo's ``implicitfast`` with a
-position actuator. Bullet gets the effort M·a + b, for which its own dynamics gives this a.
+where D contains the joint damping d, plus Kd for joints that are not saturated, like MuJoCo's ``implicitfast`` with a
+position actuator. Bullet gets the effort M·a + b, for which its own dynamics yield this a.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from typing import TypeAlias
 Matrix: TypeAlias = Sequence[Sequence[float]]
 
 LARGEST = 8
-"""Number of equations up to which this law is as fast as :class:`frobs_sim_pybullet.general_law.GeneralLaw`."""
+"""Largest number of equations for which this law is as fast as :class:`frobs_sim_pybullet.general_law.GeneralLaw`."""
 
 
 Constants: TypeAlias = Sequence[tuple[float, float, float, float, float, float]]
-"""Constants during a control step, a row for each joint: stiffness and damping of the drive, effort limit, damping
-of the joint, inertia of the joint (armature + h · damping), and the drive's addition to it (h · damping of the
+"""Constants during a control step, one row per joint: stiffness and damping of the drive, effort limit, damping of the
+joint, inertia of the joint (armature + h · damping), and the drive's contribution to that inertia (h · damping of the
 drive).
 """
 
@@ -41,14 +41,14 @@ def law(
     matrix: Matrix,
     bias: Sequence[float],
 ) -> tuple[list[float], list[float]]:
-    """Compute the efforts of one physics step.
+    """Compute the efforts for one physics step.
 
     Args:
         q: (count,) joint positions [rad or m].
         v: (count,) joint velocities [rad/s or m/s].
         command: (count,) Kp·q*, Kd·v* or ff [N·m or N].
         constants: (count, 6)
-        matrix: (size, size) mass matrix; its first size − count columns are those of a free base.
+        matrix: (size, size) mass matrix; its first size − count columns belong to a free base.
         bias: (size,) bias forces.
 
     Returns:
@@ -90,7 +90,7 @@ def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float], fir
         first: Index of the first component of x to compute.
 
     Returns:
-        (size − first,) the components of x from ``first`` on.
+        (size − first,) components of x, beginning with ``first``.
     """
     size = len(right)
     if size == 6:
@@ -119,9 +119,9 @@ _Row: TypeAlias = tuple[int, int, list[tuple[int, int]]]
 
 @lru_cache
 def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
-    """Return the indices that :func:`solve` uses, in a flat list of the matrix's rows and the right side.
+    """Return the indices that :func:`solve` uses, in a flat list of the matrix's rows and the right-hand side.
 
-    The entries of L·D replace the lower triangle, those of Lᵀ the upper one.
+    The entries of L·D replace the lower triangle, and those of Lᵀ the upper triangle.
     """
     right = size * size
     pivots: list[_Pivot] = []
@@ -139,9 +139,9 @@ def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
 
 
 def _solve_six(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> Sequence[float]:
-    """Solve six equations, as for most arms, in less than half of the time of the loops, with the same rounding.
+    """Solve six equations, as for most arms, in less than half the time of the loops, with the same rounding.
 
-    m is the matrix, p a pivot, l an entry of L, and u one of L·D.
+    m is the matrix, p a pivot, l an entry of L, and u an entry of L·D.
     """
     row0, row1, row2, row3, row4, row5 = matrix
     m00, _, _, _, _, _ = row0

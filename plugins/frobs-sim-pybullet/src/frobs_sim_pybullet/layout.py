@@ -1,4 +1,4 @@
-"""Arrays that simulation and worlds share, (num_envs, …) each, in one block of memory for all processes."""
+"""Arrays shared by the simulation and its worlds, (num_envs, …) each, in one block of memory for all processes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy as np
 from frobs_core.interfaces import ContactState, Placement, Scene
 
 Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
-"""Shape of one environment's row and dtype, by name."""
+"""Shape of one environment's row, and dtype, by array name."""
 
 Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
 
 
 def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
-    """Return the shared arrays. Arrays that are never read are never written either, so they use no memory."""
+    """Return the layout of the shared arrays. Arrays that are never read are never written, so they use no memory."""
     found: Layout = {
         "time": ((), "f8"),
         "diverged": ((), "?"),
@@ -46,7 +46,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
 
 
 def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
-    """Return a zeroed buffer for all arrays; shared between the processes of ``context``, if there is one."""
+    """Return a zeroed buffer for all arrays, shared between the processes of ``context``, if there is one."""
     size = sum(_size(shape, num_envs) for shape, _ in fields.values())
     if context is None:
         return (ctypes.c_byte * size)()
@@ -54,7 +54,7 @@ def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
 
 
 def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
-    """Return the arrays as views of their buffer."""
+    """Return the arrays as views into their buffer."""
     views, offset = {}, 0
     for name, (shape, dtype) in fields.items():
         whole = (num_envs, *shape)
@@ -70,12 +70,12 @@ def row(whole: Arrays, env: int) -> Arrays:
 
 
 def state_names(names: Iterable[str]) -> list[str]:
-    """Return the names of arrays that belong to the state itself."""
+    """Return the names of the arrays that are part of the state itself."""
     return [name for name in names if split(name)[2:3] not in (["pose"], ["twist"], ["jacobian"])]
 
 
 def split(name: str) -> list[str]:
-    """Return the parts of an array's name: kind, robot or body, field, link. Names of bodies may contain slashes."""
+    """Return the parts of an array's name: kind, robot or body, field, link. Body names may contain slashes."""
     kind, _, rest = name.partition("/")
     if kind == "bodies":
         body, _, field = rest.rpartition("/")
@@ -84,4 +84,4 @@ def split(name: str) -> list[str]:
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:
-    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # avoids cache lines that are shared with another array
+    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # to avoid sharing cache lines with other arrays

@@ -1,4 +1,4 @@
-"""Rays in one environment: Bullet finds the hit object, and exact geometry gives the distance for round shapes."""
+"""Rays in one environment. Bullet finds the object hit, and exact geometry gives the distance for round shapes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.rays import ROUND, distances
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose
 
-_LARGEST_BATCH = 16384 - 1  # maximum number of rays in a call of Bullet
-_BEYOND = 0.02  # [m] to continue behind a shape that the ray misses although Bullet reports a hit
+_LARGEST_BATCH = 16384 - 1  # maximum number of rays per Bullet call
+_BEYOND = 0.02  # [m] distance beyond a reported hit at which a ray continues if it actually misses the shape
 _MOST_PASSES = 8
 
 Collider: TypeAlias = tuple[tuple[tuple[Geometry, Pose], ...], Callable[[], tuple[Vector, Quat]]]
-"""The shapes of a link, and its frame's pose."""
+"""The shapes of a link, and a function that returns the pose of the link's frame."""
 
 
 class Rays:
     """Casts rays in one world.
 
     Args:
-        client: Client of the world.
+        client: Client for the world.
         colliders: Colliders by Bullet's body and link.
     """
 
@@ -43,7 +43,7 @@ class Rays:
 
         Args:
             origins: (k, 3) [m]
-            directions: (k, 3), of length 1.
+            directions: (k, 3) unit vectors.
             max_range: [m]
             mask: Bullet's collision groups that rays can hit.
         """
@@ -83,7 +83,7 @@ class Rays:
         passed: Floats,
         max_range: float,
     ) -> np.ndarray:
-        """Set exact distances of round shapes; return the rays that miss them, which continue behind them."""
+        """Set the exact distances to round shapes; return the rays that miss them, which continue behind them."""
         groups: dict[tuple[int, int], list[int]] = {}
         for ray, hit in zip(rays.tolist(), hits, strict=True):
             if hit in self._round:

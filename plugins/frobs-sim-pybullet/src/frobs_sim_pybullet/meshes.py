@@ -1,4 +1,4 @@
-"""Meshes of robots as files for Bullet, which supports few formats and silently accepts broken ones."""
+"""Robot meshes as files for Bullet, which supports few formats and silently accepts broken files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Rgba: TypeAlias = tuple[float, float, float, float]
 
 
 class MeshFiles:
-    """Writes each mesh once, in meters, into a temporary folder, and removes the folder."""
+    """Writes each mesh once, in meters, to a temporary folder, and removes the folder at the end."""
 
     def __init__(self) -> None:
         self._folder: Path | None = None
@@ -23,11 +23,11 @@ class MeshFiles:
         self._drawn: dict[Mesh, list[tuple[Path, Rgba | None]]] = {}
 
     def hulls(self, mesh: Mesh) -> list[Path]:
-        """Return a file with a mesh's points, or one for each of its convex pieces; Bullet uses their convex hull.
+        """Return a file with a mesh's points, or one per convex piece; Bullet uses the points' convex hull.
 
         Raises:
             ModelFileError: The mesh cannot be read.
-            MissingDependencyError: The package for decomposing the mesh is not installed.
+            MissingDependencyError: The package for decomposing meshes is not installed.
         """
         if mesh not in self._hulls:
             files = []
@@ -35,14 +35,14 @@ class MeshFiles:
                 points = np.unique(piece.vertices, axis=0)
                 corners = np.arange(-(-len(points) // 3) * 3) % len(
                     points
-                )  # each point once, which is sufficient for a hull
+                )  # each point once, which is enough for a hull
                 part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
                 files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
             self._hulls[mesh] = files
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[tuple[Path, Rgba | None]]:
-        """Return a file for each of a mesh's colors, with the color.
+        """Return a file for each of a mesh's colors, along with the color.
 
         Raises:
             ModelFileError: The mesh cannot be read.

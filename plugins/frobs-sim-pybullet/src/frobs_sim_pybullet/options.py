@@ -1,4 +1,4 @@
-"""The settings of Bullet's physics engine."""
+"""Settings for Bullet's physics engine."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _OPTIONS: Mapping[str, tuple[str, Callable[[str, Any], Any]]] = {
 
 
 class Engine(NamedTuple):
-    """Settings of the physics engine.
+    """Settings for the physics engine.
 
     Attributes:
         timestep: Duration of a physics step [s].
-        parameters: Additional keywords of ``pybullet.setPhysicsEngineParameter``.
+        parameters: Additional keyword arguments for ``pybullet.setPhysicsEngineParameter``.
     """
 
     timestep: float
@@ -34,10 +34,10 @@ class Engine(NamedTuple):
 
 
 def read_options(given: Mapping[str, Any]) -> dict[str, int | float]:
-    """Validate options and return them as keywords of ``pybullet.setPhysicsEngineParameter``.
+    """Validate options, and return them as keyword arguments for ``pybullet.setPhysicsEngineParameter``.
 
     Args:
-        given: Arguments of the simulation, by name. Only options are used; None: Bullet's default.
+        given: Arguments of the simulation, by name. Only options are used; None means Bullet's default.
 
     Raises:
         ConfigurationError: A value is out of range.

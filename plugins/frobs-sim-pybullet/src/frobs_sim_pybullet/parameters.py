@@ -23,12 +23,12 @@ class PybulletParameters(WrittenParameters):
         self._simulation = simulation
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a parameter on to the worlds of ``mask``."""
+        """Pass a parameter to the worlds selected by ``mask``."""
         rows = slice(None) if mask is None else np.flatnonzero(mask)
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
 
     def sizes(self, env: int) -> dict[str, float]:
-        """Return the written sizes in an environment, by body."""
+        """Return the sizes that have been written in an environment, by body."""
         return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def restore(self, state: Snapshot) -> None:

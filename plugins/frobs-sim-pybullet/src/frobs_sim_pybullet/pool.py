@@ -1,7 +1,7 @@
 """Environments in several processes: blocks that are called through pipes and answer in shared memory.
 
-The first block is in this process, because waiting for others would waste a processor, and each message costs a tenth
-of a step.
+The first block runs in this process, because merely waiting for others would waste a processor, and each message costs
+as much as a tenth of a step.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from frobs_sim_pybullet.worker import work
 
 CONTEXT = multiprocessing.get_context("spawn")  # a forked process would inherit locks of threads that it does not have
 
-_GRACE = 5.0  # [s] for a worker to end by itself after its pipe is closed
+_GRACE = 5.0  # [s] time for a worker to exit by itself after its pipe is closed
 
 
 def count_workers(num_envs: int, num_threads: int) -> int:
@@ -39,7 +39,7 @@ def count_workers(num_envs: int, num_threads: int) -> int:
 
     Args:
         num_envs: ≥ 1.
-        num_threads: 0: one for each processor.
+        num_threads: Number of processes; 0 means one per processor.
     """
     if multiprocessing.current_process().daemon:
         return 1  # daemonic processes, such as those of Gymnasium's AsyncVectorEnv, cannot have children
@@ -50,8 +50,8 @@ def count_workers(num_envs: int, num_threads: int) -> int:
 class Pool:
     """Blocks of environments, one in this process and the others in workers, with the interface of a single block.
 
-    Workers never outlive it: they end when their pipe is closed, by :meth:`close`, by the garbage collector, or because
-    this process has ended.
+    Workers never outlive the pool: they exit when their pipe is closed, whether by :meth:`close`, by the garbage
+    collector, or because this process has exited.
 
     Args:
         robots: Robots, by name.
@@ -63,8 +63,8 @@ class Pool:
         count: Number of blocks, ≥ 2.
 
     Raises:
-        SimulationError: A worker does not start.
-        FrobsError: A worker raised it while building its environments.
+        SimulationError: A worker did not start.
+        FrobsError: A worker raised this error while building its environments.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Pool:
                 self._end()
                 raise
             finally:
-                there.close()  # so that reading ends when the worker does
+                there.close()  # so that reads end when the worker exits
         try:
             self._own = Block(robots, scene, engine, arrays(fields, num_envs, buffer), self._ids[0])
         except BaseException:
@@ -116,7 +116,7 @@ class Pool:
             self._own.step(decimation, parts[0])
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
-        """Call a method of some worlds; see :meth:`frobs_sim_pybullet.block.Block.call`."""
+        """Call a method on some of the worlds; see :meth:`frobs_sim_pybullet.block.Block.call`."""
         owners = self._owner[list(ids)]
         results: list[Any] = [None] * len(owners)
         calls: dict[int, tuple[str, list[int], list[Any]]] = {}
@@ -135,7 +135,7 @@ class Pool:
 
     @contextmanager
     def _asked(self, messages: Mapping[int, Any], what: str) -> Iterator[dict[int, Any]]:
-        """Send messages to workers, let this process do its own part, and append their answers to its results."""
+        """Send messages to the workers, let this process do its own part, and append the answers to its results."""
         for number, message in messages.items():
             self._send(number, message, what)
         answers: dict[int, Any] = {}
@@ -153,10 +153,10 @@ class Pool:
             self._fail(number, what)
 
     def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
-        """Wait for the answers of workers. After all have answered, report the first failure."""
+        """Wait for the workers' answers. After all have answered, report the first failure."""
         answers: dict[int, Any] = {}
         waiting: dict[Any, int] = {self._pipes[number]: number for number in numbers}
-        while waiting:  # waits for all at once, because a dead worker would not be noticed behind a busy one
+        while waiting:  # waits for all at once; otherwise a dead worker would go unnoticed while waiting for a busy one
             for pipe in wait(list(waiting)):
                 number = waiting.pop(pipe)
                 try:
@@ -173,7 +173,7 @@ class Pool:
         return found
 
     def _fail(self, number: int, what: str) -> None:
-        """Raise an error that describes how a worker ended."""
+        """Raise an error that describes how a worker exited."""
         process = self.processes[number]
         process.join(_GRACE)
         code = process.exitcode
@@ -189,7 +189,7 @@ class Pool:
         raise self._failure
 
     def close(self) -> None:
-        """End the workers and disconnect from Bullet. Calling it again has no effect."""
+        """Stop the workers and disconnect from Bullet. Calling it again has no effect."""
         self._end()
         self._own.close()
 

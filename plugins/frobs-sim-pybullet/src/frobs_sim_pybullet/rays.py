@@ -1,4 +1,4 @@
-"""Exact intersections of rays with round shapes; Bullet's results are off by up to a centimeter at grazing angles."""
+"""Exact intersections of rays with round shapes. Bullet's are off by up to a centimeter at grazing angles."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 
 ROUND = (Sphere, Cylinder, Capsule)
-"""Shapes for which Bullet's rays end at a distance from the surface."""
+"""Shapes for which Bullet's rays end some distance away from the surface."""
 
 
 def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats:
-    """Return the distance at which each ray first hits a shape from outside, (k,) [m]; infinite if it does not.
+    """Return the distance at which each ray first hits a shape from outside, (k,) [m], or infinity if it misses.
 
     Args:
-        geometry: The shape; not a mesh.
+        geometry: The shape, which must not be a mesh.
         origins: (k, 3) in the shape's frame [m]
-        directions: (k, 3), of length 1.
+        directions: (k, 3) unit vectors.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         match geometry:
@@ -39,7 +39,7 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
 
 
 def _slabs(origins: Floats, directions: Floats, low: Floats, high: Floats) -> Floats:
-    """Intersect a box from outside: enter the last of its slabs before leaving the first."""
+    """Intersect a box from outside: a ray hits it if it enters the last slab before leaving the first."""
     at_low, at_high = (low - origins) / directions, (high - origins) / directions
     enter = np.nanmax(np.minimum(at_low, at_high), axis=1)
     leave = np.nanmin(np.maximum(at_low, at_high), axis=1)

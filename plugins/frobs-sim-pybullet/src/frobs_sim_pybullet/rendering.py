@@ -1,4 +1,4 @@
-"""Rendering with Bullet's software renderer, which does not need OpenGL, and the viewer, which does."""
+"""Rendering with Bullet's software renderer, which does not require OpenGL, and the viewer, which does."""
 
 from __future__ import annotations
 
@@ -48,17 +48,17 @@ class Renderer:
         markers: Sequence[Marker],
         fast: bool,
     ) -> np.ndarray[Any, Any]:
-        """Render one environment; (h, w, c) as in ``Simulation.render``.
+        """Render one environment, (h, w, c) as in ``Simulation.render``.
 
         Args:
             arrays: Arrays of the simulation.
             env: Index of the environment.
-            sizes: Sizes of its bodies that differ from the scene.
-            camera: Name of the camera; None if the scene has none.
-            frame: Pose of the frame that the camera is fixed to.
+            sizes: Body sizes that differ from the scene.
+            camera: Name of the camera, or None if the scene has no camera.
+            frame: Pose of the frame to which the camera is fixed.
             size: (height, width)
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
-            markers: Markers to draw into rgb images.
+            markers: Markers to draw in rgb images.
             fast: Whether to omit shadows.
         """
         self._stage.pose(arrays, env, sizes)
@@ -89,7 +89,7 @@ class Renderer:
         return self._segments(np.reshape(np.asarray(segments, np.int64), (height, width, 1)))
 
     def _segments(self, coded: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Convert Bullet's indices, body + (link + 1) << 24, into segmentation numbers."""
+        """Convert Bullet's indices, body + (link + 1) << 24, to segmentation numbers."""
         result = np.full(coded.shape, -1, np.int32)
         for code in np.unique(coded[coded >= 0]).tolist():
             result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
@@ -129,7 +129,7 @@ class Viewer:
             p.resetDebugVisualizerCamera(distance, yaw, pitch, camera.target, self._client)
 
     def sync(self, arrays: Arrays, sizes: Mapping[str, float]) -> None:
-        """Show the current state. This has no effect after the window was closed."""
+        """Show the current state. This has no effect after the window is closed."""
         if p.isConnected(self._client):
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             self._stage.pose(arrays, 0, sizes)
@@ -142,7 +142,7 @@ class Viewer:
 
 
 def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
-    """Return OpenGL's view matrix, by columns."""
+    """Return the OpenGL view matrix, in column-major order."""
     pos, quat = frame
     back = np.subtract(camera.pos, camera.target)
     upright = abs(back[2]) <= 0.999 * float(np.linalg.norm(back))

@@ -59,7 +59,7 @@ class PybulletRobot(RobotHandle):
         self.hold(slice(None))
 
     def apply_gains(self) -> None:
-        """Pass the gains of each environment, for the current command modes, to the drives."""
+        """Pass each environment's gains for the current command modes to the drives."""
         self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
@@ -110,7 +110,7 @@ class PybulletRobot(RobotHandle):
         found = self._poses.get(frame)
         if found is None:
             pose = self._watched("pose", frame)
-            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views of arrays that are kept current
+            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views of arrays that are kept up to date
         return found
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:

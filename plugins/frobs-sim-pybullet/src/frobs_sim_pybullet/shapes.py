@@ -14,7 +14,7 @@ from frobs_sim_pybullet.urdf import write_link_urdf
 
 
 def add_body(client: int, body: Body, meshes: MeshFiles) -> int:
-    """Create a scene body; return Bullet's index of it.
+    """Create a scene body, and return its Bullet index.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -55,7 +55,7 @@ def _add_plain_body(client: int, body: Body) -> int:
 
 
 def prepare(client: int, number: int, friction: float, torsional: float = 0.0, rolling: float = 0.0) -> None:
-    """Set a body's friction, and disable mechanics that Bullet would add to its own."""
+    """Set a body's friction, and disable the mechanics that Bullet would add to the body's own."""
     p.changeDynamics(
         number,
         -1,
@@ -72,11 +72,11 @@ def prepare(client: int, number: int, friction: float, torsional: float = 0.0, r
 
 
 def shape_keywords(geometry: Geometry, length_name: str) -> dict[str, Any]:
-    """Return the keywords for creating a primitive.
+    """Return the keyword arguments for creating a primitive.
 
     Args:
         geometry: The primitive.
-        length_name: Keyword of a length: ``"height"`` for ``createCollisionShape``, ``"length"`` for
+        length_name: Keyword for the length: ``"height"`` for ``createCollisionShape``, ``"length"`` for
             ``createVisualShape``.
     """
     match geometry:

@@ -1,4 +1,4 @@
-"""The PyBullet simulation: a physics server for each environment, in this process or in workers."""
+"""The PyBullet simulation: one physics server per environment, in this process or in workers."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of element of a model file."""
+"""Translation of each kind of model file element."""
 
 
 class Native(NamedTuple):
     """PyBullet's own indices in one environment.
 
     Attributes:
-        client: Client of its physics server.
-        robots: Body of each robot.
-        bodies: Body of each scene body.
+        client: Client for the environment's physics server.
+        robots: Body index of each robot.
+        bodies: Body index of each scene body.
     """
 
     client: int
@@ -55,9 +55,9 @@ class Native(NamedTuple):
 
 
 class PybulletSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene on PyBullet; see :class:`frobs_core.interfaces.Simulation`.
+    """``num_envs`` copies of robots and a scene in PyBullet; see :class:`frobs_core.interfaces.Simulation`.
 
-    A single environment, or all with ``num_threads=1``, run in this process. Otherwise, the environments are
+    With a single environment or ``num_threads=1``, everything runs in this process. Otherwise, the environments are
     distributed over ``num_threads`` worker processes. For the engine's options, None means Bullet's default.
 
     Args:
@@ -65,13 +65,13 @@ class PybulletSimulation(Simulation):
         scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: Number of processes; 0: one for each processor.
+        num_threads: Number of processes; 0 means one per processor.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        iterations: Maximum number of iterations of the constraint solver in a physics step, ≥ 1.
-        tolerance: Residual at which the solver stops, ≥ 0.
-        erp: Fraction of a joint's constraint error that is corrected in a physics step.
-        contact_erp: Fraction of a contact's penetration that is corrected in a physics step.
-        friction_erp: Fraction of a friction anchor's error that is corrected in a physics step.
+        iterations: Maximum number of constraint solver iterations per physics step, ≥ 1.
+        tolerance: Residual below which the solver stops, ≥ 0.
+        erp: Fraction of a joint's constraint error that is corrected per physics step.
+        contact_erp: Fraction of a contact's penetration that is corrected per physics step.
+        friction_erp: Fraction of a friction anchor's error that is corrected per physics step.
         cfm: Constraint force mixing, which softens constraints, ≥ 0.
 
     Raises:
@@ -136,7 +136,7 @@ class PybulletSimulation(Simulation):
 
     @property
     def native(self) -> tuple[Native, ...]:
-        """PyBullet's indices, one object for each environment.
+        """PyBullet's indices, one object per environment.
 
         Raises:
             SimulationError: The environments are in worker processes, which the caller cannot access.
@@ -156,7 +156,7 @@ class PybulletSimulation(Simulation):
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments that stopped because their numbers diverged, or None."""
+        """Environments that stopped because they diverged numerically, or None."""
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
     def reset(self, mask: Mask | None = None) -> None:
@@ -191,7 +191,7 @@ class PybulletSimulation(Simulation):
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that do not detect one robot; (num_envs, k) [m]."""
+        """Cast rays that pass through one robot; return (num_envs, k) [m]."""
         ends = origins.shape[1:]
         return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
 
@@ -200,7 +200,7 @@ class PybulletSimulation(Simulation):
     ) -> None:
         """Teleport several bodies."""
         if not all(self.bodies[name].moves for name in names):
-            super().write_body_poses(names, pos, quat_wxyz, mask)  # reports the static body
+            super().write_body_poses(names, pos, quat_wxyz, mask)  # raises an error that names the static body
             return
         quats = () if quat_wxyz is None else ((quat_wxyz, (len(names), 4)),)
         self.call("write_bodies", mask, list(names), (pos, (len(names), 3)), *quats)
@@ -220,7 +220,7 @@ class PybulletSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the targets of ``size``."""
+        """Return the bodies whose ``size`` can change."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
@@ -267,7 +267,7 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # gives an empty result its shape and dtype
+            for i in chosen or [0]  # to give an empty result its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
 
@@ -285,7 +285,7 @@ class PybulletSimulation(Simulation):
             _ = body.pose
 
     def _frame(self, camera: str | None, env: int) -> tuple[Vector, Quat]:
-        """Return the pose of the frame that a camera is fixed to."""
+        """Return the pose of the frame to which a camera is fixed."""
         frame = None if camera is None else self.scene.cameras[camera].frame
         if frame is None:
             return IDENTITY
@@ -297,14 +297,14 @@ class PybulletSimulation(Simulation):
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
         """Return the pairs of overlapping links of a robot in the first environment, deepest first.
 
-        They include pairs that overlap at home, which never push each other apart.
+        Pairs that overlap at home are included; they never push each other apart.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
         return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:
-        """Return PyBullet without FRobs; only available for one robot on a fixed base."""
+        """Return PyBullet without FRobs, available only for a single robot with a fixed base."""
         return BarePybullet(self) if BarePybullet.knows(self) else None
 
     def close(self) -> None:
@@ -318,17 +318,17 @@ class PybulletSimulation(Simulation):
             self._backend.close()
 
     def count(self, mask: Mask | None) -> int:
-        """Return the number of environments of a mask."""
+        """Return the number of environments selected by a mask."""
         return self.num_envs if mask is None else int(np.count_nonzero(mask))
 
     def call(self, method: str, mask: Mask | None, *arguments: Any) -> list[Any]:
-        """Call a method of the worlds of ``mask``.
+        """Call a method on the worlds selected by ``mask``.
 
         Args:
             method: Name of a method of :class:`frobs_sim_pybullet.editing.EditableWorld`.
             mask: The environments.
-            *arguments: Arrays with a row for each environment; (values, shape of a row), which are broadcast; others
-                are passed unchanged.
+            *arguments: Arrays with one row per environment, or (values, shape of a row), which are broadcast. Other
+                arguments are passed unchanged.
         """
         if self._closed:
             raise SimulationError("the simulation is closed.")
@@ -342,7 +342,7 @@ class PybulletSimulation(Simulation):
         return self._backend.call(method, ids, rows)
 
     def watched(self, channel: str) -> Floats:
-        """Return an array that the worlds keep current from now on."""
+        """Return an array that the worlds keep up to date from now on."""
         found = self._seen.get(channel)
         if found is None:
             self.call("watch", None, channel)

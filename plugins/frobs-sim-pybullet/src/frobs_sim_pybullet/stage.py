@@ -1,4 +1,4 @@
-"""The rendered world: a second world with visual shapes and without physics, moved to an environment's poses."""
+"""The rendered world: a second world with visual shapes but no physics, moved to an environment's poses."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Stage:
     """The rendered world.
 
     Args:
-        client: Client of a separate server.
+        client: Client for a separate server.
         robots: Robots, by name.
         scene: The rest of the scene.
 
     Attributes:
-        numbers: Segmentation number of each of Bullet's bodies and links; 0 is the floor.
+        numbers: Segmentation number of each Bullet body and link; 0 is the floor.
     """
 
     def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -68,7 +68,7 @@ class Stage:
         self.numbers[body, link] = max(self.numbers.values(), default=0) + 1
 
     def _floor(self) -> list[int]:
-        """Add a floor of tiles in two colors; return Bullet's indices of them."""
+        """Add a floor of tiles in two colors, and return the tiles' Bullet indices."""
         far = self._scene.span
         tile = _TILE if far < _FAR else _LARGE_TILE
         tiles = _TILES if far < _FAR else min(_MOST_TILES, 2 * math.ceil(far / tile))
@@ -102,7 +102,7 @@ class Stage:
         Args:
             arrays: Arrays of the simulation, with current poses of root links and bodies.
             env: Index of the environment.
-            sizes: Sizes of its bodies that differ from the scene.
+            sizes: Body sizes that differ from the scene.
         """
         for name, size in self._sizes.items():
             if sizes.get(name, 1.0) != size:
@@ -125,7 +125,7 @@ class Stage:
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
 
     def _resize(self, name: str, size: float) -> None:
-        """Draw a body in another size, with the same segmentation number."""
+        """Draw a body at another size, with the same segmentation number."""
         self._sizes[name] = size
         segment = self.numbers.pop((self._bodies[name], -1))
         p.removeBody(self._bodies[name], self.client)
@@ -133,7 +133,7 @@ class Stage:
         self.numbers[number, -1] = segment
 
     def mark(self, markers: Sequence[Marker], env: int) -> None:
-        """Show markers, and remove those of the last call."""
+        """Show markers, and remove those from the last call."""
         for number in self._markers:
             p.removeBody(number, self.client)
         self._markers = []

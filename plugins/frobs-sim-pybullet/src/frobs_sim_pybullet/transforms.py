@@ -1,4 +1,4 @@
-"""Rigid transforms of single bodies, as tuples in Bullet's order (x, y, z, w), which are faster than small arrays."""
+"""Rigid transforms of single bodies, as tuples in Bullet's (x, y, z, w) order, which are faster than small arrays."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ IDENTITY: tuple[Vector, Quat] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def from_pose(pose: Pose) -> tuple[Vector, Quat]:
-    """Return a pose of the core as position and quat_xyzw."""
+    """Convert a FRobs pose to a position and quat_xyzw."""
     w, x, y, z = pose.quat_wxyz
     return tuple(map(float, pose.pos)), (float(x), float(y), float(z), float(w))  # type: ignore[return-value]
 
 
 def multiply(first: Quat, second: Quat) -> Quat:
-    """Return the rotation that applies ``second``, then ``first``; quat_xyzw."""
+    """Return the rotation by ``second``, then by ``first``, as quat_xyzw."""
     x1, y1, z1, w1 = first
     x2, y2, z2, w2 = second
     w, x, y, z = multiply_components(w1, x1, y1, z1, w2, x2, y2, z2)
@@ -40,7 +40,7 @@ def rotate(quat: Quat, vector: Vector) -> Vector:
 
 
 def conjugate(quat: Quat) -> Quat:
-    """Return the inverse rotation; quat_xyzw."""
+    """Return the inverse rotation, as quat_xyzw."""
     x, y, z, w = quat
     return -x, -y, -z, w
 
@@ -60,6 +60,6 @@ def invert(transform: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
 
 
 def rpy_from_quat(quat: Quat) -> Vector:
-    """Return roll, pitch and yaw about fixed axes; quat_xyzw."""
+    """Convert quat_xyzw to roll, pitch and yaw about fixed axes."""
     x, y, z, w = quat
     return rotations.rpy_from_quat((w, x, y, z))

@@ -1,7 +1,7 @@
 """Writes a robot's model as a URDF for Bullet.
 
-Bullet gets the model of the core's reader, regardless of the file's format. Each link has its inertia along its
-principal axes, because Bullet would compute them with six digits only. A link without mass and shape is only a frame:
+Bullet gets the model from the core's reader, regardless of the file's format. Each link's inertia is given along its
+principal axes, because Bullet would compute them with only six digits. A link without mass and shape is only a frame:
 it is omitted and represented by its pose on the link that carries it.
 """
 
@@ -40,8 +40,8 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
 NET = {JointType.REVOLUTE: 0.02, JointType.PRISMATIC: 0.002}
-"""Distance beyond a position limit at which Bullet stops a joint [rad], [m]; at the limit itself, the drive law
-does.
+"""Distance beyond a position limit at which Bullet stops a joint [rad], [m]; at the limit itself, the drive law stops
+it.
 """
 
 VIRTUAL = 6
@@ -50,14 +50,14 @@ VIRTUAL = 6
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The links of a model that are separate bodies, and the poses of the other links on them.
+    """The links of a model that are separate bodies, and the poses of the other links on these bodies.
 
     Attributes:
         bodies: Names of the links that are bodies, base first.
-        frames: Body that carries each link, and the link's pose on it.
-        joints: Each joint to a body, with its parent body and its pose there.
+        frames: Body that carries each link, and the link's pose on that body.
+        joints: Each joint that leads to a body, with its parent body and its pose on the parent.
         root: Pose of the root link on the base.
-        welds: For each body, the first of those that move together with it.
+        welds: For each body, the first of the bodies that move together with it.
     """
 
     bodies: tuple[str, ...]
@@ -68,10 +68,10 @@ class Skeleton:
 
 
 def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
-    """Distinguish bodies from mere frames.
+    """Distinguish bodies from links that are only frames.
 
-    The base is the root. Bullet treats a floating base without mass as fixed, so if the root has no mass, the first
-    link that is fixed to it and has mass becomes the base.
+    The base is normally the root. Bullet treats a floating base without mass as fixed, so if the root has no mass, the
+    first link that is fixed to the root and has mass becomes the base.
 
     Args:
         model: Model of the robot.
@@ -112,7 +112,7 @@ def _hang_from_a_weight(
     frames: dict[str, tuple[str, tuple[Vector, Quat]]],
     joints: list[tuple[Joint, str, tuple[Vector, Quat]]],
 ) -> tuple[Vector, Quat]:
-    """Make a link with mass the base, instead of the root that it is fixed to; return the root's pose on it."""
+    """Make a link with mass the base, instead of the root to which it is fixed; return the root's pose on that link."""
     root = model.root
     for found in joints:
         joint, parent, place = found
@@ -148,10 +148,10 @@ def write_urdf(
 
     Args:
         model: Model of the robot.
-        meshes: Writes the mesh files that the URDF refers to.
+        meshes: Writer for the mesh files to which the URDF refers.
         floating: Whether the base moves.
         collisions: Whether to include collision shapes.
-        visuals: Whether to include visual shapes, or for a link without any its collision shapes.
+        visuals: Whether to include visual shapes, or the collision shapes of links without any.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
     lines = [f"<robot name={quoteattr(model.name)}>"]
@@ -162,7 +162,7 @@ def write_urdf(
 
 
 def write_link_urdf(link: Link, meshes: MeshFiles, *, visuals: bool = False) -> str:
-    """Return the URDF of a single link; the arguments are those of :func:`write_urdf`."""
+    """Return the URDF for a single link. The arguments are as for :func:`write_urdf`."""
     lines = _link(link, meshes, collisions=not visuals, visuals=visuals)
     return "\n".join(['<robot name="body">', *lines, "</robot>"])
 
@@ -177,21 +177,21 @@ def _link(link: Link, meshes: MeshFiles, *, collisions: bool, visuals: bool) -> 
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return the range of a joint's positions [rad or m]; None if it has no limits."""
+    """Return a joint's position range [rad or m], or None if it has no limits."""
     lower, upper = joint.limits.lower, joint.limits.upper
     limited = joint.type in NET and math.isfinite(lower) and math.isfinite(upper)
     return (lower, upper) if limited else None
 
 
 def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
-    """Return the URDF for computing mass matrices and bias forces for the drives: without shapes, with a fixed base.
+    """Return the URDF for computing the drives' mass matrices and bias forces, without shapes and with a fixed base.
 
-    A floating base is connected through six virtual joints, because Bullet's inverse dynamics only supports fixed
+    A floating base is connected through six virtual joints, because Bullet's inverse dynamics supports only fixed
     bases.
 
     Args:
         model: Model of the robot.
-        masses: Changed masses of links [kg]; their inertia is scaled accordingly.
+        masses: Changed link masses [kg]; the inertia of these links is scaled accordingly.
         floating: Whether the base moves.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
@@ -210,14 +210,14 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
     for name in bones.bodies:
         inertial = links[name].inertial or _WEIGHTLESS
         if name == bones.bodies[0] and not floating:
-            inertial = _WEIGHTLESS  # its mass has no effect, and Bullet would refer everything to its center of mass
+            inertial = _WEIGHTLESS  # its mass has no effect, and Bullet would refer everything to the center of mass
         lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
 
 
 def principal(inertial: Inertial) -> tuple[Vector, Quat, Vector]:
-    """Return the center of mass, the orientation of the principal axes, and the moments about them [kg·m²]."""
+    """Return the center of mass, the orientation of the principal axes, and the moments about these axes [kg·m²]."""
     ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
     pos, quat = from_pose(inertial.origin)
     if ixy == ixz == iyz == 0.0:
@@ -254,7 +254,7 @@ def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
 
 
 def _solids(geometry: Geometry, meshes: MeshFiles) -> list[str]:
-    """Return the colliding elements of a shape: one, or one for each convex piece of a mesh."""
+    """Return the <collision> elements for a shape: one, or one per convex piece of a mesh."""
     if isinstance(geometry, Mesh):
         return [_mesh(path) for path in meshes.hulls(geometry)]
     return [_geometry(geometry)]
@@ -265,7 +265,7 @@ def _collision(inner: str, shape: Collision) -> str:
 
 
 def _visuals(shape: Visual | Collision, meshes: MeshFiles) -> list[str]:
-    """Return the <visual> elements of a shape: one, or one for each color of a mesh."""
+    """Return the <visual> elements for a shape: one, or one per color of a mesh."""
     geometry, rgba = shape.geometry, getattr(shape, "rgba", None) or _GREY
     if isinstance(geometry, Mesh):
         parts = [(_mesh(path), own or rgba) for path, own in meshes.drawn(geometry)]

@@ -1,4 +1,4 @@
-"""Main function of a worker process."""
+"""The main function of a worker process."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from frobs_sim_pybullet.options import Engine
 
 
 def portable(error: Exception) -> FrobsError:
-    """Return an error that other processes can receive: FRobs's errors unchanged, others as SimulationError."""
+    """Return an error that can be sent to other processes: FRobs errors unchanged, others as SimulationError."""
     ours = isinstance(error, FrobsError)
     if ours:
         try:
             pickle.dumps(error)
-        except Exception:  # a field of a plugin's error may have any type
+        except Exception:  # a field in a plugin's error may have any type
             ours = False
     sent = (
         error
@@ -44,10 +44,10 @@ def work(
     buffer: Any,
     ids: Sequence[int],
 ) -> None:
-    """Run a block of environments and execute the requests from the pipe until it is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the process at the other end
+    """Run a block of environments, and execute requests from the pipe until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent process
     block: Block | None = None
-    with contextlib.suppress(EOFError, OSError):  # the other end is closed, so there is nobody to report to
+    with contextlib.suppress(EOFError, OSError):  # the other end is closed, so there is no one to report to
         try:
             block = Block(robots, scene, engine, arrays(fields, num_envs, buffer), ids)
             pipe.send(None)

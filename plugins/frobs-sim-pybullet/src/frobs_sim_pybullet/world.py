@@ -28,10 +28,10 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, cross
 from frobs_sim_pybullet.wrenches import WrenchSensor
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
-"""Bullet's collision group of each robot; lidars ignore that of their own robot."""
+"""Bullet's collision group for each robot; lidars ignore their own robot's group."""
 
 
-_WELD_FORCE = 1e5  # [N] and [N·m], maximum of an attachment; Bullet's default breaks at a few newtons
+_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment; with Bullet's default, it breaks at a few newtons
 
 
 class RobotRow(NamedTuple):
@@ -56,8 +56,8 @@ class World:
         robots: Robots, by name.
         scene: The rest of the scene.
         engine: Settings of the physics engine.
-        dynamics: Computes mass matrices.
-        meshes: Writes mesh files for Bullet.
+        dynamics: Object that computes mass matrices.
+        meshes: Writer for Bullet's mesh files.
         row: This environment's row of the shared arrays.
     """
 
@@ -85,9 +85,9 @@ class World:
         client = self.client = connect()
         p.setTimeStep(self._h, client)
         p.setGravity(*self._scene.gravity, client)
-        # Sorted pairs prevent the history before a reset or restore from influencing the results. There is no slop:
-        # contacts that may be penetrated slightly would first let bodies fall and then push them harder than their
-        # weight.
+        # Sorted pairs prevent the history before a reset or restore from influencing the results. There is no slop,
+        # because contacts that allow slight penetration would first let bodies fall and then push them harder than
+        # their weight.
         p.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
         )
@@ -95,7 +95,7 @@ class World:
         if self._scene.floor:
             plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
             floor = p.createMultiBody(0.0, plane, physicsClientId=client)
-            prepare(client, floor, 1.0)  # _set_friction includes the floor's friction in that of the bodies
+            prepare(client, floor, 1.0)  # _set_friction folds the floor's friction into that of the bodies
             sides["floor"] = floor, -1
         bodies = {
             name: body.resized(self._parameters.get(("size", name), 1.0)) for name, body in self._scene.bodies.items()
@@ -165,7 +165,7 @@ class World:
         return found
 
     def _attach(self, attachment: Attachment, pose: tuple[Vector, Quat]) -> None:
-        """Fix two bodies or links to each other; ``pose`` is that of the second in the frame of the first."""
+        """Fix two bodies or links to each other; ``pose`` is the second one's pose in the first one's frame."""
         (first, first_link, first_at), (second, second_link, second_at) = (
             self._in_bullet(side) for side in (attachment.first, attachment.second)
         )
@@ -178,7 +178,7 @@ class World:
         p.setCollisionFilterPair(first, second, first_link, second_link, 0, self.client)
 
     def _in_bullet(self, side: str) -> tuple[int, int, tuple[Vector, Quat]]:
-        """Return Bullet's body and link of a scene body or ``robot/link``, and its frame's pose in Bullet's frame."""
+        """Return Bullet's body and link for a scene body or ``robot/link``, and its frame's pose in Bullet's frame."""
         if side in self.bodies:
             return self.bodies[side], -1, invert(self._coms.get(side, IDENTITY))
         name, _, link = side.partition("/")
@@ -194,16 +194,16 @@ class World:
         return pose if com is None else compose(pose, invert(com))
 
     def _set_twist(self, name: str, lin: Vector, ang: Vector) -> None:
-        """Set the velocity of a scene body: linear of its origin, then angular."""
+        """Set a scene body's velocity: the linear velocity of its origin, and its angular velocity."""
         if name in self._coms:
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] + shift[0], lin[1] + shift[1], lin[2] + shift[2]
         p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
     def _twist(self, name: str) -> tuple[Vector, Vector]:
-        """Return the velocity of a scene body: linear of its origin, then angular."""
+        """Return a scene body's velocity: the linear velocity of its origin, and its angular velocity."""
         lin, ang = p.getBaseVelocity(self.bodies[name], self.client)
-        if name in self._coms:  # Bullet's velocity is that of the center of mass
+        if name in self._coms:  # Bullet's velocity refers to the center of mass
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] - shift[0], lin[1] - shift[1], lin[2] - shift[2]
         return lin, ang
@@ -220,7 +220,7 @@ class World:
         robot.write_joints(home, [0.0] * len(home))
 
     def reset(self) -> None:
-        """Return to the initial state; parameters are kept."""
+        """Return to the initial state, keeping the parameters."""
         if self._broken:
             self._rebuild()  # NaNs may have corrupted Bullet's state
         else:
@@ -246,7 +246,7 @@ class World:
     def apply_sizes(self) -> None:
         """Rebuild everything in the current state if a size was written.
 
-        Bullet cannot change a shape. Because the order of the bodies affects its solver, all are rebuilt.
+        Bullet cannot change a shape. Because the order of the bodies affects its solver, all bodies are rebuilt.
         """
         if not self._resized or self._broken:
             return
@@ -260,7 +260,7 @@ class World:
         for name, (frame, twist) in bodies.items():
             self._put(name, frame)
             self._set_twist(name, *twist)
-        for number, (pose, motion, joints) in robots.items():  # the bodies have the same indices as before
+        for number, (pose, motion, joints) in robots.items():  # the bodies keep their indices
             p.resetBasePositionAndOrientation(number, *pose, self.client)
             p.resetBaseVelocity(number, *motion, self.client)
             for joint, (position, velocity) in enumerate(joints):
@@ -268,7 +268,7 @@ class World:
         self._written()
 
     def _motion(self, number: int) -> tuple[Any, Any, list[tuple[float, float]]]:
-        """Return pose and twist of a robot's base in Bullet, and position and velocity of each joint."""
+        """Return the pose and twist of a robot's base in Bullet, and the position and velocity of each joint."""
         client = self.client
         joints = [p.getJointState(number, joint, client)[:2] for joint in range(p.getNumJoints(number, client))]
         return p.getBasePositionAndOrientation(number, client), p.getBaseVelocity(number, client), joints
@@ -278,7 +278,7 @@ class World:
 
         Args:
             decimation: Number of physics steps.
-            rows: For some robots, a command for each physics step, (decimation, dof).
+            rows: Commands for each physics step, (decimation, dof), by robot; robots may be omitted.
         """
         if self._broken or self._row["diverged"]:
             self._row["diverged"][...] = True
@@ -337,7 +337,7 @@ class World:
                     resultant[i] += direction / decimation * force_on_first(point)
 
     def _written(self) -> None:
-        """Update everything after a write."""
+        """Update all shared arrays after a write."""
         for drive in self._drives.values():
             drive.forget()
         self._publish()
@@ -346,7 +346,7 @@ class World:
                 read()
 
     def _publish(self) -> None:
-        """Update everything that a step changes."""
+        """Update all shared arrays that a step changes."""
         self._time[...] = self._steps * self._h
         for _, drive, own in self._driven:
             own.positions[:], own.velocities[:] = drive.states()
@@ -355,7 +355,7 @@ class World:
             read()
 
     def watch(self, channel: str) -> None:
-        """Keep a pose, twist or Jacobian current from now on.
+        """Keep a pose, twist or Jacobian up to date from now on.
 
         Args:
             channel: Name of the array.
@@ -366,7 +366,7 @@ class World:
             self._sort_readers()
 
     def _sort_readers(self) -> None:
-        """Separate arrays that a step can change from constant ones."""
+        """Separate the arrays that a step can change from the constant ones."""
         self._still = {channel for channel in self._watched if self._stands(channel)}
         self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
 
@@ -420,8 +420,8 @@ class World:
     def _set_friction(self, name: str) -> None:
         """Set the sliding friction of a scene body in Bullet.
 
-        Bullet multiplies the coefficients of two bodies. The floor has 1 there, and a free body the larger of its own
-        coefficient and the floor's, so that it slides over the floor as on MuJoCo.
+        Bullet multiplies the coefficients of two bodies. The floor's coefficient is set to 1, and a free body's to the
+        larger of its own and the floor's, so that the body slides over the floor as in MuJoCo.
         """
         body = self._scene.bodies[name]
         friction = self._parameters.get(("friction", name), body.friction)

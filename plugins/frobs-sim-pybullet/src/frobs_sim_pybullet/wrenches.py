@@ -1,4 +1,4 @@
-"""A force-torque sensor of a robot in one environment."""
+"""A robot's force-torque sensor in one environment."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from frobs_sim_pybullet.transforms import compose, conjugate, cross, from_pose, 
 
 
 class WrenchSensor:
-    """Adds up Bullet's joint reactions of the bodies below a link.
+    """Adds up Bullet's joint reactions for the bodies below a link.
 
-    Usually this is a single joint, the link's own, unless the link is only a frame, which Bullet does not contain.
+    Usually there is a single joint, the link's own, unless the link is only a frame, which Bullet does not contain.
 
     Args:
-        robot: Robot that carries it.
-        link: Link in whose joint it measures.
-        pose: Pose of the sensor in the link.
+        robot: Robot that carries the sensor.
+        link: Link at whose joint the sensor measures.
+        pose: Pose of the sensor in the link's frame.
 
     Raises:
-        UnsuitableRobotError: The link is the base of the robot in Bullet, which has no joint.
+        UnsuitableRobotError: The link is the robot's base in Bullet, which has no joint.
     """
 
     def __init__(self, robot: Articulation, link: str, pose: Pose) -> None:
@@ -40,7 +40,7 @@ class WrenchSensor:
             raise UnsuitableRobotError(
                 robot.name, f"has '{link}' as its base in PyBullet, so there is no joint above it."
             )
-        with quiet():  # prints a message for a joint that another sensor has enabled
+        with quiet():  # Bullet prints a message if another sensor has already enabled the joint
             for joint in self._joints:
                 p.enableJointForceTorqueSensor(robot.body, joint, True, robot.client)
         body, place = bones.frames[link]
@@ -48,11 +48,11 @@ class WrenchSensor:
         self._place = compose(compose(robot.com_backs[self._body], place), from_pose(pose))
 
     def read(self) -> Floats:
-        """Return force [N] and torque [N·m] in the last physics step, (6,), in the sensor's frame."""
+        """Return the force [N] and torque [N·m] in the last physics step, (6,), in the sensor's frame."""
         robot, total = self._robot, np.zeros(6)
         origin, turn = compose(robot.com(self._body), self._place)
         back = conjugate(turn)
-        for joint in self._joints:  # Bullet's wrench is about the child's center of mass, in its axes
+        for joint in self._joints:  # Bullet's wrench is about the child's center of mass, in the child's axes
             wrench = p.getJointState(robot.body, joint, robot.client)[2]
             center, axes = robot.com(joint)
             force, torque = rotate(axes, wrench[:3]), rotate(axes, wrench[3:])

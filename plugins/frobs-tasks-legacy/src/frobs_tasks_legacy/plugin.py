@@ -22,7 +22,7 @@ def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any)
 
 
 def _reach(name: str, robot: str, title: str, control_timestep: float) -> EnvironmentRecord:
-    """Return the record of a reacher; its drives complete a whole move in ``control_timestep`` [s]."""
+    """Return the record of a reacher whose drives complete a whole move in ``control_timestep`` [s]."""
     return _environment(
         f"{name}ReachLegacy",
         f"{title} reach as in FRobs_RL",

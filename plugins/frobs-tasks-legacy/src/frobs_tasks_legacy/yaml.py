@@ -1,4 +1,4 @@
-"""Reading the task YAML of FRobs_RL: all values are under one key, and some have no meaning in FRobs."""
+"""Reads FRobs_RL's task YAML, in which all values are under one key and some have no meaning in FRobs."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameEr
 from frobs_core.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
-"""Used keys, each with a function that validates and converts the value, given key and value."""
+"""For each used key, a function that takes the key and value, and validates and converts the value."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFiles:
-    """The task YAML of one kind of FRobs_RL's tasks.
+    """The task YAML for one kind of FRobs_RL task.
 
     Attributes:
         folder: Folder of this package whose ``tasks/NAME.yaml`` contains FRobs_RL's own values.
-        kind: What a name denotes, for messages.
-        roots: Root key of the files, by name.
+        kind: Description of what a name denotes, for error messages.
+        roots: Root key of each file, by name.
         used: Keys that are used.
-        ignored: Keys of such files that have no effect.
+        ignored: Keys in the files that have no effect.
     """
 
     folder: str
@@ -34,15 +34,16 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each used key: from the keyword, else from the file, else FRobs_RL's own.
+        """Return a value for each used key: from the keywords, else from the file, else FRobs_RL's own.
 
         Args:
             name: Name from :attr:`roots`.
-            config_file: An unchanged task YAML of FRobs_RL; None: no file.
+            config_file: An unchanged FRobs_RL task YAML, or None.
             keywords: Values by key; None means not given, and other keys are ignored.
 
         Raises:
-            ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; names file and line.
+            ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains
+                the file and line.
             ConfigurationError: A keyword has an invalid value.
             UnknownNameError: The name does not exist.
         """
@@ -56,18 +57,18 @@ class TaskFiles:
 def read_values(
     paths: Iterable[str | Path], root: str, used: Readers, ignored: Sequence[str], keywords: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the values that keywords or files give, by key.
+    """Return the values given by keywords or files, by key.
 
     Args:
-        paths: The files; a later one takes precedence.
+        paths: The files; later files take precedence.
         root: Root key of the files.
         used: Keys that are used.
-        ignored: Keys of such files that have no effect.
+        ignored: Keys in the files that have no effect.
         keywords: Values by key, which take precedence over the files; None means not given, and other keys are ignored.
 
     Raises:
-        ConfigFileError: A file cannot be read, or has an unknown key or an invalid value; names file, line and nearest
-            key.
+        ConfigFileError: A file cannot be read, or has an unknown key or an invalid value; the message contains the
+            file, the line and the nearest key.
         ConfigurationError: A keyword has an invalid value.
     """
     values: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""The base class of tasks with one cube and a goal for it."""
+"""The base class for tasks with one cube and a goal for it."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ BLUE = (0.16, 0.42, 0.82, 1.0)
 
 
 class CubeTask(Manipulation):
-    """Base class of tasks that bring one cube to a goal.
+    """Base class for tasks that bring one cube to a goal.
 
     Args:
         size: Edge length of the cube [m].
         mass: Mass of the cube [kg].
         friction: Sliding friction coefficient of the cube.
         tolerance: Distance of the cube's center from the goal that counts as reached [m].
-        max_speed: Speed of the cube below which it counts as still [m/s].
+        max_speed: Speed below which the cube counts as still [m/s].
         keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
         body_name: Name of the object in the scene, the observation and the reset options.
-        shows_goal: Whether the observation and the pictures contain the goal.
-        goal_clearance: Minimum horizontal distance between cube and goal at the start, in tolerances.
+        shows_goal: Whether the observation and rendered images contain the goal.
+        goal_clearance: Minimum horizontal distance between cube and goal at the start, in multiples of the tolerance.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -82,7 +82,7 @@ class CubeTask(Manipulation):
         self.goal = np.zeros((self.num_envs, 3))
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the cube and the goal, and the offsets cube − tool and goal − cube."""
+        """Return the terms for the tool, the cube and the goal, and the offsets cube − tool and goal − cube."""
         terms = {
             **self.tool_terms(),
             **self.cube.terms(self.body_name),
@@ -104,11 +104,11 @@ class CubeTask(Manipulation):
         return self.cube.pos
 
     def markers(self) -> Sequence[Marker]:
-        """Return a marker at the goal with the tolerance as its radius."""
+        """Return a marker at the goal whose radius is the tolerance."""
         return (Marker(self.goal, self.tolerance),) if self.shows_goal else ()
 
     def snapshot(self) -> Snapshot:
-        """Return the goal, and for how long the success condition has held."""
+        """Return the goal and how long the success condition has held."""
         return {**super().snapshot(), "goal": self.goal.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -137,10 +137,10 @@ class CubeTask(Manipulation):
         return np.asarray((self.to_goal <= self.tolerance) & (self.speed <= self.max_speed))
 
     def draw_floor_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
-        """Draw a goal on the floor, away from the cube's start.
+        """Draw a goal on the floor, away from the cube's initial position.
 
         Args:
-            cube: (n, 3) [m] start of the cube.
+            cube: (n, 3) [m] initial position of the cube.
             mask: The n environments.
             rng: Random source.
 
@@ -152,4 +152,4 @@ class CubeTask(Manipulation):
 
     @abstractmethod
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:
-        """Return goals (n, 3) [m] for the cubes (n, 3) of the environments of the mask."""
+        """Return goals (n, 3) [m] for the cubes (n, 3) in the masked environments."""

@@ -21,18 +21,17 @@ _FARTHEST = 2.0  # [m] bound to which observed positions are clipped, along each
 class GoalForm(CubeTask, GoalTask):
     """Base class that turns a task with one object into its goal-conditioned form.
 
-    Name it before the plain task: ``class PushGoal(GoalForm, Push)``. It keeps the scene, the start and the expert of
-    the plain task. The observation is a dictionary of float32 arrays in SI units: ``observation``, ``achieved_goal``
-    (position of the object, 3) and ``desired_goal`` (3). ``observation`` contains the terms of the plain task without
-    the goal.
+    List it before the plain task: ``class PushGoal(GoalForm, Push)``. It keeps the plain task's scene, start and
+    expert. The observation is a dictionary of float32 arrays in SI units: ``observation``, ``achieved_goal`` (position
+    of the object, 3) and ``desired_goal`` (3). ``observation`` contains the terms of the plain task without the goal.
 
     Goals have no minimum distance from the object, because hindsight replay learns first from goals that are already
     reached.
 
-    If d is the distance between the two goals after rounding to float32, :meth:`reward` equals :meth:`compute_reward`
-    of the observed goals bit for bit.
+    Reward, with d the distance between the two goals after rounding to float32, so that :meth:`reward` and the
+    :meth:`compute_reward` of the observed goals are bit-identical:
 
-    - ``sparse``: 0 if d ≤ tolerance, else −1
+    - ``sparse``: 0 if d ≤ tolerance, otherwise −1
     - ``dense``: −d
 
     The success condition is d ≤ tolerance; the speed of the object is ignored.
@@ -49,7 +48,7 @@ class GoalForm(CubeTask, GoalTask):
     goal_clearance: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the plain task without those of the goal, and the keys of both goals."""
+        """Return the terms of the plain task without the goal, and the keys for both goals."""
         terms = {name: term for name, term in super().observation_terms().items() if not name.startswith("goal")}
         achieved = bounded(lambda: self.cube.pos, 3, _FARTHEST, "m", scale=4.0)
         desired = bounded(lambda: self.goal, 3, _FARTHEST, "m", scale=4.0)
@@ -66,7 +65,7 @@ class GoalForm(CubeTask, GoalTask):
         return reward
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for goals, independent of the environment's state.
+        """Return the reward for given goals, independently of the environment's state.
 
         Args:
             achieved_goal: (..., 3) [m]
@@ -90,13 +89,13 @@ class GoalForm(CubeTask, GoalTask):
 
 
 def _observed(pos: Floats) -> npt.NDArray[np.float32]:
-    """Return positions as in the observation: clipped and rounded."""
+    """Return positions as they appear in the observation: clipped and rounded."""
     return np.clip(pos, -_FARTHEST, _FARTHEST).astype(np.float32)
 
 
 def _distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
-    """Return the distance of goals (..., 3) of any type and memory layout, (...) float64 [m]."""
+    """Return the distance (...) float64 [m] between goals (..., 3) of any dtype and memory layout."""
     offset = np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64)
-    # Adding the columns one by one keeps the order of additions, and so the last bit, equal for every shape.
+    # Adding the columns one by one fixes the order of additions, so the result is bit-identical for every shape.
     x, y, z = np.moveaxis(offset, -1, 0)
     return np.asarray(np.sqrt(x * x + y * y + z * z))

@@ -18,14 +18,14 @@ from frobs_tasks_manipulation.rewards import nearness
 class Lift(CubeTask):
     """Grasp a cube and hold it in the air.
 
-    The success condition: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
+    Success condition: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
     fingers, and it moves slowly.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers + 0.8
-      · lifted fraction of ``lowest`` + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers
+      + 0.8 · fraction of ``lowest`` lifted so far + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     Args:
         lowest: Minimum height of the cube's bottom above the floor that counts as lifted [m].

@@ -1,4 +1,4 @@
-"""The base class of all manipulation tasks: an arm with a gripper above a working area on the floor."""
+"""The base class for all manipulation tasks: an arm with a gripper above a working area on the floor."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 
 DOWN = (0.0, 1.0, 0.0, 0.0)
-"""Orientation (w, x, y, z) of a tool: its z axis points down; its y axis, along which the fingers close, is −y."""
+"""Orientation (w, x, y, z) of a tool that points down: z is −z, and y, along which the fingers close, is −y."""
 
 UP: Floats = np.array([0.0, 0.0, 1.0])
 
@@ -28,20 +28,20 @@ FLOOR_FRICTION = 0.5
 """With 1, a pushed cube jams between the tool and the floor (self-locking)."""
 
 _TURN = np.pi / 12
-"""[rad] maximum initial rotation of objects about the vertical."""
+"""[rad] Maximum initial rotation of objects about the vertical."""
 
 _CANDIDATES = 16
-"""Number of places that are drawn at once; the first that is far enough from the other object is used."""
+"""Number of places drawn at once; the first one far enough from the other object is used."""
 
 
 class Manipulation(Task):
-    """Base class of the manipulation tasks.
+    """Base class for the manipulation tasks.
 
     An episode starts with the tool above the center of the working area, pointing down. It never terminates. It is a
-    success if the task's success condition has held for the last ``hold_steps`` control steps at the time limit.
+    success if, at the time limit, the task's success condition has held for the last ``hold_steps`` control steps.
 
     Args:
-        center: Center of the working area on the floor (x, y) [m], in the world.
+        center: Center (x, y) of the working area on the floor [m], in the world.
         area: Side length of the square in which objects and goals are placed [m].
         start_height: Height of the tool at the start [m].
         hold_steps: Number of control steps for which the success condition must hold.
@@ -118,7 +118,7 @@ class Manipulation(Task):
             options: Values of ``reset_options``, (num_envs, 3) [m] each.
 
         Raises:
-            ResetOptionError: A place is not three numbers, below the floor or far away.
+            ResetOptionError: A place does not consist of three numbers, is below the floor, or is too far away.
         """
         rows = rows_of(mask)
         self._robot.write_joint_state(np.tile(self._start, (len(self._held[rows]), 1)), mask=mask)
@@ -127,17 +127,17 @@ class Manipulation(Task):
         self._measure()
 
     def advance(self, context: StepContext) -> None:
-        """Measure the tool and the objects, and count for how long the success condition has held."""
+        """Measure the tool and the objects, and count how long the success condition has held."""
         self._measure()
         np.add(self._held, 1, out=self._held)
         np.multiply(self._held, self._is_achieved(), out=self._held)
 
     def is_success(self) -> Mask:
-        """Return where the success condition has held for ``hold_steps``, (num_envs,) bool."""
+        """Return whether the success condition has held for ``hold_steps`` steps, (num_envs,) bool."""
         return self._held >= self.hold_steps
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms of the last reward, (num_envs,) each."""
+        """Return the terms that add up to the last reward, (num_envs,) each."""
         return self._reward_terms
 
     def reward(self, context: StepContext) -> Floats:
@@ -152,7 +152,7 @@ class Manipulation(Task):
         return total
 
     def tool_terms(self) -> dict[str, ObservationTerm]:
-        """Return the terms of the tool: position [m], linear velocity [m/s] and gripper opening [1]."""
+        """Return the terms for the tool: position [m], linear velocity [m/s] and gripper opening [1]."""
         return {
             "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0),
             "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s"),
@@ -160,7 +160,7 @@ class Manipulation(Task):
         }
 
     def snapshot(self) -> Snapshot:
-        """Return for how long the success condition has held."""
+        """Return how long the success condition has held."""
         return {"held": self._held.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -169,7 +169,7 @@ class Manipulation(Task):
         self._measure()
 
     def _measure(self) -> None:
-        """Read the values that the terms, the reward and the success use."""
+        """Read the values that the terms, the reward and the success condition use."""
         self.tcp = self._robot.frame_pose("tcp")[0]  # (num_envs, 3) [m]
         self.tcp_velocity = self._robot.frame_velocity("tcp")[0]  # (num_envs, 3) [m/s]
         fingers = (self._robot.joint_positions[:, self._fingers] - self._closed) / self._stroke
@@ -183,11 +183,11 @@ class Manipulation(Task):
 
     @abstractmethod
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        """Place the objects and the goal at random, except those given in the n rows of the options."""
+        """Place the objects and the goal at random, except those given in the options, which have n rows."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
-        """Return where the success condition is currently met, (num_envs,) bool."""
+        """Return whether the success condition is currently met, (num_envs,) bool."""
 
     @abstractmethod
     def _dense_terms(self) -> Mapping[str, Floats]:
@@ -205,15 +205,15 @@ class Manipulation(Task):
         apart_from: Floats | None = None,
         distance: float = 0.0,
     ) -> Floats:
-        """Draw a uniform place in the working area.
+        """Draw a place uniformly from the working area.
 
         Args:
             stream: Name of the stream of random numbers.
             rng: Random source.
             mask: The n environments.
             height: Height of the place [m].
-            apart_from: (n, 3) place to keep a horizontal distance from.
-            distance: This distance [m]; if no candidate keeps it, the farthest one is used.
+            apart_from: (n, 3) place from which to keep a minimum horizontal distance.
+            distance: This minimum distance [m]; if no candidate is that far away, the farthest one is used.
 
         Returns:
             (n, 3) [m] in the world.
@@ -230,7 +230,7 @@ class Manipulation(Task):
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
 
     def checked_place(self, option: str, place: Floats, lowest: float) -> Floats:
-        """Validate and return places that the caller of ``reset`` gave, (n, 3) [m].
+        """Validate and return places (n, 3) [m] passed to ``reset``.
 
         Args:
             option: Name of the option, for messages.
@@ -238,8 +238,8 @@ class Manipulation(Task):
             lowest: Minimum height [m].
 
         Raises:
-            ResetOptionError: A place is not three numbers, is below ``lowest``, or is more than 1 m from the center of
-                the working area.
+            ResetOptionError: A place does not consist of three numbers, is below ``lowest``, or is more than 1 m from
+                the center of the working area.
         """
         if place.shape[1:] != (3,):
             raise ResetOptionError(option, f"has the shape {place.shape[1:]}; it must be (3,): x, y, z [m].")
@@ -253,7 +253,7 @@ class Manipulation(Task):
         return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
-        """Draw an orientation of an object on the floor, (n, 4), rotated so little that the fingers fit around it.
+        """Draw an orientation (n, 4) for an object on the floor, rotated so little that the fingers fit around it.
 
         Args:
             stream: Name of the stream of random numbers.

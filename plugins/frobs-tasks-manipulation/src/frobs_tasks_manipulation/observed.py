@@ -1,4 +1,4 @@
-"""Observation terms that are clipped to their bounds."""
+"""Observation terms clipped to their bounds."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scal
     Args:
         read: Function that returns the value, (num_envs, size).
         size: Number of values per environment.
-        limit: Largest absolute value.
+        limit: Maximum absolute value.
         unit: Unit of the values.
-        scale: Suggested factor for a learner.
+        scale: Suggested scale factor for a learner.
     """
     high = np.full(size, limit)
     return ObservationTerm(

@@ -11,7 +11,7 @@ from frobs_tasks_manipulation.open_task import OpenTask
 class OpenDoor(OpenTask):
     """Open a door by its handle to a target angle.
 
-    The success condition, the reward and the parameters are described in
+    The success condition, reward and parameters are described in
     :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
 
     Args:

@@ -11,7 +11,7 @@ from frobs_tasks_manipulation.open_task import OpenTask
 class OpenDrawer(OpenTask):
     """Open a drawer by its handle to a target distance.
 
-    The success condition, the reward and the parameters are described in
+    The success condition, reward and parameters are described in
     :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
 
     Args:

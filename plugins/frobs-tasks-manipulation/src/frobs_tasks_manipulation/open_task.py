@@ -1,4 +1,4 @@
-"""The base class of tasks that open a piece of furniture by its handle."""
+"""The base class for tasks that open a piece of furniture by its handle."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from frobs_tasks_manipulation.rewards import length, nearness
 
 HANDLE = "handle"
 _TURN = 0.15
-"""[rad] maximum initial rotation of the furniture about the vertical."""
+"""[rad] Maximum initial rotation of the furniture about the vertical."""
 
 
 class OpenTask(Manipulation):
-    """Base class of tasks in which one joint of a piece of furniture must reach a target.
+    """Base class for tasks in which one joint of a piece of furniture must reach a target.
 
-    The success condition: the joint is within the tolerance of the target, and slow.
+    Success condition: the joint is within the tolerance of the target, and slow.
 
     Reward:
 
     - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · fraction of the way to the target + 0.3 · nearness of
       the joint to the target + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     Args:
-        center: Center (x, y) [m] in the world of the area in which the closed handle starts.
-        area: Side length of this area [m].
+        center: Center (x, y) [m], in the world, of the square in which the closed handle starts.
+        area: Side length of this square [m].
         start_height: Height of the tool at the start [m].
         lowest: Minimum target [m or rad].
         highest: Maximum target [m or rad].
         tolerance: Distance of the joint from its target that counts as reached [m or rad].
-        max_speed: Speed of the joint below which it counts as slow [m/s or rad/s].
+        max_speed: Speed below which the joint counts as slow [m/s or rad/s].
         keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
@@ -89,7 +89,7 @@ class OpenTask(Manipulation):
         return {"overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the handle (x, y), handle − tool, the joint, and target − joint."""
+        """Return the terms for the tool, the handle (x, y), handle − tool, the joint, and target − joint."""
         return {
             **self.tool_terms(),
             "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
@@ -101,13 +101,13 @@ class OpenTask(Manipulation):
         }
 
     def handle_at(self, joint: Floats) -> Floats:
-        """Return the handle's position in the world at joint positions (num_envs,), (num_envs, 3) [m]."""
+        """Return the handle's position in the world for joint positions (num_envs,), (num_envs, 3) [m]."""
         pos, _ = self._prop.model.frame_pose(HANDLE, joint[:, None])
         base_pos, base_quat = self._prop.base_pose  # where this episode placed it
         return base_pos + quat_rotate(base_quat, pos)
 
     def snapshot(self) -> Snapshot:
-        """Return the target, and for how long the success condition has held."""
+        """Return the target and how long the success condition has held."""
         return {**super().snapshot(), "target": self.target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -118,7 +118,7 @@ class OpenTask(Manipulation):
     def _bind_objects(self) -> None:
         self._prop = self._simulation.robots[self.furniture]
         self.target = np.full(self.num_envs, self.lowest)
-        self._closed_handle = self._prop.model.frame_pose(HANDLE, np.zeros((1, 1)))[0]  # (1, 3) [m] from the base
+        self._closed_handle = self._prop.model.frame_pose(HANDLE, np.zeros((1, 1)))[0]  # (1, 3) [m] from base
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
         place = self.draw_place("handle", rng, mask, height=0.0)

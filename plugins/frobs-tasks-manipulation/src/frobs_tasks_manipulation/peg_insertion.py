@@ -31,19 +31,19 @@ _OAK = (0.72, 0.52, 0.33, 1.0)
 
 
 class PegInsertion(CubeTask):
-    """Put a square peg, which stands on the floor, into the square hole of a block.
+    """Put a square peg that stands on the floor into a square hole in a block.
 
-    The success condition: the peg is in the hole, at least ``depth`` deep, and is still.
+    Success condition: the peg is still, and at least ``depth`` deep in the hole.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the hole's
-      floor + 0.2 · fraction of the block's height by which the peg is lifted, or 0.2 if it is above the hole or in it +
-      0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the bottom of
+      the hole + 0.2 · fraction of the block's height by which the peg is lifted (or 0.2 if it is above the hole or in
+      it) + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     Args:
-        clearance: Difference between the edge lengths of the hole and of the peg [m].
+        clearance: Difference between the edge lengths of the hole and the peg [m].
         size: Edge length of the peg [m].
         height: Height of the peg [m].
         depth: Minimum depth of the peg in the hole [m].
@@ -95,12 +95,12 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the peg and the hole (x, y), and the offsets grip − tool and goal − peg."""
+        """Return the terms for the tool, the peg and the hole (x, y), and the offsets grip − tool and goal − peg."""
         terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 
     def markers(self) -> Sequence[Marker]:
-        """Return a marker at the target of the peg's center."""
+        """Return a marker at the target for the peg's center."""
         return (Marker(self.goal, 0.01),)
 
     @property

@@ -19,14 +19,14 @@ from frobs_tasks_manipulation.rewards import nearness
 class PickAndPlace(CubeTask):
     """Bring a cube to a goal. Half of the goals are on the floor, the others in the air.
 
-    The success condition: the cube's center is within the tolerance of the goal, and the cube is slow.
+    Success condition: the cube's center is within the tolerance of the goal, and the cube is slow.
 
-    Reward, where d is the distance from cube to goal:
+    Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers + 0.8
-      · nearness of the cube to the goal, and for goals in the air 0.3 · fraction of the way up + 0.5 if the condition
-      is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers
+      + 0.8 · nearness of the cube to the goal + 0.3 · fraction of the way up (for goals in the air) + 0.5 if the
+      condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     Args:
         air_share: Fraction of the goals that are in the air, in [0, 1].
@@ -73,9 +73,9 @@ class PickAndPlace(CubeTask):
 
 
 class PickAndPlaceGoal(GoalForm, PickAndPlace):
-    """Bring a cube to a goal, goal-conditioned.
+    """Goal-conditioned task: bring a cube to a goal.
 
-    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
 
     Args:
         air_share: Fraction of the goals that are in the air, in [0, 1].

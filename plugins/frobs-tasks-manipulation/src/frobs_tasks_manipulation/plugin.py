@@ -7,13 +7,13 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
-"""Robot and its name in sentences, by the prefix of its IDs."""
+"""Robot, and its name for use in sentences, by ID prefix."""
 
 _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPush", "Ur5OpenDrawer")
 """IDs with a trained policy; ``tests/benchmarks/pretrained.py`` trains them."""
 
 _GOAL_MAX_DELTA = 0.05
-"""[m] As in panda-gym: 50 steps are enough to grasp a cube and carry it to the goal."""
+"""[m] The value used by panda-gym: 50 steps are enough to grasp a cube and carry it to the goal."""
 
 
 def _task(
@@ -23,7 +23,7 @@ def _task(
 
     Args:
         name: Name of the task.
-        title: Last part of its IDs.
+        title: Last part of the IDs.
         entry_point: ``"module:class"`` in this package.
         summary: What the robot must do.
         steps: Length of an episode in control steps.
@@ -61,7 +61,7 @@ def _task(
 
 
 def _with_tight_hole(task: TaskRecord) -> TaskRecord:
-    """Add an ID with a clearance of 0.5 mm for each arm."""
+    """Add an ID for each arm with a hole clearance of 0.5 mm."""
     tight = tuple(
         replace(
             each,

@@ -13,18 +13,18 @@ from frobs_core.validation import numbers
 
 _SEEDS = 64
 _ITERATIONS = 100
-_DAMPING = 0.05  # [m/rad] damping of the least squares
-_PROBE = 1e-6  # [rad or m] step of the finite differences for the Jacobian
-_LONGEST = 0.3  # [rad or m] maximum motion of a joint in an iteration
-_NEAR = 1e-4  # [m, rad] from the pose
-_CLEARANCE = 0.03  # [m] of each link frame beyond the second joint above the floor
+_DAMPING = 0.05  # [m/rad] damping in the least-squares problem
+_PROBE = 1e-6  # [rad or m] finite-difference step for the Jacobian
+_LONGEST = 0.3  # [rad or m] maximum joint motion per iteration
+_NEAR = 1e-4  # [m, rad] maximum error of the pose
+_CLEARANCE = 0.03  # [m] minimum height above the floor of each link frame beyond the second joint
 
 
 def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
     """Return joint positions that bring the tool center point to a pose, near the home position.
 
-    Uses damped least squares from the home position and from random postures. Joints that do not move the tool stay at
-    home.
+    Uses damped least squares, starting from the home position and random postures. Joints that do not move the tool
+    stay at home.
 
     Args:
         robot: An arm.
@@ -64,7 +64,7 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
 
 
 def _error(robot: RobotHandle, joint_positions: Floats, pos: Floats, quat_wxyz: Floats) -> Floats:
-    """Return the translation and rotation from the tool to the pose, (n, 6) [m, rad]."""
+    """Return the translation and rotation from the tool's pose to the target pose, (n, 6) [m, rad]."""
     there, turned = robot.planned_frame_pose("tcp", joint_positions)
     return np.concatenate([pos - there, quat_difference(np.broadcast_to(quat_wxyz, turned.shape), turned)], axis=1)
 

@@ -22,13 +22,13 @@ _BEHIND = 0.02
 class Push(CubeTask):
     """Push a cube to a goal on the floor. The gripper is closed at the start.
 
-    The success condition: the cube's center is within the tolerance of the goal, and the cube is still.
+    Success condition: the cube's center is within the tolerance of the goal, and the cube is still.
 
-    Reward, where d is the distance from cube to goal:
+    Reward:
 
-    - ``dense``: 0.3 · nearness of the tool to a point behind the cube, as seen from the goal + 0.7 · nearness of the cube
-      to the goal + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.3 · nearness of the tool to a point behind the cube as seen from the goal + 0.7 · nearness of the
+      cube to the goal + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
@@ -47,7 +47,7 @@ class Push(CubeTask):
     start_opening: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the cube and the goal (x, y), and the offsets cube − tool and goal − cube."""
+        """Return the terms for the tool, the cube and the goal (x, y), and the offsets cube − tool and goal − cube."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -65,7 +65,7 @@ class Push(CubeTask):
 
 
 class PushGoal(GoalForm, Push):
-    """Push a cube to a goal on the floor, goal-conditioned.
+    """Goal-conditioned task: push a cube to a goal on the floor.
 
-    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

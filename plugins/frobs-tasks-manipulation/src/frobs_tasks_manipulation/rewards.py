@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats
 
 
 def length(vector: Floats) -> Floats:
-    """Return the length of vectors (n, k), (n,)."""
+    """Return the lengths (n,) of vectors (n, k)."""
     return np.asarray(np.sqrt((vector * vector).sum(axis=-1)))
 
 

@@ -26,14 +26,14 @@ PUCK = "puck"
 class Slide(CubeTask):
     """Hit a puck on a slippery floor so that it slides to a goal out of reach. The gripper is closed at the start.
 
-    The puck starts in the working area. Goals are uniform in a rectangle in front of it, along the world's x axis. The
-    success condition: the puck's center is within the tolerance of the goal, and the puck is slow.
+    The puck starts in the working area. Goals are drawn uniformly from a rectangle in front of it, along the world's x
+    axis. Success condition: the puck's center is within the tolerance of the goal, and the puck is slow.
 
-    Reward, where d is the distance from puck to goal:
+    Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the puck, or 0.2 once the puck has left the working area + 0.8 · nearness of the
-      puck to the goal + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.2 · nearness of the tool to the puck (or 0.2 once the puck has left the working area) + 0.8 ·
+      nearness of the puck to the goal + 0.5 if the condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     Args:
         size: Diameter of the puck [m].
@@ -41,8 +41,8 @@ class Slide(CubeTask):
         friction: Sliding friction coefficient of the puck and of the floor.
         nearest: Minimum distance of goals from the center of the working area, along x [m].
         farthest: Maximum distance of goals from that center, along x [m], > ``nearest``.
-        width: Width of the rectangle of goals along y [m].
-        center: Center of the working area on the floor (x, y) [m], in the world.
+        width: Width along y of the rectangle of goals [m].
+        center: Center (x, y) of the working area on the floor [m], in the world.
         area: Side length of the square in which the puck starts [m].
         keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
 
@@ -92,7 +92,7 @@ class Slide(CubeTask):
 
     @property
     def is_gone(self) -> Mask:
-        """Whether the puck has left the working area toward the goals, (num_envs,) bool."""
+        """Whether the puck has left the working area in the direction of the goals, (num_envs,) bool."""
         return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
 
     def scene(self) -> Scene:
@@ -113,7 +113,7 @@ class Slide(CubeTask):
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool, the puck and the goal (x, y), and the offsets puck − tool and goal − puck."""
+        """Return the terms for the tool, the puck and the goal (x, y), and the offsets puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -131,7 +131,7 @@ class Slide(CubeTask):
 
 
 class SlideGoal(GoalForm, Slide):
-    """Hit a puck so that it slides to a goal, goal-conditioned.
+    """Goal-conditioned task: hit a puck so that it slides to a goal.
 
-    Rewards and observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

@@ -1,4 +1,4 @@
-"""Stack: put a cube on another one and let go."""
+"""Stack: put a cube on another one and release it."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ _APART = 2.5
 class Stack(CubeTask):
     """Put a cube on another one, release it and move the tool away.
 
-    The success condition: the cube is on the center of the other one, both are still, and the tool is at least
-    ``released`` away.
+    Success condition: the cube is centered on the other one, both are still, and the tool is at least ``released``
+    away.
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube, or distance from it if the cube is stacked + 0.8 · nearness of
-      the cube to its place, through the air + 1 if the condition is met
-    - ``sparse``: 0 if the condition is met, else −1
+    - ``dense``: 0.2 · nearness of the tool to the cube (or its distance from it if the cube is stacked) + 0.8 ·
+      nearness of the cube to its place, through the air + 1 if the condition is met
+    - ``sparse``: 0 if the condition is met, otherwise −1
 
     The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the
     other cube.
 
     Args:
         tolerance: Distance of the cube's center from its place that counts as stacked [m].
-        released: Distance between tool and cube that counts as released [m].
+        released: Distance between tool and cube at which the cube counts as released [m].
         keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
@@ -77,7 +77,7 @@ class Stack(CubeTask):
         self.base = Tracked(self._simulation.bodies[BASE])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the tool and both cubes, and the offsets cube − tool and place − cube."""
+        """Return the terms for the tool and both cubes, and the offsets cube − tool and place − cube."""
         terms = super().observation_terms()
         return {
             **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},
@@ -86,7 +86,7 @@ class Stack(CubeTask):
         }
 
     def markers(self) -> tuple[()]:
-        """Return no markers: the goal is the other cube."""
+        """Return no markers, because the goal is the other cube."""
         return ()
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:

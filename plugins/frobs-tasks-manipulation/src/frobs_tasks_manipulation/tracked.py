@@ -1,4 +1,4 @@
-"""An object whose state a task reads once per step."""
+"""An object whose state is read once per step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_tasks_manipulation.observed import bounded
 
 
 class Tracked:
-    """The state of a free body of the scene.
+    """The state of a free body in the scene.
 
     Attributes:
         body: The body.

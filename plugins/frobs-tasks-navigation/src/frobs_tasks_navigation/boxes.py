@@ -1,4 +1,4 @@
-"""The boxes of a floor plan: rotated in each episode, and optionally moving back and forth."""
+"""The boxes of a floor plan, which may be rotated in each episode and may move back and forth."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
 
 
 def _is_placed(box: MovingBox) -> bool:
-    """Return whether an episode places a box: it has a random orientation, or moves."""
+    """Return whether each episode must place the box because its orientation is random or it moves."""
     return box.yaw is None or box.max_speed > 0.0
 
 
@@ -38,7 +38,7 @@ class MovingBoxes:
     """Poses of the boxes of all environments.
 
     A box moves back and forth along its own x axis, so its position follows from its heading, its speed and the time,
-    without accumulated errors or state.
+    without accumulating errors or state.
 
     Args:
         boxes: Boxes of the floor plan.
@@ -93,13 +93,13 @@ class MovingBoxes:
 
     @property
     def pos(self) -> Floats:
-        """(num_envs, k, 3) [m] current positions of their centers."""
+        """(num_envs, k, 3) [m] current positions of the boxes' centers."""
         time = terms.to_and_fro(self._simulation.time[:, None], self._first_turn, self._turn_every)
         return self._centre + time[..., None] * self._velocity
 
     @property
     def yaw(self) -> Floats:
-        """(num_envs, k) [rad]."""
+        """(num_envs, k) [rad] yaw of the boxes."""
         return self._yaw
 
     def snapshot(self) -> Snapshot:

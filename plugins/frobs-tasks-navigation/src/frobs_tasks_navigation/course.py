@@ -1,4 +1,4 @@
-"""Start and waypoints of an episode."""
+"""The start and waypoints of an episode."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import FloorPlan
 
 _CANDIDATES = 16
-"""Number of simultaneous candidates; the first that is far enough from everything is used."""
+"""Number of candidates drawn at once; the first one far enough from everything is used."""
 
 
 class Course:
@@ -26,10 +26,10 @@ class Course:
         tolerance: Distance at which a waypoint is reached [m].
 
     Attributes:
-        way: (num_envs, k, 2) waypoints [m]; unused columns repeat the last one.
+        way: (num_envs, k, 2) waypoints [m]; unused columns repeat the last waypoint.
         last: (num_envs,) index of the last waypoint.
         index: (num_envs,) index of the next waypoint.
-        target: (num_envs, 2) [m] the next waypoint.
+        target: (num_envs, 2) [m] next waypoint.
     """
 
     def __init__(self, plan: FloorPlan, num_envs: int, tolerance: float) -> None:
@@ -54,7 +54,7 @@ class Course:
         return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
-        """Continue with the next waypoint where one is reached; return where it was the last, (num_envs,) bool."""
+        """Select the next waypoint if the current one is reached; return whether it was the last, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
         self._find_target()
@@ -76,8 +76,8 @@ class Course:
         Args:
             mask: The environments.
             rng: Streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"``.
-            boxes: center (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half edges (k, 2) [m]; with k ≥ 0.
-            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]; None: draw them.
+            boxes: center (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half edges (k, 2) [m], with k ≥ 0.
+            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m], or None to draw them.
 
         Returns:
             Initial positions (n, 2) [m] and yaw angles (n,) [rad] of the robots.
@@ -116,7 +116,7 @@ class Course:
         obstacles: tuple[Floats, Floats, Floats],
         away_from: Floats | None,
     ) -> Floats:
-        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or else the farthest candidates."""
+        """Draw points (n, 2) [m] far enough from walls, boxes and the start; if there are none, use the farthest."""
         if (low == high).all():
             return np.broadcast_to(low, (len(obstacles[0]), 2))
         candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)

@@ -18,7 +18,7 @@ from frobs_core.validation import validate
 from frobs_core.yaml import load_yaml
 
 BUILT_IN = ("maze", "empty", "dynamic")
-"""Names of the plans in this package."""
+"""Names of the floor plans in this package."""
 
 _MARGIN = 10.0  # [m] margin around everything if a plan does not define its area
 
@@ -50,16 +50,16 @@ class Box2d(_Element):
 
 
 class Wall(_Element):
-    """A straight wall: from one point to another, or a center with a length along an axis or in a direction.
+    """A straight wall, given either by its ends or by a center, a length and a direction.
 
     Attributes:
         from_: One end [m]; ``from`` in YAML.
         to: The other end [m].
-        centre: Center, instead of ends [m].
-        length: With a center [m].
-        along: With a center: ``"x"``, ``"y"``, or an angle from x [deg].
-        thickness: [m]; None: that of the plan.
-        height: [m]; None: that of the plan.
+        centre: Center, instead of the ends [m].
+        length: Length, used with a center [m].
+        along: Direction, used with a center: ``"x"``, ``"y"``, or an angle from x [deg].
+        thickness: Thickness [m], or None for the plan's default.
+        height: Height [m], or None for the plan's default.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
@@ -84,7 +84,7 @@ class Wall(_Element):
 
     @property
     def middle(self) -> tuple[Point, float, float]:
-        """Its center [m], its length [m], and its angle from x [rad]."""
+        """The wall's center [m], length [m], and angle from x [rad]."""
         if self.from_ is not None and self.to is not None:
             (x0, y0), (x1, y1) = self.from_, self.to
             return ((x0 + x1) / 2, (y0 + y1) / 2), math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
@@ -110,15 +110,15 @@ class Walls(_Element):
 
 
 class MovingBox(_Element):
-    """A box on the floor that stands still, or moves back and forth along its own x axis.
+    """A box on the floor that is stationary or moves back and forth along its own x axis.
 
     Attributes:
-        pos: Position of its center at the start of an episode [m].
+        pos: Position of the center at the start of an episode [m].
         size: x, y, z [m].
-        yaw: Orientation [deg]; None: drawn again in each episode.
-        max_speed: Its speed is drawn from 0 to this [m/s]; 0: it stands still.
+        yaw: Orientation [deg]. If None, it is drawn again in each episode.
+        max_speed: Maximum speed [m/s]; the speed is drawn from 0 to this value. If 0, the box is stationary.
         turn_every: Time between two reversals [s].
-        first_turn: Time until the first reversal [s]; None: ``turn_every``.
+        first_turn: Time until the first reversal [s]. If None, ``turn_every`` is used.
     """
 
     pos: Point
@@ -130,13 +130,13 @@ class MovingBox(_Element):
 
 
 class Start(_Element):
-    """Initial poses of the robot: at a point, or anywhere in a rectangle.
+    """Initial poses for the robot: at a point, or anywhere in a rectangle.
 
     Attributes:
         pos: The point [m].
         low: Corner of the rectangle with the minimum x and y [m].
         high: Corner of the rectangle with the maximum x and y [m].
-        yaw: Orientation of the robot [deg]; None: any.
+        yaw: Orientation of the robot [deg], or None for any orientation.
     """
 
     pos: Point | None = None
@@ -154,7 +154,7 @@ class Start(_Element):
 
     @property
     def box(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corner, (2,) each [m]; equal for a point."""
+        """Minimum and maximum corners, (2,) each [m]; identical for a point."""
         return np.array(self.pos or self.low, float), np.array(self.pos or self.high, float)
 
 
@@ -165,10 +165,10 @@ class FloorPlan(_Element):
         walls: Fixed walls.
         boxes: Fixed or moving boxes.
         start: Initial poses of the robot.
-        routes: Routes, each a list of waypoints [m]; one is drawn in each episode.
+        routes: Routes, each a list of waypoints [m]; one route is drawn in each episode.
         goals: Area from which a single waypoint is drawn, instead of routes.
-        clearance: Distance of the robot's center from walls and boxes, at a drawn start or goal [m].
-        area: Area of the robot; episodes end outside of it. None: 10 m around everything.
+        clearance: Minimum distance of a drawn start or goal from walls and boxes [m].
+        area: Area that the robot must not leave; leaving it ends the episode. If None, 10 m around everything.
     """
 
     walls: Walls = Walls()
@@ -197,7 +197,7 @@ class FloorPlan(_Element):
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corner of the area, (2,) each [m]."""
+        """Minimum and maximum corners of the area, (2,) each [m]."""
         if self.area is not None:
             return np.array(self.area.low), np.array(self.area.high)
         low, high = self.extent
@@ -205,7 +205,7 @@ class FloorPlan(_Element):
 
     @property
     def extent(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corner of all elements, (2,) each [m]."""
+        """Minimum and maximum corners of all elements, (2,) each [m]."""
         points = [*self.start.box, *(np.array(box.pos) for box in self.boxes)]
         points += [np.array(point) for ends in self._destinations().values() for point in ends]
         for wall in self.walls.pieces:
@@ -219,12 +219,12 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
     """Read a floor plan.
 
     Args:
-        plan: Name of a built-in one; a YAML file, or ``"package:path.yaml"`` inside an installed package; or the
-            content of such a file.
+        plan: Name of a built-in floor plan; a YAML file, or ``"package:path.yaml"`` inside an installed package; or the
+            contents of such a file.
 
     Raises:
-        ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains file
-            and line.
+        ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains the
+            file and line.
         ConfigurationError: A mapping has an unknown key or an invalid value.
     """
     if isinstance(plan, Mapping):
@@ -242,5 +242,5 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
         return validate(FloorPlan, document, f"floor plan '{path.name}'")
     except ConfigFileError:
         raise
-    except ConfigurationError as error:  # errors of the file as a whole have no line
+    except ConfigurationError as error:  # errors about the file as a whole have no line
         raise ConfigFileError(path, None, str(error)) from error

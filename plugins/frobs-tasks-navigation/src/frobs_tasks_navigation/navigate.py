@@ -27,14 +27,14 @@ from frobs_tasks_navigation.scenery import build_scene
 
 @dataclass
 class Step:
-    """Result of a step, with respect to the waypoint that was the next one at its beginning.
+    """The result of a step, relative to the waypoint that was next when the step began.
 
     Attributes:
         distance: (num_envs,) distance to the waypoint at the end of the step [m].
         bearing: (num_envs,) bearing of the waypoint at the end of the step [rad].
-        progress: (num_envs,) decrease of the distance [m].
-        left: (num_envs,) number of remaining waypoints at the beginning, including this one.
-        reached: (num_envs,) bool: whether the waypoint is reached now.
+        progress: (num_envs,) decrease in the distance [m].
+        left: (num_envs,) number of remaining waypoints at the beginning of the step, including this one.
+        reached: (num_envs,) bool: whether the waypoint is now reached.
         bumped: (num_envs,) bool: whether the robot has touched anything except the floor.
         outside: (num_envs,) bool: whether the robot is outside the area.
     """
@@ -57,37 +57,36 @@ class Step:
 class Navigate(Task):
     """Drive through the waypoints of a route to its end, without collisions.
 
-    The floor plan defines walls and boxes, the initial poses, and the routes. A waypoint is reached within the
-    tolerance; then the next one counts. An episode terminates at the last waypoint, which is a success, if the robot
-    touches anything except the floor (see ``collision_ends``), and if it leaves the plan's area.
+    The floor plan defines the walls, boxes, initial poses, and routes. A waypoint is reached when the robot is within
+    the tolerance; then the next waypoint becomes the target. An episode terminates at the last waypoint (a success), if
+    the robot touches anything except the floor (see ``collision_ends``), or if it leaves the plan's area.
 
     Reward, with d the distance to the next waypoint:
 
     - ``dense``: progress_weight · (d before the step − d after it) + way_point_reward at a waypoint + goal_reward at
-      the
-      last one − collision_penalty for touching anything or leaving the area − time_penalty
+      the last one − collision_penalty for touching anything or leaving the area − time_penalty
     - ``sparse``: 1 at the last waypoint, otherwise 0
 
     Args:
-        floor_plan: Name of a built-in one (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
+        floor_plan: Name of a built-in floor plan (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
         tolerance: Distance at which a waypoint is reached [m].
         observation: Terms of the observation, in this order, from ``distance``, ``bearing``, ``direction``,
-            ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) of each
-            ray of the lidar).
+            ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) for each
+            lidar ray).
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper, which detects contacts with anything except the floor.
         collision_ends: Whether a collision ends the episode.
-        progress_weight: [1/m]
+        progress_weight: Reward for each meter of progress toward the waypoint [1/m].
         way_point_reward: Reward at each waypoint except the last.
         goal_reward: Reward at the last waypoint.
         collision_penalty: Penalty for each step with a collision, and for leaving the area.
-        time_penalty: Penalty in every step.
+        time_penalty: Penalty per step.
 
     Attributes:
         plan: The parsed floor plan.
 
     Raises:
-        ConfigFileError: The floor plan is invalid; the message contains file and line.
+        ConfigFileError: The floor plan is invalid; the message contains the file and line.
         ConfigurationError: A value is out of range.
     """
 
@@ -106,7 +105,7 @@ class Navigate(Task):
     }
 
     area_ends: ClassVar[bool] = True
-    """Whether an episode ends outside the plan's area."""
+    """Whether an episode ends when the robot leaves the plan's area."""
 
     def __init__(
         self,
@@ -150,7 +149,7 @@ class Navigate(Task):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or does not have the lidar.
+            ConfigurationError: The robot cannot drive, or does not have the required lidar.
         """
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots["robot"]
@@ -181,7 +180,7 @@ class Navigate(Task):
         Args:
             mask: The n environments.
             rng: Streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and ``"box_speed"``.
-            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]; ``goal`` (num_envs, 2) [m]: the only waypoint.
+            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]. ``goal`` (num_envs, 2) [m]: the only waypoint.
 
         Raises:
             ConfigurationError: A start or goal is outside the plan's area.
@@ -207,7 +206,7 @@ class Navigate(Task):
         self._aim()
 
     def advance(self, context: StepContext) -> None:
-        """Move the boxes and measure, once in each control step, the quantities that the methods below use."""
+        """Move the boxes, and measure the quantities that the methods below use, once per control step."""
         self._boxes.move()
         self._sensors.advance(context.rng)
         before = self._distance
@@ -226,7 +225,7 @@ class Navigate(Task):
         step.reached &= ~self._failed
         if step.reached.any():
             self._success = self._course.advance(step.reached)
-            self._aim()  # at the waypoint that is now the next one
+            self._aim()  # at the new next waypoint
         else:
             self._success = step.reached
 
@@ -273,7 +272,7 @@ class Navigate(Task):
         return self._success
 
     def markers(self) -> Sequence[Marker]:
-        """Return markers for the waypoints, the next one with the size of the tolerance, and a ball above the robot."""
+        """Return markers for the waypoints, the next one as large as the tolerance, and a ball above the robot."""
         way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
         beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0), "way_points") for i in range(way.shape[1])]
         target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)
@@ -281,7 +280,7 @@ class Navigate(Task):
         return (*beacons, Marker(target, self.tolerance), Marker(above, 0.2, (0.85, 0.12, 0.25, 1.0), "robot"))
 
     def snapshot(self) -> Snapshot:
-        """Return routes, boxes, and the result of the last step."""
+        """Return the routes, the boxes, and the result of the last step."""
         return {
             **self._course.snapshot(),
             **self._boxes.snapshot(),
@@ -321,13 +320,13 @@ class Navigate(Task):
         self._bearing = terms.bearing(offset, self._yaw)
 
     def _read_direction(self) -> Floats:
-        """Return cosine and sine of the bearing, (num_envs, 2)."""
+        """Return the cosine and sine of the bearing, (num_envs, 2)."""
         np.cos(self._bearing, out=self._direction[:, 0])
         np.sin(self._bearing, out=self._direction[:, 1])
         return self._direction
 
     def _velocity(self) -> Floats:
-        """Return forward velocity [m/s] and yaw rate [rad/s], (num_envs, 2)."""
+        """Return the forward velocity [m/s] and yaw rate [rad/s], (num_envs, 2)."""
         linear, angular = self._robot.base_twist
         velocity = self._forward_and_turn
         velocity[:, 0] = np.cos(self._yaw) * linear[:, 0] + np.sin(self._yaw) * linear[:, 1]

@@ -14,9 +14,9 @@ from frobs_tasks_navigation import terms
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
 """Names of all terms."""
 
-_FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits of a robot, including collisions
+_FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits for a robot, even in collisions
 _BEYOND = 2.0  # [m] maximum distance from the area in the step that ends the episode
-_ROUNDING = 1e-6  # [rad] by which float32's π exceeds π
+_ROUNDING = 1e-6  # [rad] amount by which float32's π exceeds π
 
 
 def observable(
@@ -28,7 +28,7 @@ def observable(
         reads: Functions that read each of :data:`OBSERVABLE`.
         low: (2,) minimum corner of the area [m].
         high: (2,) maximum corner of the area [m].
-        lidar: The robot's lidar; None: omit its terms.
+        lidar: The robot's lidar, or None to omit its terms.
     """
     farthest = float(np.sqrt(((high - low + _BEYOND) ** 2).sum()))
     half_turn, fastest = np.array([np.pi + _ROUNDING]), np.array(_FASTEST)

@@ -14,7 +14,7 @@ _MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # F
 
 
 def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
-    """Return a record; ``tests/benchmarks/pretrained.py`` trains its policy."""
+    """Return a record whose policy is trained by ``tests/benchmarks/pretrained.py``."""
     name = id.removeprefix("frobs/").removesuffix("-v0")
     return EnvironmentRecord(
         id=id,

@@ -17,7 +17,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
         high: (2,) [m] maximum corner of the area.
 
     Raises:
-        ConfigurationError: A goal is not two numbers, or outside the area.
+        ConfigurationError: A goal does not consist of two numbers, or is outside the area.
     """
     if goal.shape[1:] != (2,):
         raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
@@ -26,10 +26,10 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
-    """Validate and return given starts (n, 3): x, y [m] and yaw [rad]; the arguments are those of :func:`checked_goal`.
+    """Validate and return given starts (n, 3): x, y [m] and yaw [rad]. The arguments are as for :func:`checked_goal`.
 
     Raises:
-        ConfigurationError: A start is not three numbers, or outside the area.
+        ConfigurationError: A start does not consist of three numbers, or is outside the area.
     """
     if start.shape[1:] != (3,):
         raise ResetOptionError("start", f"has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad].")

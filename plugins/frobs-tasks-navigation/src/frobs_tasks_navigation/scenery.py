@@ -16,7 +16,7 @@ _WALL_RGBA = (0.36, 0.47, 0.60, 1.0)
 _FOV = 40.0  # [deg]
 _TILT = math.radians(
     22.0
-)  # of the camera from the vertical, so that walls have a visible side and the image has a clear orientation
+)  # tilt of the camera from vertical, so that wall sides are visible and the image has a clear orientation
 _LEAST = 8.0  # [m] minimum extent of an image
 
 
@@ -30,7 +30,7 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
     bodies = {}
     for i, wall in enumerate(walls.pieces):
         (x, y), length, angle = wall.middle
-        # Overlapping walls of equal thickness and height would flicker in images.
+        # Overlapping walls of the same thickness and height would flicker in images.
         thickness = (wall.thickness or walls.thickness) - 1e-4 * (i % 10)
         height = (wall.height or walls.height) - 2e-3 * (i % 10)
         w, _, _, z = terms.quat_of(np.asarray(angle)).tolist()
@@ -43,9 +43,9 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
 
 
 def overview(plan: FloorPlan) -> Camera:
-    """Return a camera above the plan that sees all of it in an image of 4 : 3, with the longer side horizontal.
+    """Return a camera above the plan that sees all of it in a 4 : 3 image, with the longer side horizontal.
 
-    It looks along y, or along −x if the plan is deeper than wide.
+    It looks along y, or along −x if the plan is deeper than it is wide.
     """
     low, high = plan.extent
     middle, size = (low + high) / 2, np.maximum(high - low, _LEAST)

@@ -1,4 +1,4 @@
-"""Terms of observations and rewards: small, independent pure functions."""
+"""Observation and reward terms: small, independent pure functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
     Returns:
         (...)
     """
-    if quat_wxyz.shape == (1, 4):  # for a single one, Python floats are faster; they round identically
+    if quat_wxyz.shape == (1, 4):  # for a single row, Python floats are faster; they round identically
         ((w, x, y, z),) = quat_wxyz.tolist()
         return np.arctan2([2.0 * (w * z + x * y)], [1.0 - 2.0 * (y * y + z * z)])
     w, x, y, z = (quat_wxyz[..., i] for i in range(4))
@@ -24,7 +24,7 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
 
 
 def quat_of(yaw: Floats) -> Floats:
-    """Return the quat_wxyz (..., 4) of a frame that is rotated about the vertical by ``yaw`` (...) [rad]."""
+    """Return the quat_wxyz (..., 4) of a frame rotated about the vertical by ``yaw`` (...) [rad]."""
     zeros = np.zeros_like(yaw)
     return np.stack([np.cos(0.5 * yaw), zeros, zeros, np.sin(0.5 * yaw)], axis=-1)
 
@@ -44,7 +44,7 @@ def in_frame(offset: Floats, yaw: Floats) -> Floats:
 def bearing(offset: Floats, yaw: Floats) -> Floats:
     """Return the angle at which a robot sees an object, (...) in [−π, π] [rad]: 0 ahead, positive to the left.
 
-    It is 0 if the distance is 0. The arguments are those of :func:`in_frame`.
+    It is 0 if the distance is 0. The arguments are as for :func:`in_frame`.
     """
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = offset[..., 0], offset[..., 1]
@@ -52,7 +52,7 @@ def bearing(offset: Floats, yaw: Floats) -> Floats:
 
 
 def distance(offset: Floats) -> Floats:
-    """Return the length (...) [m] of (..., 2) [m]."""
+    """Return the lengths (...) [m] of vectors (..., 2) [m]."""
     x, y = offset[..., 0], offset[..., 1]
     return np.sqrt(x * x + y * y)
 
@@ -67,7 +67,7 @@ def nearness(ranges: Floats) -> Floats:
 
 
 def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
-    """Return which points (..., 2) [m] are not in the rectangle from ``low`` to ``high``, (2,) each [m]."""
+    """Return which points (..., 2) [m] are outside the rectangle from ``low`` to ``high``, (2,) each [m]."""
     anywhere: Mask = np.logical_or.reduce((pos < low) | (pos > high), axis=-1)
     return anywhere
 
@@ -89,7 +89,7 @@ def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Float
 
 
 def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
-    """Return the time that a reversing motion has gone forward minus the time it has gone backward [s].
+    """Return how long a reversing motion has moved forward minus how long it has moved backward [s].
 
     Args:
         time: (...) time since the start [s].
@@ -97,7 +97,7 @@ def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
         turn_every: Time between two reversals [s].
 
     Returns:
-        (...), in [first_turn − turn_every, first_turn] after the first reversal.
+        (...); after the first reversal, it is in [first_turn − turn_every, first_turn].
     """
     period = 2.0 * turn_every
     phase = np.mod(time - first_turn, period)  # time since the last reversal to backward motion

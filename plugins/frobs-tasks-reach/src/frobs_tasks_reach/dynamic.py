@@ -25,24 +25,24 @@ class ReachDynamic(Reach):
     """Keep the tool center point at a moving goal.
 
     The goal oscillates along each axis: center + amplitude · sin(2π · frequency · t + phase), drawn again in each
-    episode. The center is the tool position of a random joint vector inside the limits, such that the maximum amplitude
-    along every axis stays in the goal box and within the arm's reach (looked up on a grid of 5 cm). A goal in the
+    episode. The center is the tool position of a random joint vector inside the limits, such that motions of maximum
+    amplitude along every axis stay in the goal box and within the arm's reach (looked up on a 5 cm grid). A goal in the
     options of ``reset`` is the start of the motion.
 
     An episode never terminates. It is a success if the tool is within the tolerance at the time limit. The reward is
-    that of :class:`frobs_tasks_reach.reach.Reach`, with respect to the goal at the end of the control step; its
+    the same as in :class:`frobs_tasks_reach.reach.Reach`, with respect to the goal at the end of the control step; its
     distance term is named ``tracking_error``. The observation also contains the goal's velocity.
 
     Args:
         tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
-        distance_weight: [1/m]
-        precision_weight: Weight of the reward for the last centimeters.
+        distance_weight: Penalty per meter of distance [1/m].
+        precision_weight: Weight of the reward term for the last few centimeters.
         max_amplitude: Amplitudes are uniform in [0, max_amplitude) [m].
         max_frequency: Frequencies are uniform in [0, max_frequency) [Hz]. FRobs_RL's goal hardly moved, at up to
-            0.01 Hz; 0.2 Hz is up to 0.13 m/s along each axis.
+            0.01 Hz; 0.2 Hz means up to 0.13 m/s along each axis.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -101,7 +101,7 @@ class ReachDynamic(Reach):
         return self._distance
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of reaching, and the goal's velocity."""
+        """Return the terms of ``Reach``, and the goal's velocity."""
         speed = self._motion.max_speed
         velocity = ObservationTerm(read=lambda: self._goal_velocity, low=-speed, high=speed, unit="m/s", scale=5.0)
         return {**super().observation_terms(), "goal_velocity": velocity}
@@ -116,7 +116,7 @@ class ReachDynamic(Reach):
         super().restore(snapshot)
 
     def _goal_excursion(self) -> float:
-        return 2.0 * self.max_amplitude  # a given goal may be at the end of the motion
+        return 2.0 * self.max_amplitude  # a given goal may be at either end of the motion
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         start = None if given is None else checked_goal(given[rows], *self._goal_bounds())

@@ -11,18 +11,18 @@ from frobs_core.rotations import matrix_from_quat
 from frobs_tasks_reach.keep_out import fixed_links
 
 Solid = tuple[Geometry, Floats, Floats]
-"""A shape with its origin (3,) [m] and its rotation matrix (3, 3) in its link's frame."""
+"""A shape, with its origin (3,) [m] and rotation matrix (3, 3) in its link's frame."""
 
 
 class FloorClearance:
-    """Checks the collision shapes of the moving links for given joint positions; a mesh counts as its bounding box.
+    """Checks the collision shapes of the moving links at given joint positions. Meshes count as their bounding boxes.
 
-    Shapes that are always in the floor are ignored, for example if an arm hangs down.
+    Shapes that are always in the floor are ignored, for example when an arm hangs down.
 
     Args:
         robot: Handle of the robot.
-        postures: (k, dof) joint positions for determining which shapes can be above the floor [rad or m].
-        margin: Minimum height of all parts above the floor [m].
+        postures: (k, dof) joint positions used to determine which shapes can be above the floor [rad or m].
+        margin: Minimum height of every part above the floor [m].
     """
 
     def __init__(self, robot: RobotHandle, postures: Floats, margin: float = 0.0) -> None:
@@ -41,7 +41,7 @@ class FloorClearance:
                 self._solids[link.name] = solids
 
     def is_clear(self, joint_positions: Floats) -> Mask:
-        """Return which postures (n, dof) [rad or m] keep z above the margin everywhere; (n,) bool."""
+        """Return which postures (n, dof) [rad or m] keep every part above the margin; (n,) bool."""
         clear = np.ones(len(joint_positions), bool)
         for link, solids in self._solids.items():
             clear &= self._link_is_clear(link, solids, joint_positions)
@@ -59,7 +59,7 @@ class FloorClearance:
 
 
 def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
-    """Return a shape that :func:`depth` supports."""
+    """Convert a shape to one that :func:`depth` supports."""
     if not isinstance(geometry, Mesh):
         return geometry, origin, rotation
     low, high = bounding_box(geometry)
@@ -72,7 +72,7 @@ def depth(geometry: Geometry, up: Floats) -> Floats:
 
     Args:
         geometry: The shape.
-        up: (n, 3) upward direction in the shape's frame, of length 1.
+        up: (n, 3) unit vectors that point up, in the shape's frame.
     """
     match geometry:
         case Sphere(radius):

@@ -15,27 +15,27 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0
-"""Bound of observed joint velocities, as a multiple of the velocity limit, which collisions can exceed."""
+"""Bound on observed joint velocities, as a multiple of the velocity limit, which collisions can exceed."""
 
 
 class ReachGoal(Reach, GoalTask):
-    """Move the tool center point to a goal, and hold it there; goal-conditioned.
+    """Goal-conditioned task: move the tool center point to a goal, and hold it there.
 
-    Goals, starts, success and the end of episodes are those of :class:`frobs_tasks_reach.reach.Reach`. The observation
-    is a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool), ``achieved_goal`` (3: tool)
+    Goals, starts, success and the end of episodes are as in :class:`frobs_tasks_reach.reach.Reach`. The observation is
+    a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool), ``achieved_goal`` (3: tool)
     and ``desired_goal`` (3), all float32, in SI units. The velocities are necessary because a sparse reward only
     requires the tool to be at the goal: without them, an arm whose drives lag oscillates around it.
 
-    Reward, with d the distance between the two goals *as observed*, that is after rounding to float32. Therefore
-    :meth:`reward` and :meth:`compute_reward` of a replayed observation are bit-identical.
+    Reward, with d the distance between the two goals *as observed*, that is, after rounding to float32, so that
+    :meth:`reward` and the :meth:`compute_reward` of a replayed observation are bit-identical:
 
     - ``sparse``: 0 if d ≤ tolerance, otherwise −1
     - ``dense``: −d
 
     Args:
         tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
@@ -61,7 +61,7 @@ class ReachGoal(Reach, GoalTask):
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, joint velocities and tool position, and the keys of the tool and the goal."""
+        """Return joint positions, joint velocities and tool position, and the keys for the tool and the goal."""
         robot, known = self._robot, super().observation_terms()
         fastest = _FASTEST * robot.velocity_limit[0]
         return {
@@ -89,7 +89,7 @@ class ReachGoal(Reach, GoalTask):
         return self._reward_terms
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for given goals, independent of the current state.
+        """Return the reward for given goals, independently of the current state.
 
         Args:
             achieved_goal: (..., 3) [m]
@@ -109,5 +109,5 @@ class ReachGoal(Reach, GoalTask):
 
 
 def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
-    """Return the distance [m] in float64, for goals of any type."""
+    """Return the distance [m] as float64, for goals of any dtype."""
     return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))

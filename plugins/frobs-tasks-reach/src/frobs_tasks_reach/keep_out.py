@@ -10,13 +10,13 @@ from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Pose,
 from frobs_core.rotations import matrix_from_quat
 
 Solid = tuple[Geometry, Floats, Floats]
-"""A shape with its origin (3,) [m] and its rotation matrix (3, 3) in the world."""
+"""A shape, with its origin (3,) [m] and rotation matrix (3, 3) in the world."""
 
 
 class Foot:
-    """Collision shapes of the root link and of links that are fixed to it, at their poses in the scene.
+    """Collision shapes of the root link and of links fixed to it, at their poses in the scene.
 
-    Meshes are ignored, and so are robots with a movable base.
+    Meshes and robots with a movable base are ignored.
 
     Args:
         robot: Handle of the robot.
@@ -45,7 +45,7 @@ class Foot:
 
 
 def distance_to(geometry: Geometry, positions: Floats) -> Floats:
-    """Return the distance of positions from a shape's surface, 0 inside; infinite for a mesh.
+    """Return the distances of positions from a shape's surface: 0 inside it, and infinite for a mesh.
 
     Args:
         geometry: The shape.
@@ -70,7 +70,7 @@ def distance_to(geometry: Geometry, positions: Floats) -> Floats:
 
 
 def fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
-    """Return the root and the links that are fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
+    """Return the root and the links fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
     found = [(model.root, np.zeros(3), np.eye(3))]
     for name, pos, turn in found:  # the list grows while it is iterated
         for joint in model.joints:

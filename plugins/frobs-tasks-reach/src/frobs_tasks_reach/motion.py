@@ -16,7 +16,7 @@ class Oscillation:
         num_envs: ≥ 1.
         max_amplitude: (3,) amplitudes are drawn from [0, max_amplitude) [m].
         max_frequency: (3,) frequencies are drawn from [0, max_frequency) [Hz].
-        max_phase: Phases are drawn from [0, max_phase) [rad]; 0: the motion starts at the center.
+        max_phase: Phases are drawn from [0, max_phase) [rad]. If 0, the motion starts at the center.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Oscillation:
             mask: The n environments.
             rng: Streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"``.
             centre: (n, 3) [m] center of the motion.
-            start: (n, 3) [m] position at time 0; instead of ``centre``.
+            start: (n, 3) [m] position at time 0, instead of ``centre``.
         """
         rows = rows_of(mask)
         self._amplitude[rows] = rng.uniform("goal_amplitude", 0.0, self._max_amplitude, (3,), mask)

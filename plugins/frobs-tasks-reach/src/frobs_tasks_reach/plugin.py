@@ -15,7 +15,7 @@ class _Arm:
     Attributes:
         id: Prefix of its IDs.
         robot: Name of the robot.
-        title: Name in sentences.
+        title: Name for use in sentences.
         goal_low: Minimum corner of its goal box [m].
         goal_high: Maximum corner of its goal box [m].
     """
@@ -49,7 +49,7 @@ class _Arm:
         )
 
 
-# The goal boxes are those of FRobs_RL; that of the IRB 140 (±1, ±1, 0 to 2 m) is reduced to reachable positions.
+# The goal boxes are FRobs_RL's; the IRB 140's (±1, ±1, 0 to 2 m) is reduced to reachable positions.
 _IRB120 = _Arm(id="Irb120", robot="irb120", title="IRB 120", goal_low=(-0.5, -0.5, 0.0), goal_high=(0.5, 0.5, 1.0))
 _IRB140 = _Arm(id="Irb140", robot="irb140", title="IRB 140", goal_low=(-0.9, -0.9, 0.0), goal_high=(0.9, 0.9, 1.2))
 _UR5 = _Arm(id="Ur5", robot="ur5", title="UR5", goal_low=(0.0, -0.5, 0.2), goal_high=(0.7, 0.5, 1.0))

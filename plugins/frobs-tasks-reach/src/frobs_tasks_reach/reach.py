@@ -25,12 +25,12 @@ _T = TypeVar("_T", float, Floats)
 class Reach(EpisodeStart):
     """Move the tool center point to a goal, and hold it there.
 
-    A goal is the tool position of a random joint vector inside the limits, if it is in the goal box, and therefore
-    always reachable. Goals cover the reachable part of the box, but not uniformly: positions with more joint vectors
-    are more frequent. Goals inside the robot's base are excluded. Other self-collisions of the arm are not checked.
+    Goals are tool positions of random joint vectors inside the limits that lie in the goal box, so they are always
+    reachable. They cover the reachable part of the box, but not uniformly: positions that more joint vectors reach are
+    more frequent. Goals inside the robot's base are excluded. Other self-collisions of the arm are not checked.
 
     An episode never terminates. It is a success if the tool is within the tolerance at the time limit: passing the goal
-    is not enough, the tool must stay there. ``is_success`` of each step refers to that step.
+    is not enough, the tool must stay there. In each step, ``is_success`` refers to that step.
 
     Reward, with d the distance from tool to goal:
 
@@ -39,18 +39,18 @@ class Reach(EpisodeStart):
 
     Args:
         tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
-        initial: Joint positions at reset. ``"home"``: the robot's home, or the nearest posture that was found above the
-            floor if a part of the arm is in the floor there. ``"random"``: uniform inside the limits, with the tool at
-            least 5 cm above the floor, like FRobs_RL; this is harder to learn.
-        distance_weight: [1/m]
-        precision_weight: Weight of the reward for the last centimeters.
+        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
+        initial: Joint positions at reset. ``"home"``: the robot's home, or the nearest posture found above the floor if
+            part of the arm is in the floor there. ``"random"``: uniform inside the limits, with the tool at least 5 cm
+            above the floor, as in FRobs_RL; this is harder to learn.
+        distance_weight: Penalty per meter of distance [1/m].
+        precision_weight: Weight of the reward term for the last few centimeters.
 
     Attributes:
-        goal_low: (3,) minimum corner of the goal box [m]; set by ``bind`` if it is not given.
-        goal_high: (3,) maximum corner of the goal box [m]; set by ``bind`` if it is not given.
-        robot_name: Name of the robot that reaches, in the simulation; set before ``bind``.
+        goal_low: (3,) minimum corner of the goal box [m]; set by ``bind`` if not given.
+        goal_high: (3,) maximum corner of the goal box [m]; set by ``bind`` if not given.
+        robot_name: Name in the simulation of the robot that performs the task; set before ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -69,7 +69,7 @@ class Reach(EpisodeStart):
 
     distance_term: ClassVar[str] = "distance"
     robot_name: str = "robot"
-    _sees_from_shoulder: ClassVar[bool] = True  # otherwise goal_from_shoulder is not computed
+    _sees_from_shoulder: ClassVar[bool] = True  # if False, goal_from_shoulder is not computed
 
     def __init__(
         self,
@@ -125,8 +125,8 @@ class Reach(EpisodeStart):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        ``goal_offset`` is in the world, ``goal_from_shoulder`` in the frame of the shoulder, the first moving link,
-        where the task of the other joints looks the same for every angle of the shoulder.
+        ``goal_offset`` is in the world frame. ``goal_from_shoulder`` is in the frame of the shoulder, the first moving
+        link, in which the task of the other joints looks the same for every angle of the shoulder.
         """
         robot = self._robot
         margin = _LIMIT_MARGIN * (robot.position_upper - robot.position_lower)
@@ -215,8 +215,8 @@ class Reach(EpisodeStart):
             turn_back(turned, self._offset, out=self._from_shoulder)
 
 
-# The terms are pure functions. A row of a batch is bit-identical to a single one in any memory layout, because they are
-# all elementwise. For a single row, Python floats are faster; they round identically.
+# The terms are pure functions. They are all elementwise, so a row of a batch is bit-identical to a single row in any
+# memory layout. For a single row, Python floats are faster; they round identically.
 
 
 def distance(offset: Floats) -> Floats:
@@ -236,12 +236,12 @@ def distance(offset: Floats) -> Floats:
 
 
 def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
-    """Write vectors in the coordinates of a rotated frame.
+    """Express vectors in the coordinates of a rotated frame.
 
     Args:
-        quat_wxyz: (n, 4) the frame's orientation.
+        quat_wxyz: (n, 4) orientation of the rotated frame.
         vector: (n, 3) in the frame that the orientation refers to.
-        out: (n, 3) in the rotated frame.
+        out: (n, 3) output, in the rotated frame.
     """
     if len(vector) == 1:
         out[0] = _turned_back(*quat_wxyz[0].tolist(), *vector[0].tolist())
@@ -256,7 +256,7 @@ def _turned_back(w: _T, x: _T, y: _T, z: _T, a: _T, b: _T, c: _T) -> tuple[_T, _
 
 
 def missed(distance: Floats, tolerance: Floats) -> Floats:
-    """Return the sparse reward: 0 if a distance is at most the tolerance, otherwise −1.
+    """Return the sparse reward: 0 if the distance is at most the tolerance, otherwise −1.
 
     Args:
         distance: (...) [m]

@@ -22,7 +22,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
         high: (3,) [m]
 
     Raises:
-        ConfigurationError: A goal is not three numbers, or outside [low, high].
+        ConfigurationError: A goal does not consist of three numbers, or is outside [low, high].
     """
     if goal.shape[1:] != (3,):
         raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
@@ -37,7 +37,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
-    """Validate and return given joint positions (n, dof) [rad or m], inside the limits.
+    """Validate given joint positions (n, dof) [rad or m], and return them inside the limits.
 
     Raises:
         ConfigurationError: The number of positions is wrong, or one is outside its limits.

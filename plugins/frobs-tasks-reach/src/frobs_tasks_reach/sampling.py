@@ -1,4 +1,4 @@
-"""Random joint vectors inside the limits, and reachable goals: tool positions of such vectors."""
+"""Random joint vectors inside the limits, and reachable goals: the tool positions of these vectors."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from frobs_core.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
-"""Candidates for each environment in each round: few at first, because most succeed immediately, then many."""
+"""Candidates per environment in each round: few at first, because most draws succeed immediately, then many."""
 
 _POSTURES = 1024
-"""Number of joint vectors for determining possible postures above the floor, and a start if home is not."""
+"""Number of joint vectors for finding postures above the floor, and a start posture if home is not above it."""
 
 _START_CLEARANCE = 0.05
 """Minimum height at the start of an episode [m], so that the drives can settle."""
 
 _CHUNK = 2048
-"""Number of joint vectors per call of forward kinematics, which limits the memory."""
+"""Number of joint vectors per forward-kinematics call, to limit memory."""
 
 Accept = Callable[[Floats], Mask]
-"""Function from tool positions (..., 3) [m] in the world to (...) bool, which selects acceptable ones."""
+"""Function that takes tool positions (..., 3) [m] in the world and returns which are acceptable, (...) bool."""
 
 
 class JointSampler:
-    """Draws joint vectors uniformly inside the limits, such that the tool center point is at an acceptable position.
+    """Draws joint vectors uniformly inside the limits that bring the tool center point to an acceptable position.
 
     No part of the arm is below the floor, so goals are feasible. Joints without limits use [−π, π].
 
@@ -57,12 +57,12 @@ class JointSampler:
         self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
-        """Return the tool positions of ``count`` joint vectors, (count, 3) [m]; always the same."""
+        """Return the tool positions of ``count`` joint vectors, (count, 3) [m], the same in every call."""
         vectors = self._postures("survey", count)
         return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
-        """Return the posture (dof,) nearest to home that is 5 cm above the floor; None for home or if none is found."""
+        """Return the posture (dof,) nearest home that is 5 cm above the floor, or None for home or if there is none."""
         home = self._robot.home[:1]
         vectors = self._postures("start", _POSTURES)
         floor = FloorClearance(self._robot, vectors, _START_CLEARANCE)
@@ -73,7 +73,7 @@ class JointSampler:
         return np.asarray(vectors[clear.argmax()]) if clear.any() else None
 
     def _postures(self, stream: str, count: int) -> Floats:
-        """Return ``count`` joint vectors inside the limits, (count, dof) [rad or m]; always the same."""
+        """Return ``count`` joint vectors inside the limits, (count, dof) [rad or m], the same in every call."""
         return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
 
     def draw(
@@ -86,13 +86,13 @@ class JointSampler:
             rng: Random source.
             mask: The n environments.
             accept: Condition for the tool's position.
-            what: Description of the draw, for the message.
+            what: Description of the draw, for the error message.
 
         Returns:
             joint_positions (n, dof) [rad or m] and the tool's position (n, 3) [m] in the world.
 
         Raises:
-            ConfigurationError: None of thousands of joint vectors is acceptable in an environment.
+            ConfigurationError: Thousands of joint vectors were tried in an environment, and none was acceptable.
         """
         dof = len(self.lower)
         open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
@@ -129,7 +129,7 @@ def box_of(reached: Floats) -> tuple[Floats, Floats]:
     """Return the box that contains 95 % of the positions along each axis, in whole centimeters, above the floor.
 
     Args:
-        reached: (k, 3) tool positions [m]; those below the floor are ignored, unless all are.
+        reached: (k, 3) tool positions [m]; those below the floor are ignored, unless all are below it.
 
     Returns:
         low (3,) and high (3,) [m].
@@ -147,6 +147,6 @@ def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
 
 
 def first_moving_link(model: RobotModel, frame: str) -> str:
-    """Return the moving link nearest to the root, on the way to ``frame``; the root if none moves."""
+    """Return the first moving link on the path from the root to ``frame``, or the root if none moves."""
     moving = [joint.child for joint in joint_path(model, frame) if joint.type is not JointType.FIXED]
     return moving[0] if moving else model.root

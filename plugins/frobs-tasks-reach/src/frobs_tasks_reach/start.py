@@ -1,4 +1,4 @@
-"""The start of an episode of the reaching tasks: the posture of the robot, and a goal within its reach."""
+"""The start of an episode in the reaching tasks: the robot's posture, and a goal within its reach."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
 _FLOOR_CLEARANCE = (
     0.05  # [m] minimum height of the tool at the start of an episode, so that the arm does not start in the floor
 )
-_FOOT_CLEARANCE = 0.03  # [m] between a goal and the robot's base: half the width of a flange
-_SURVEY = 4096  # joint vectors that are tried once, to distinguish an unreachable box from an unlucky draw
+_FOOT_CLEARANCE = 0.03  # [m] minimum distance between a goal and the robot's base: half the width of a flange
+_SURVEY = 4096  # joint vectors tried once, to tell an unreachable box from an unlucky draw
 
 
 class EpisodeStart(Task):
     """The part of a reaching task that places the robot and the goal.
 
     Args:
-        goal_low: Minimum corner of the goal box in the world [m]; None: derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]; None: derived from the tool's reach.
+        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
+        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
 
     Raises:
@@ -49,10 +49,10 @@ class EpisodeStart(Task):
         if initial not in ("home", "random"):
             raise ParameterValueError("initial", initial, "'home' or 'random'")
         self.initial = initial
-        self._start: Floats | None = None  # start of the robot if not at home, (dof,)
+        self._start: Floats | None = None  # start posture if not home, (dof,)
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return ``teleport`` if an episode does not start from the robot's home."""
+        """Return ``teleport`` if episodes do not start from the robot's home position."""
         from_home = self.initial == "home" and self._start is None and "joint_positions" not in options
         return {} if from_home else {"teleport": Level.APPROXIMATE}
 
@@ -129,7 +129,7 @@ class EpisodeStart(Task):
         self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
 
     def _choose_box(self) -> None:
-        """Use the given goal box, or else one for the arm; check that the arm can reach it."""
+        """Use the given goal box, or else derive one from the arm's reach; check that the arm can reach it."""
         reached = self._sampler.survey(_SURVEY)
         if self._given_low is None or self._given_high is None:
             low, high = box_of(reached)
@@ -147,7 +147,7 @@ class EpisodeStart(Task):
         )
 
     def _reach_box(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] of a box that the tool never leaves; infinite if joints slide or the base moves."""
+        """Return corners (3,) [m] of a box that the tool never leaves, infinite if joints slide or the base moves."""
         path = joint_path(self._robot.model, self._robot.frame_name("tcp"))
         if self._robot.robot.base != "fixed" or any(joint.type is JointType.PRISMATIC for joint in path):
             return np.full(3, -np.inf), np.full(3, np.inf)
@@ -156,7 +156,7 @@ class EpisodeStart(Task):
         return base - reach, base + reach
 
     def _goal_bounds(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world of all possible goals: the goal box, and everything within reach."""
+        """Return corners (3,) [m] in the world that contain all possible goals: the goal box, and all within reach."""
         low, high = self._reach_box()
         return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
 

@@ -1,4 +1,4 @@
-"""Reach with several arms at the same time."""
+"""Reach with several arms at once."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from frobs_tasks_reach.reach import Reach
 class ReachTogether(Task):
     """Every controlled robot of the environment performs :class:`frobs_tasks_reach.reach.Reach` with its own goal.
 
-    The terms of the observation and of the reward are those of ``Reach``, named ``robot/term``. The reward is the sum
-    over all robots. Goals are drawn from everything that a robot can reach.
+    Observation and reward terms are those of ``Reach``, named ``robot/term``. The reward is the sum over all robots.
+    Goals are drawn from each robot's entire reach.
 
     Args:
         tolerance: Distance at which the goal is reached [m].
         initial: Joint positions at reset: ``"home"`` or ``"random"``.
-        distance_weight: [1/m]
-        precision_weight: Weight of the reward for the last centimeters.
+        distance_weight: Penalty per meter of distance [1/m].
+        precision_weight: Weight of the reward term for the last few centimeters.
 
     Attributes:
         parts: The task of each robot, by the robot's name; set by ``bind``.
@@ -63,7 +63,7 @@ class ReachTogether(Task):
         self.reward_type = self.reward_types[0]
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return the needs of the resets of all robots."""
+        """Return the capabilities that the robots' resets need."""
         needs: dict[str, Level] = {}
         for part in (self._first, *self.parts.values()):
             needs |= part.reset_needs(options)
@@ -115,7 +115,7 @@ class ReachTogether(Task):
         return _named({name: part.reward_terms() for name, part in self.parts.items()})
 
     def is_success(self) -> Mask:
-        """Return in which environments all tools are currently at their goals, (num_envs,) bool."""
+        """Return the environments in which all tools are currently at their goals, (num_envs,) bool."""
         together: Mask = np.logical_and.reduce([part.is_success() for part in self.parts.values()])
         return together
 

@@ -10,7 +10,7 @@ from frobs_core.arrays import Floats, Mask
 from frobs_tasks_reach.sampling import in_box
 
 _CELL = 0.05  # [m] edge of a cell; the joint vectors fill cells of this size
-_MAX_CELLS = 40  # along an axis, so that a large box does not cost more than a small one
+_MAX_CELLS = 40  # along an axis, so that a large box costs no more than a small one
 
 
 class Workspace:
@@ -31,7 +31,7 @@ class Workspace:
         self._fill_holes()
 
     def shrink(self, margin: float) -> None:
-        """Keep only cells from which motions up to ``margin`` [m] along each axis stay in reachable cells."""
+        """Keep only cells from which motions of up to ``margin`` [m] along each axis stay in reachable cells."""
         steps = np.ceil(margin / self._cell - 1e-9).astype(int)
         padded = np.pad(self._cells, [(s, s) for s in steps])  # points outside the box are out of reach
         shape = self._cells.shape
@@ -50,7 +50,7 @@ class Workspace:
         return inside
 
     def _fill_holes(self) -> None:
-        """Mark a cell as reachable if at least 5 of its 6 neighbors are, because it was missed by chance."""
+        """Mark a cell as reachable if at least 5 of its 6 neighbors are; it was missed by chance."""
         padded = np.pad(self._cells, 1).astype(int)
         x, y, z = self._cells.shape
         faces = [(0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2)]

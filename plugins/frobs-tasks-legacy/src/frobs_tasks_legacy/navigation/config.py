@@ -1,4 +1,4 @@
-"""Reading the task YAML of FRobs_RL's Kobuki."""
+"""Reads the task YAML of FRobs_RL's Kobuki."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def whole(name: str, value: Any) -> int:
     """Return a parameter that must be an integer ≥ 0.
 
     Raises:
-        ConfigurationError: The value is not such an integer.
+        ConfigurationError: The value is not an integer ≥ 0.
     """
     number = non_negative(name, value)
     if number != int(number):

@@ -1,4 +1,4 @@
-"""Navigation as in FRobs_RL: its observations, rewards, termination and task YAML."""
+"""FRobs_RL's navigation task, with its observations, rewards, termination and task YAML."""
 
 from __future__ import annotations
 
@@ -22,40 +22,40 @@ _OBSERVED = {
 
 
 class NavigateLegacy(Navigate):
-    """The Kobuki of FRobs_RL in one of its worlds, for comparing with it and porting from it.
+    """FRobs_RL's Kobuki in one of its worlds, for comparison with FRobs_RL and for porting from it.
 
-    The steps of FRobs_RL had no fixed duration; here one lasts 0.2 s, which is similar. Distance and bearing refer to
-    the observed waypoint; those of FRobs_RL lagged one step behind after a waypoint.
+    FRobs_RL's steps had no fixed duration; here a step lasts 0.2 s, which is similar. Distance and bearing refer to the
+    observed waypoint; in FRobs_RL, they lagged one step behind after a waypoint.
 
     Reward: at a waypoint ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other
     steps ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
-    ``not_reached_midway_reward`` · remaining waypoints; additionally ``step_reward``, and ``collision_reward`` where
-    the lidar's smallest range is below ``collision_distance_threshold``. b is the absolute bearing [rad].
+    ``not_reached_midway_reward`` · remaining waypoints; additionally ``step_reward``, and ``collision_reward`` if the
+    lidar's smallest range is below ``collision_distance_threshold``. b is the absolute bearing [rad].
 
     The task needs a discount factor close to 1: with 0.99 per step, waiting before a waypoint costs less than driving
     to the next one, and PPO does not learn the maze. The tuned settings use 0.999.
 
-    An episode terminates only at the last waypoint: neither a collision nor leaving the area ends it.
+    An episode terminates only at the last waypoint; neither a collision nor leaving the area ends it.
 
     Args:
         world: ``"maze"``, ``"dynamic"`` or ``"empty"``.
         config_file: FRobs_RL's unchanged task YAML, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
-            ``kobuki_empty``). Missing keys, or all if None, use FRobs_RL's own values, which are in
-            ``navigation/tasks/`` of this package. The keywords from ``lidar_samples`` on have the names of its keys,
-            and take precedence.
-        floor_plan: Walls, boxes, starts and waypoints that replace those of the world: a YAML file or a mapping in the
-            format of :class:`frobs_tasks_navigation.Navigate`; None: those of ``world``.
+            ``kobuki_empty``). Missing keys, or all keys if None, use FRobs_RL's own values, which are in
+            ``navigation/tasks/`` of this package. The arguments from ``lidar_samples`` on are named like the file's
+            keys, and take precedence.
+        floor_plan: Walls, boxes, starts and waypoints to use instead of the world's: a YAML file, or a mapping in the
+            format of :class:`frobs_tasks_navigation.Navigate`. If None, those of ``world`` are used.
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper.
         lidar_samples: Required number of rays of the robot's lidar.
         tolerance_goal_pos: Distance that counts as reached [m].
-        step_reward: Reward of each step.
-        multiplier_dist_reward: [1/m]
-        angle_diff_reward_multiplier: [1/rad]
-        reached_midway_reward: Reward of a step that reaches a waypoint.
-        not_reached_midway_reward: Reward per remaining waypoint of each step that does not reach one.
-        reached_goal_reward: Reward of a step that reaches the goal, in worlds without routes.
-        collision_reward: Reward of a step that ends too close to an obstacle.
+        step_reward: Reward for each step.
+        multiplier_dist_reward: Penalty per meter of distance [1/m].
+        angle_diff_reward_multiplier: Penalty per radian of bearing [1/rad].
+        reached_midway_reward: Reward for a step that reaches a waypoint.
+        not_reached_midway_reward: Reward per remaining waypoint for each step that does not reach a waypoint.
+        reached_goal_reward: Reward for a step that reaches the goal, in worlds without routes.
+        collision_reward: Reward for a step that ends too close to an obstacle.
         collision_distance_threshold: Minimum distance to obstacles [m].
 
     Raises:
@@ -110,8 +110,7 @@ class NavigateLegacy(Navigate):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or the number of rays of its lidar differs from the
-                configuration.
+            ConfigurationError: The robot cannot drive, or its lidar's number of rays differs from the configuration.
         """
         super().bind(simulation, controller, control_timestep)
         if "lidar" not in self._observed:

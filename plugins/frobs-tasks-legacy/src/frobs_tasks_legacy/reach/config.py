@@ -1,4 +1,4 @@
-"""Reading the task YAML of FRobs_RL's reachers."""
+"""Reads the task YAML of FRobs_RL's reachers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def axes(name: str, value: Any) -> tuple[float, ...]:
     """Return (x, y, z) from a mapping with these keys or from three numbers.
 
     Raises:
-        ConfigurationError: The value is neither.
+        ConfigurationError: The value is neither of these.
     """
     if isinstance(value, Mapping):
         _check_keys(name, value, _AXES)

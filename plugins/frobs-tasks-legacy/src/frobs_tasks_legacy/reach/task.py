@@ -1,4 +1,4 @@
-"""Reach as in FRobs_RL: its observation, reward, termination and task YAML."""
+"""FRobs_RL's reaching task, with its observation, reward, termination and task YAML."""
 
 from __future__ import annotations
 
@@ -20,45 +20,46 @@ from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, di
 
 
 class ReachLegacy(Reach):
-    """The reachers of FRobs_RL by joint positions, for comparing with them and porting from them.
+    """FRobs_RL's reachers controlled by joint positions, for comparison with FRobs_RL and for porting from it.
 
-    An action covers the whole range of each joint; FRobs_RL executed it as a motion that the step waited for. So the
-    IDs use the controller ``joint_delta_position`` with ``full_range=True``, and a control timestep of 0.5 s, in which
-    the drives reach any commanded positions unless an obstacle stops them. Differences from FRobs_RL: motions (no
-    planned path, no speed limit), goals (forward kinematics of random joint vectors instead of points that a planner
-    accepts), and the arm collides.
+    An action covers the whole range of each joint. FRobs_RL executed it as a motion and waited for the motion to end,
+    so the IDs use the controller ``joint_delta_position`` with ``full_range=True`` and a control timestep of 0.5 s, in
+    which the drives reach any commanded position unless an obstacle stops them. Differences from FRobs_RL: motions have
+    no planned path and no speed limit, goals come from the forward kinematics of random joint vectors instead of points
+    that a planner accepts, and the arm can collide.
 
-    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if the distance is zero (FRobs_RL: NaN);
-    goal [m]; joint positions [rad].
+    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if the distance is zero (NaN in
+    FRobs_RL); goal [m]; joint positions [rad].
 
-    Reward: ``reached_goal_reward`` where the tool is within the tolerance, else ``−multiplier_dist_reward`` · distance
+    Reward: ``reached_goal_reward`` if the tool is within the tolerance, else ``−multiplier_dist_reward`` · distance
     + ``step_reward``; additionally ``joint_limits_reward`` if a joint is within 1e-4 rad of a limit or beyond it.
 
     An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
 
     Args:
-        profile: Source of the default values: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``; None:
-            ``"irb120"``, and by joint velocities ``"irb140_velocity"``.
-        config_file: FRobs_RL's unchanged task YAML of that reacher, with the arm's name as the root key. Missing keys,
-            or all if None, use FRobs_RL's own values, which are in ``reach/tasks/`` of this package. The following
-            keywords have the names of its keys, and take precedence.
+        profile: Source of the default values: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``. If None,
+            ``"irb120"``, or ``"irb140_velocity"`` for control by joint velocities.
+        config_file: FRobs_RL's unchanged task YAML for that reacher, with the arm's name as the root key. Missing keys,
+            or all keys if None, use FRobs_RL's own values, which are in ``reach/tasks/`` of this package. The following
+            arguments are named like the file's keys, and take precedence.
         min_joint_pos: Minimum joint positions, one for each joint [rad].
         max_joint_pos: Maximum joint positions, one for each joint [rad].
         position_goal_min: Minimum corner of the goal box in the world [m].
         position_goal_max: Maximum corner of the goal box in the world [m].
         tolerance_goal_pos: Distance that counts as reached [m].
-        training: Whether goals are drawn; otherwise pass them as ``reset(options={"goal": …})``.
+        training: Whether goals are drawn at random; otherwise pass them as ``reset(options={"goal": …})``.
         pos_dynamic: Whether the goal moves: it oscillates along each axis about its drawn position.
         pos_dynamic_params: ``x_max_amplitude``, … [m] and ``x_max_freq``, … [Hz] of the motion.
-        step_reward: Reward of each step that does not reach the goal.
-        multiplier_dist_reward: [1/m]
-        reached_goal_reward: Reward of a step that reaches the goal.
-        joint_limits_reward: Reward of a step that ends at a joint limit.
-        limit_margin: Maximum distance of a joint at its limit [rad]; None: 1e-4, or by joint velocities 0.09.
-        limits: Limits for ``joint_limits_reward``. ``"reachable"``: the narrower ones of the robot and the
-            configuration. ``"configured"``: ``min_joint_pos`` and ``max_joint_pos`` unchanged.
+        step_reward: Reward for each step that does not reach the goal.
+        multiplier_dist_reward: Penalty per meter of distance [1/m].
+        reached_goal_reward: Reward for a step that reaches the goal.
+        joint_limits_reward: Reward for a step that ends at a joint limit.
+        limit_margin: Maximum distance at which a joint counts as at its limit [rad]. If None, 1e-4, or 0.09 for control
+            by joint velocities.
+        limits: Limits for ``joint_limits_reward``. ``"reachable"``: the narrower of the robot's and the
+            configuration's. ``"configured"``: ``min_joint_pos`` and ``max_joint_pos`` unchanged.
         goals: ``"reachable"``: tool positions of random joint positions, inside the goal box. ``"box"``: uniform in the
-            goal box, reachable or not.
+            goal box, whether or not they are reachable.
         initial: Joint positions at reset: ``"home"``, or ``"random"`` inside the limits.
 
     Raises:
@@ -78,7 +79,7 @@ class ReachLegacy(Reach):
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     _sees_from_shoulder: ClassVar[bool] = False
-    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] as in FRobs_RL: distance at which a joint counts as at its limit
+    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] distance at which a joint counts as at its limit, as in FRobs_RL
 
     def __init__(
         self,
@@ -122,8 +123,8 @@ class ReachLegacy(Reach):
         """Prepare for a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot reach any part of the goal box, or the joint positions of the
-                configuration do not match its joints.
+            ConfigurationError: The robot cannot reach any part of the goal box, or the configured joint positions do
+                not match its joints.
         """
         params = self.config["pos_dynamic_params"]
         self._motion = Oscillation(
@@ -138,10 +139,10 @@ class ReachLegacy(Reach):
             self._watched = np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return direction to the goal, goal, and joint positions.
+        """Return the direction to the goal, the goal, and the joint positions.
 
         A motion over the whole range in one step can hit the floor so hard that a light joint briefly exceeds its
-        limit; it is then observed at the bound of the observation space.
+        limit; its position is then clipped to the bound of the observation space.
         """
         known, ones = super().observation_terms(), np.ones(3)
         direction = ObservationTerm(read=lambda: unit_direction(self._offset), low=-ones, high=ones, unit="1")
@@ -164,7 +165,7 @@ class ReachLegacy(Reach):
         return sum(self._reward_terms.values(), np.zeros(len(outside)))
 
     def is_terminated(self) -> Mask | None:
-        """Return where the goal is reached, (num_envs,) bool; None if it moves."""
+        """Return which tools have reached the goal, (num_envs,) bool, or None if the goal moves."""
         return None if self.config["pos_dynamic"] else self.is_success()
 
     def snapshot(self) -> Snapshot:
@@ -225,7 +226,7 @@ def _clipped(term: ObservationTerm) -> ObservationTerm:
 
 
 def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: float) -> Mask:
-    """Return whether any joint is at one of its limits, or beyond.
+    """Return whether any joint is at or beyond one of its limits.
 
     Args:
         joint_positions: (..., dof) [rad or m]

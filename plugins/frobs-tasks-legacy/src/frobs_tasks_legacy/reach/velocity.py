@@ -1,4 +1,4 @@
-"""Reach by joint velocities as in FRobs_RL, with its separate reward rules."""
+"""FRobs_RL's reaching task with joint velocities, which has its own reward rules."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
 class ReachLegacyVelocity(ReachLegacy):
-    """The IRB 140 reacher of FRobs_RL by joint velocities, for comparing with it and porting from it.
+    """FRobs_RL's IRB 140 reacher controlled by joint velocities, for comparison with FRobs_RL and for porting from it.
 
-    Its goal moves, and no episode terminates. It has the parameters of
+    Its goal moves, and no episode terminates. It has the same parameters as
     :class:`frobs_tasks_legacy.reach.task.ReachLegacy`. Differences from that class:
 
-    - An action of ±1 means ±0.2 rad/s for each joint. So the ID uses the controller ``joint_velocity`` with
+    - An action of ±1 means ±0.2 rad/s for each joint, so the ID uses the controller ``joint_velocity`` with
       ``max_velocity=0.2``; the key ``limit_joint_vel`` is read and ignored. A joint is stopped at its limit, not 0.09
       rad before it.
-    - The steps of FRobs_RL had no fixed duration; here the control timestep is 0.1 s.
+    - FRobs_RL's steps had no fixed duration; here the control timestep is 0.1 s.
     - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
-    - Reward: ``reached_goal_reward`` where the tool is within the tolerance, else ``−multiplier_dist_reward`` ·
+    - Reward: ``reached_goal_reward`` if the tool is within the tolerance, else ``−multiplier_dist_reward`` ·
       distance; additionally ``−joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit or
       beyond it. ``step_reward`` is not used.
     """
@@ -51,10 +51,10 @@ class ReachLegacyVelocity(ReachLegacy):
         return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
-        """Return None: no episode terminates, whether or not the goal moves."""
+        """Return None, because no episode terminates, whether or not the goal moves."""
         return None
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, goal, and direction to the goal."""
+        """Return the joint positions, the goal, and the direction to the goal."""
         known = super().observation_terms()
         return {name: known[name] for name in ("joint_positions", "goal", "goal_direction")}

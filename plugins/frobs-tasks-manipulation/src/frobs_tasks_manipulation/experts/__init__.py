@@ -1,1 +1,1 @@
-"""Scripted experts of the manipulation tasks."""
+"""Scripted experts for the manipulation tasks."""

@@ -14,15 +14,15 @@ from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.rewards import length
 
 ABOVE, DOWN, CLOSE, CARRY, RELEASE, RETREAT = range(6)
-_CLEARANCE = 0.08  # [m] above the grip, before the tool goes down
+_CLEARANCE = 0.08  # [m] height above the grip from which the tool moves down
 _ALIGNED = 0.008  # [m]
-_LOST = 0.03  # [m] between tool and grip, above which the object counts as lost
+_LOST = 0.03  # [m] distance between tool and grip above which the object counts as lost
 _OPENING = 8  # control steps
-_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have touched something
+_STOPPED = 0.005  # change in the opening per control step below which the fingers have touched something
 
 
 class GraspCube(ToolExpert[TaskT]):
-    """Moves above an object, moves down, closes the gripper, and carries the object to :meth:`_carry_to`."""
+    """Moves above an object, moves down, closes the gripper, and carries the object to its target."""
 
     task: CubeTask  # type: ignore[assignment]
 
@@ -48,11 +48,11 @@ class GraspCube(ToolExpert[TaskT]):
         return place, np.where(self.phase <= DOWN, 1.0, 0.0)
 
     def _carry_to(self) -> Floats:
-        """Return the target of the object's center, (num_envs, 3) [m]."""
+        """Return the target for the object's center, (num_envs, 3) [m]."""
         return self.task.goal + self._detour(0.04)[:, None] * UP
 
     def _detour(self, height: float) -> Floats:
-        """Return the height above its target that keeps the object from dragging on the floor, (num_envs,) [m]."""
+        """Return how far above its target the object is carried to keep it off the floor, (num_envs,) [m]."""
         aside = length((self.task.goal - self.task.cube.pos)[:, :2])
         return np.where(aside > 0.01, np.minimum(height, aside), 0.0)
 

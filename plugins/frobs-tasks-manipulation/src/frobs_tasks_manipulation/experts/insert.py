@@ -15,14 +15,14 @@ from frobs_tasks_manipulation.peg_insertion import HEIGHT, PegInsertion
 from frobs_tasks_manipulation.rewards import length
 
 LOWER = CARRY + 1
-_ABOVE = 0.003  # [m] height of the peg's lower end above the block before it is lowered
-_WAY = 0.025  # [m] height of the lower end above the block during the transfer
-_RISE = 0.015  # [m] distance below the transfer height at which the peg first goes straight up
-_STEP = 0.02  # [m] commanded per step: a fast motion tilts the peg between the fingers
-_SLOWLY = 0.006  # [m] commanded downward per step
-_GENTLY = 0.003  # [m] commanded downward per step while the lower end is above the hole
-_GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit of the integrated error [m]
-_FIRM, _STOPPED = 6, 0.004  # control steps with less change of the opening than this, before the peg is lifted
+_ABOVE = 0.003  # [m] height of the peg's lower end above the block before the peg is lowered
+_WAY = 0.025  # [m] height of the peg's lower end above the block during transfer
+_RISE = 0.015  # [m] if the peg is farther than this below the transfer height, it first goes straight up
+_STEP = 0.02  # [m] maximum commanded motion per step; fast motion tilts the peg between the fingers
+_SLOWLY = 0.006  # [m] maximum commanded downward motion per step
+_GENTLY = 0.003  # [m] commanded downward motion per step while the lower end is above the hole
+_GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit on the integrated error [m]
+_FIRM, _STOPPED = 6, 0.004  # control steps with a smaller change in the opening than this before the peg is lifted
 
 
 class InsertPeg(GraspCube[Any]):
@@ -38,7 +38,7 @@ class InsertPeg(GraspCube[Any]):
         super().__init__(env)
         self._correction = np.zeros((self.task.num_envs, 3))  # [m]
         self._closing = np.zeros((self.task.num_envs, 3))  # [m] position of the peg when the fingers began to close
-        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps in which the fingers did not move
+        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps in which the fingers have not moved
 
     def _begin(self, mask: Mask) -> None:
         self._correction[mask] = 0.0
@@ -66,7 +66,7 @@ class InsertPeg(GraspCube[Any]):
         )
 
     def _error(self) -> Floats:
-        """Return the required motion (num_envs, 3) [m] of the peg: of its center in the hole, else of its lower end."""
+        """Return the required motion (num_envs, 3) [m] of the peg's center if it is in the hole, else its lower end."""
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]

@@ -13,19 +13,19 @@ from frobs_tasks_manipulation.open_task import OpenTask
 from frobs_tasks_manipulation.rewards import length
 
 ABOVE, DOWN, CLOSE, PULL, RELEASE = range(5)
-_CLEARANCE = 0.1  # [m] above the handle, before the tool goes down
+_CLEARANCE = 0.1  # [m] height above the handle from which the tool moves down
 _ALIGNED = 0.01  # [m]
-_LOST = 0.05  # [m] between tool and handle, above which the handle counts as lost
+_LOST = 0.05  # [m] distance between tool and handle above which the handle counts as lost
 _CLOSING = 8  # control steps
-_STOPPED = 0.005  # change of the opening in a control step, below which the fingers have touched the handle
-_ARRIVED, _LEFT = 0.3, 0.8  # fractions of the tolerance at which the handle is released, and gripped again
-_STEP = 0.03  # [m] along the handle's path by which the command leads
+_STOPPED = 0.005  # change in the opening per control step below which the fingers have closed on the handle
+_ARRIVED, _LEFT = 0.3, 0.8  # multiples of the tolerance: released below the first, gripped again above the second
+_STEP = 0.03  # [m] distance along the handle's path by which the command leads
 
 
 class PullHandle(ToolExpert[Any]):
     """Grips the handle from above, and pulls it along its path until the joint is at its target.
 
-    It then opens the gripper, because fingers that hold a bar can shake it slightly.
+    It then opens the gripper, because fingers holding a bar can shake it slightly.
     """
 
     task: OpenTask

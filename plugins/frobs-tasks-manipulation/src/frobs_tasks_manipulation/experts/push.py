@@ -16,14 +16,14 @@ from frobs_tasks_manipulation.rewards import length
 
 BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.09  # [m] height of the tool while it moves to another side of the cube
-_GAP = 0.03  # [m] between the cube and the tool before a push
+_GAP = 0.03  # [m] distance between the cube and the tool before a push
 _ALIGNED = 0.008  # [m]
 _LEAD = 0.035  # [m] by which the command leads the tool while it pushes
-_ARRIVED, _LEFT = 0.2, 0.7  # times the tolerance: a push ends, and another begins
+_ARRIVED, _LEFT = 0.2, 0.7  # multiples of the tolerance: a push ends below the first, another begins above the second
 
 
 class PushCube(ToolExpert[Any]):
-    """Pushes the cube at the center of one face, then of another: oblique pushes would turn it."""
+    """Pushes the cube at the center of one face, then another, because oblique pushes would turn it."""
 
     task: CubeTask
 
@@ -55,13 +55,13 @@ class PushCube(ToolExpert[Any]):
         )
 
     def _axes(self) -> Floats:
-        """Return the directions in which the cube can be pushed, (num_envs, 4, 3)."""
+        """Return the four directions in which the cube can be pushed, (num_envs, 4, 3)."""
         matrix = matrix_from_quat(self.task.cube.quat_wxyz)
         axes = np.stack([matrix[:, :, 0], matrix[:, :, 1], -matrix[:, :, 0], -matrix[:, :, 1]], axis=1)
         return axes * [1.0, 1.0, 0.0]
 
     def _best_face(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return the push that brings the cube closest to the goal, (num_envs,)."""
+        """Return the direction index of the push that brings the cube closest to the goal, (num_envs,)."""
         way = self.task.goal - self.task.cube.pos
         return np.asarray((self._axes() * way[:, None]).sum(axis=2).argmax(axis=1))
 

@@ -16,17 +16,17 @@ from frobs_tasks_manipulation.slide import Slide
 BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
 _LOW = 0.022  # [m] height of the tool while it pushes
-_GAP = 0.025  # [m] between the tool's center and the puck before a push
+_GAP = 0.025  # [m] distance between the tool's center and the puck before a push
 _ALIGNED = 0.008  # [m]
-_OPENING = 0.5  # of the gripper: the puck is between both fingertips, and cannot roll off sideways
-_TOUCH = 0.1  # [m/s] speed of the tool when it meets the puck
+_OPENING = 0.5  # gripper opening: both fingertips touch the puck, so it cannot roll off sideways
+_TOUCH = 0.1  # [m/s] speed of the tool when it touches the puck
 _TOUCHING = 6  # control steps after which both fingertips touch the puck
 _ACCELERATION = 1.5  # [m/s²] maximum acceleration of the tool in a push
-_FASTER = 0.25  # fraction of the missing speed that is added in a control step
-_AIMED = 0.02  # [m] between the goal and the predicted stop of the puck, at which the tool releases it
-_LONGEST = 40  # control steps of a push
-_BRAKING, _BACK = 3, 0.1  # control steps for which the tool moves back after a push, and distance [m]
-_RISE = 5.0  # [1/s] vertical speed of the tool per height error
+_FASTER = 0.25  # fraction of the missing speed that is added per control step
+_AIMED = 0.02  # [m] distance between the goal and the puck's predicted stop at which the tool releases the puck
+_LONGEST = 40  # maximum number of control steps in a push
+_BRAKING, _BACK = 3, 0.1  # control steps for which the tool moves back after a push, and the distance [m]
+_RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
 _GRAVITY = 9.81  # [m/s²]
 _STILL = 0.02  # [m/s]
 _FORWARD = np.array([1.0, 0.0, 0.0])
@@ -34,10 +34,10 @@ _HORIZONTAL = np.array([1.0, 1.0, 0.0])
 
 
 class SlidePuck(ToolExpert[Any]):
-    """Pushes the puck with both fingertips until friction will stop it at the goal.
+    """Pushes the puck with both fingertips until it is fast enough for friction to stop it at the goal.
 
     It opens the gripper halfway, so the gripper needs the controller ``gripper_delta`` or ``gripper_position``. The arm
-    needs ``interpolate=True`` of ``tcp_delta_pose``; otherwise the speed of the tool oscillates, and the puck leaves it
+    needs ``tcp_delta_pose`` with ``interpolate=True``; otherwise the tool's speed oscillates, and the puck leaves it
     early.
     """
 
@@ -45,7 +45,7 @@ class SlidePuck(ToolExpert[Any]):
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
         num_envs = env.robot.num_envs
-        self._velocity = np.zeros((num_envs, 3))  # [m/s] of the tool in a push
+        self._velocity = np.zeros((num_envs, 3))  # [m/s] velocity of the tool during a push
         self._asked = np.zeros(num_envs)  # commanded opening
         super().__init__(env)
 
@@ -91,7 +91,7 @@ class SlidePuck(ToolExpert[Any]):
         return place, np.full(len(place), _OPENING)
 
     def _push(self) -> Floats:
-        """Return the velocity of the tool in a push, (num_envs, 3) [m/s]."""
+        """Return the velocity of the tool during a push, (num_envs, 3) [m/s]."""
         task = self.task
         direction, left = self._way()
         needed = np.sqrt(2.0 * task.friction * _GRAVITY * left)[:, None] * direction

@@ -1,4 +1,4 @@
-"""The base class of the experts: each phase has a position of the tool and an opening of the gripper."""
+"""The base class for the experts: each phase has a tool position and a gripper opening."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _GAIN = 0.4
 """Fraction of the remaining distance that the tool is commanded to move in a control step."""
 
 _LAG = 0.06
-"""[s] by which the tool lags behind its commands, so that it brakes in time."""
+"""[s] Lag of the tool behind its commands, which the expert anticipates to brake in time."""
 
 TaskT = TypeVar("TaskT", bound=Manipulation)
 
@@ -26,14 +26,14 @@ TaskT = TypeVar("TaskT", bound=Manipulation)
 class ToolExpert(Expert, Generic[TaskT]):
     """Moves the tool of any arm to positions in phases, and opens and closes its gripper.
 
-    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``, and the gripper
+    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``. The gripper needs
     any of the gripper controllers.
 
     Attributes:
         task: The task of the environment.
         phase: (num_envs,) int: number of the current phase, 0 at the start of an episode.
-        age: (num_envs,) int: control steps in this phase.
-        finger_speed: (num_envs,) absolute change of the gripper's opening in the last control step.
+        age: (num_envs,) int: control steps spent in this phase.
+        finger_speed: (num_envs,) absolute change in the gripper's opening in the last control step.
     """
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
@@ -60,7 +60,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         self._opening = np.zeros(num_envs)
 
     def act(self, episode_start: Mask) -> Floats:
-        """Return actions for the current state, (num_envs, width of the action)."""
+        """Return actions for the current state, (num_envs, action size)."""
         if episode_start.any():
             self.phase[episode_start] = self.age[episode_start] = 0
             self._begin(episode_start)
@@ -81,26 +81,26 @@ class ToolExpert(Expert, Generic[TaskT]):
         return action
 
     def _moving_at(self, velocity: Floats) -> Floats:
-        """Return target positions that make the tool move at velocities, (num_envs, 3) each [m/s] and [m]."""
+        """Return target positions (num_envs, 3) [m] that make the tool move at velocities (num_envs, 3) [m/s]."""
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         return soon + self._control_timestep / _GAIN * velocity
 
     def _gripper_action(self, opening: Floats) -> Floats:
         max_delta = getattr(self._gripper, "max_delta", None)
-        if max_delta is None:  # the action is the opening itself, or its sign opens and closes
+        if max_delta is None:  # the action is the opening itself, or its sign opens or closes the gripper
             return 2.0 * opening - 1.0
-        # A gripper that holds an object is commanded to close further, so that it keeps pressing.
+        # A gripper that holds an object is commanded to close further, so that it keeps squeezing.
         wanted = np.where(opening <= 0.0, -1.0, opening)
         return np.asarray(np.clip((wanted - self.task.opening) / max_delta, -1.0, 1.0))
 
     # -- What experts define --
 
     def _begin(self, mask: Mask) -> None:
-        """Clear the state of earlier episodes in the environments of the mask."""
+        """Clear the state of earlier episodes in the masked environments."""
 
     @abstractmethod
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return the phase of each environment for the current state, (num_envs,)."""
+        """Return each environment's phase for the current state, (num_envs,)."""
 
     @abstractmethod
     def _aim(self) -> tuple[Floats, Floats]:
@@ -108,7 +108,7 @@ class ToolExpert(Expert, Generic[TaskT]):
 
 
 def _columns(controllers: dict[str, Controller]) -> tuple[dict[str, list[int]], int]:
-    """Return the columns of each controller in the action, and the width of the action."""
+    """Return each controller's columns in the action, and the size of the action."""
     columns: dict[str, list[int]] = {}
     start = 0
     for name, controller in controllers.items():
