@@ -74,11 +74,10 @@ class Controller(ABC):
         """
 
     def update(self) -> Floats:
-        """Return the joint command for the next physics step, (num_envs, dof). Called only if the rate is
-        ``"physics"``.
+        """Return the joint command for the next physics step, (num_envs, dof).
 
-        Called before each physics step of a control step except the first, whose command is returned by :meth:`apply`.
-        The joint group has the state after the latest physics step.
+        If the rate is ``"physics"``, this is called before each physics step of a control step except the first, whose
+        command is returned by :meth:`apply`. The joint group has the state after the latest physics step.
 
         Raises:
             PluginError: The controller has the rate ``"physics"`` and does not define this method.

@@ -76,8 +76,9 @@ class RobotHandle(JointGroup):
         return np.repeat(np.asarray(row, np.float64)[None], self.num_envs, axis=0)
 
     def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
-        """Return a group of joints for a controller. If it contains all joints in their original order, return the
-        handle itself.
+        """Return a group of joints for a controller.
+
+        If the group contains all joints in their original order, it is the handle itself.
 
         Args:
             joint_names: The joints.
@@ -285,8 +286,9 @@ class RobotHandle(JointGroup):
         return jacobian
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]. The lidar does not detect the
-        robot itself.
+        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m].
+
+        The lidar does not detect the robot itself.
 
         Raises:
             CapabilityError: The simulator does not support ``rays``.

@@ -213,9 +213,7 @@ class GazeboSimulation(Simulation):
         return protocol.numbers(whole)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
-        """Store the state (after a step, also efforts and contacts) from a server's answer; return whether it is valid.
-
-        """
+        """Store the state from a server's answer, after a step also efforts and contacts; return whether it is valid."""
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
         if found[0]:
@@ -233,9 +231,7 @@ class GazeboSimulation(Simulation):
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send messages to environments and return their last answers. Environments without a server count as diverged.
-
-        """
+        """Send messages to environments and return their last answers; those without a server count as diverged."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
         answers = self._fleet.exchange(messages, steps)
