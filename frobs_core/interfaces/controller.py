@@ -39,8 +39,8 @@ class Controller(ABC):
 
         Args:
             scene: The scene that the task describes.
-            simulation: Provides the current poses of the scene's bodies and the other robots. It is read-only: never
-                write to it or step it.
+            simulation: Provides the current poses of the scene's bodies and the other robots. Treat it as
+                read-only: never write to it or step it.
         """
 
     @abstractmethod

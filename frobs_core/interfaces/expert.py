@@ -1,4 +1,4 @@
-"""Experts: scripted policies that prove a task solvable and produce demonstrations."""
+"""Experts: scripted policies that show that a task can be solved and produce demonstrations."""
 
 from __future__ import annotations
 

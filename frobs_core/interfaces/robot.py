@@ -137,7 +137,7 @@ class Robot:
 
         Both models are merged into one cached URDF, in which all of the tool's names begin with ``name_``. The
         tool's joints become the joint group ``name``. If the arm has no groups, its joints become the group ``"arm"``.
-        The tool's tool center point becomes that of the robot.
+        The robot's new tool center point is the tool's.
 
         Args:
             link: Link that carries the tool.

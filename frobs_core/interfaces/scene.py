@@ -28,12 +28,13 @@ class Contact:
     """A contact between two bodies that a task observes.
 
     A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
-    robot, or ``"*"`` for anything.
+    robot, or ``"*"`` for any body.
 
     Attributes:
         first: One side.
         second: The other side.
-        ignore: Sides that ``"*"`` excludes; valid only with ``"*"``. The force of such a contact is not available.
+        ignore: Sides that ``"*"`` excludes; valid only if ``second`` is ``"*"``. The force of such a contact is
+            not available.
     """
 
     first: str
