@@ -10,11 +10,11 @@ BENCHMARKS = measure tasks neighbours
 
 BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
-LIGHT := cli train[plots,video] deploy sim-mujoco controllers grippers algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
+DEMO := cli train[plots,video] deploy sim-mujoco controllers grippers algos-sb3 $(patsubst plugins/frobs-%,%,$(wildcard plugins/frobs-robots-* plugins/frobs-tasks-*))
 PROJECTS := pyproject.toml $(PLUGINS:%=%/pyproject.toml) constraints.txt
-# Python compiles what is imported; to compile all of it would double the time of an installation.
+# Without --no-compile, pip would compile all modules, which takes as long as the rest of the installation.
 PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(BIN)/python -m pip -qq --no-input install --no-compile --constraint constraints.txt
-TICK = (while sleep 5 && kill -0 $$$$ 2>/dev/null; do echo "  still installing: $$(du -sm $(VENV) | cut -f 1) MB"; done) & trap "kill $$!" EXIT;
+PROGRESS = (while sleep 5 && kill -0 $$$$ 2>/dev/null; do echo "  still installing: $$(du -sm $(VENV) | cut -f 1) MB"; done) & trap "kill $$!" EXIT;
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 # Without bytecode, each of the many processes that tests start compiles FRobs again.
@@ -82,16 +82,16 @@ $(BIN)/python:
 # The stamps are renewed when a distribution or a pinned version changes.
 $(VENV)/.installed-demo: $(BIN)/python $(PROJECTS)
 	@echo "Installing the parts of FRobs that the demo needs into $(VENV) (a minute, or longer if PyTorch must be downloaded)."
-	@$(TICK) $(PIP) --editable . $(foreach name,$(LIGHT),--editable './plugins/frobs-$(name)')
+	@$(PROGRESS) $(PIP) --editable . $(foreach name,$(DEMO),--editable './plugins/frobs-$(name)')
 	@touch $@
 
 $(VENV)/.installed: $(BIN)/python $(PROJECTS)
 	@echo "Installing FRobs into $(VENV) (the first time takes a few minutes: PyTorch is large)."
-	@$(TICK) $(PIP) --editable . $(PLUGINS:%=--editable ./%)
+	@$(PROGRESS) $(PIP) --editable . $(PLUGINS:%=--editable ./%)
 	@$(BIN)/python -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.version_info < (3, 12) or print("PyBullet has no wheel for Python " + v + ": to simulate on it, use Python 3.11.")'
 	@touch $(VENV)/.installed-demo $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed requirements-dev.txt
 	@echo "Installing what tests, checks and documentation need."
-	@$(TICK) $(PIP) --requirement requirements-dev.txt
+	@$(PROGRESS) $(PIP) --requirement requirements-dev.txt
 	@touch $@

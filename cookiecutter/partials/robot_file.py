@@ -18,14 +18,14 @@ from frobs_core.interfaces import Robot
     model=str(Path(__file__).with_name("{{ robot.model_name }}")),
     name="{{ cookiecutter.name }}",
 {% if robot.home %}
-    home={  # [rad or m] where episodes begin; joints you omit rest at 0, or in the middle of their limits
+    home={  # [rad or m] initial joint positions of an episode; joints you omit are at 0 or the middle of their limits
 {% for joint, position in robot.home.items() %}
         {{ joint | literal }}: {{ position }},
 {% endfor %}
     },
 {% else %}
-    home={},  # [rad or m] by joint, where episodes begin; by default 0, or the middle of the limits
+    home={},  # [rad or m] initial position by joint; by default 0 or the middle of the limits
 {% endif %}
-    tcp={{ robot.tcp | literal }},  # the tool center point, which tasks refer to
+    tcp={{ robot.tcp | literal }},  # the tool center point, used by tasks
     # gains=DriveGains(stiffness=…, damping=…): by default, each joint is critically damped for the inertia it moves
 )

@@ -26,8 +26,8 @@ class Push(CubeTask):
 
     Reward:
 
-    - ``dense``: 0.3 · nearness of the tool to a point behind the cube as seen from the goal + 0.7 · nearness of the
-      cube to the goal + 0.5 if the condition is met
+    - ``dense``: 0.3 · nearness of the tool to a point behind the cube as seen from the goal (or 0.3 if the cube is at
+      the goal) + 0.7 · nearness of the cube to the goal + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, otherwise −1
 
     The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.

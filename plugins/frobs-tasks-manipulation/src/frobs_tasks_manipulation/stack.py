@@ -32,8 +32,9 @@ class Stack(CubeTask):
 
     Reward:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube (or its distance from it if the cube is stacked) + 0.8 ·
-      nearness of the cube to its place, through the air + 1 if the condition is met
+    - ``dense``: 0.2 · nearness of the tool to the cube (or 0.2 if the cube is stacked) + 0.6 · nearness of the cube to
+      its place + 0.2 · fraction of the cube's size by which it is lifted + 0.5 · fraction of ``released`` by which the
+      tool is away from the stacked cube + 0.5 if the condition is met
     - ``sparse``: 0 if the condition is met, otherwise −1
 
     The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the
