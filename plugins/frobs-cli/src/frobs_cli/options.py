@@ -80,7 +80,7 @@ NumEnvs = Annotated[
 Randomized = Annotated[
     bool,
     typer.Option(
-        "--randomized", help="Randomize the models as in training. Without this flag, the models are the nominal ones."
+        "--randomized", help="Randomize the models as in training. Without this flag, the nominal models are used."
     ),
 ]
 

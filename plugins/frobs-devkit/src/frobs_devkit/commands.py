@@ -29,7 +29,7 @@ COMMANDS = (
     ),
     Command(
         name="doctor",
-        summary="Find problems of robot files and plugins, with a fix for each.",
+        summary="Find problems in robot files and plugins, and suggest a fix for each.",
         heading="Verify",
     ),
     Command(

@@ -25,7 +25,7 @@ Scaling = Annotated[
     bool,
     typer.Option(
         "--scaling",
-        help="Measure speed and memory against environments, threads, processes and nodes instead of a step.",
+        help="Measure how speed and memory scale with environments, threads, processes and nodes.",
     ),
 ]
 

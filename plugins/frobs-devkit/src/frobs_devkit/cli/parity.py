@@ -27,7 +27,7 @@ def parity(
         typer.Argument(
             metavar="ID...",
             show_default=False,
-            help="Gymnasium environment ID from 'frobs list envs'. Several: one certificate each, and one table.",
+            help="Gymnasium environment ID from 'frobs list envs'. If several IDs are given, each gets its own certificate, and one table lists the results.",
             autocompletion=complete_id,
         ),
     ],
@@ -36,7 +36,7 @@ def parity(
         typer.Option(
             metavar="NAME,NAME…",
             show_default="the environment's simulator, then every other one that can be used here",
-            help="Simulators to compare. The first one is the reference.",
+            help="Simulators to compare. The first simulator is the reference.",
         ),
     ] = None,
     run: Annotated[
@@ -74,7 +74,7 @@ def parity(
             metavar="DIR",
             file_okay=False,
             show_default="parity/ID",
-            help="Folder to write the certificate to. With several IDs: the folder of the folders ID.",
+            help="Folder to write the certificate to. With several IDs, the certificate of each ID is in a subfolder.",
         ),
     ] = None,
     runner: RunnerName = "local",

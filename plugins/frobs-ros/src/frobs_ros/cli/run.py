@@ -57,7 +57,7 @@ def run(
     ] = "odom",
     scan: Annotated[str, typer.Option(metavar="TOPIC", help="Topic of the lidar scans.")] = "scan",
     goal_topic: Annotated[
-        str, typer.Option(metavar="TOPIC", help="Topic on which new goals arrive (Point).")
+        str, typer.Option(metavar="TOPIC", help="Topic for new goals (message type Point).")
     ] = "goal_pos",
     speed: Annotated[float, typer.Option(metavar="X", help="Fraction of the velocity limits that may be used.")] = 1.0,
     timeout: Annotated[

@@ -64,7 +64,7 @@ def serve(
         typer.Option(
             metavar="ADDRESS",
             show_default="this machine only",
-            help="Address at which other machines reach this one. With this option, listens on all interfaces.",
+            help="Address at which other machines reach this one. This option makes the server listen on all interfaces.",
         ),
     ] = None,
 ) -> None:

@@ -30,7 +30,7 @@ ModelPath = Annotated[
         "--model",
         metavar="FILE",
         show_default=False,
-        help="File of a trained model, as its library wrote it, to use instead of a run.",
+        help="Trained model file in its library's own format, to use instead of a run.",
     ),
 ]
 

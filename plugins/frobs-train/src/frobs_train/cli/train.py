@@ -65,8 +65,8 @@ def train(
         list[Service] | None,
         typer.Option(
             show_default=False,
-            help="Also send the log to a service: wandb (Weights & Biases) or mlflow. Their own environment variables "
-            "apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.",
+            help="Also send the log to a service: wandb (Weights & Biases) or mlflow. The service's own environment "
+            "variables apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.",
         ),
     ] = None,
     on_existing: Annotated[
