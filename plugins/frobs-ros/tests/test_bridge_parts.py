@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.errors import ConfigurationError, ModelFileError, SimulationError
 from frobs_core.models import Cylinder
 from frobs_core.plugins import get_record
 from frobs_core.specs import SimulatorRecord
+from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.loop import Loop
 from frobs_ros.bridge.model import Model
@@ -81,6 +82,12 @@ def test_failing_step_pauses_and_services_go_on() -> None:
     assert loop.paused
     assert loop.call(lambda: 7) == 7
     loop.close()
+
+
+def test_gain_that_is_not_a_number_raises() -> None:
+    for name in ("p", "i_clamp", "i_max"):
+        with pytest.raises(ConfigurationError, match="not a number"):
+            Pid([{"p": 1.0, name: "much"}], "a_joint")
 
 
 @pytest.mark.parametrize("order", [1, 3, 5], ids=["lines", "cubics", "quintics"])

@@ -6,6 +6,7 @@ import math
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -294,3 +295,22 @@ def test_two_robots_live_in_their_namespaces(
     step(500)  # the other goes on
     assert state("two", "world").pose.position.x < before - 0.1
     odom.close()
+
+
+@pytest.mark.ros_feature("the clock", "mujoco", "gazebo")
+def test_clock_without_a_rate_is_published_after_every_physics_step(
+    simulator: str, bridges: Callable[..., Any]
+) -> None:
+    import rospy
+    from rosgraph_msgs.msg import Clock
+    from std_srvs.srv import Empty
+
+    bridges("--simulator", simulator, "--clock-frequency", "0", "--paused")
+    heard: list[int] = []
+    listener = rospy.Subscriber("/clock", Clock, lambda message: heard.append(message.clock.to_nsec()))
+    rospy.ServiceProxy("/gazebo/unpause_physics", Empty)()
+    end = time.monotonic() + 20.0
+    while len(heard) < 50 and time.monotonic() < end:
+        time.sleep(0.01)
+    listener.unregister()
+    assert 1_000_000 in {b - a for a, b in pairwise(heard)}  # a slow subscriber may miss messages

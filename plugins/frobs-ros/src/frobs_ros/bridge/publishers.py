@@ -12,7 +12,7 @@ from frobs_ros.bridge.component import Component, stamp
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.services.links import set_link_state
 from frobs_ros.bridge.services.models import set_model_state
-from frobs_ros.bridge.world import World
+from frobs_ros.bridge.world import NANO, World
 
 
 class Clock(Component):
@@ -23,7 +23,7 @@ class Clock(Component):
         from rosgraph_msgs.msg import Clock as Message
         from rospy.impl import simtime
 
-        super().__init__(rate)
+        super().__init__(rate or NANO)  # a period of 1 ns is over after every physics step
         self._message = Message
         self._published_ns: int | None = None
         self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))

@@ -27,9 +27,9 @@ class Pid:
         for given in parameters:
             if not isinstance(given, Mapping) or "p" not in given:
                 raise ConfigurationError(f"{where} has no gains; set p, i and d for each joint.")
-            clamp = abs(float(given.get("i_clamp", given.get("i_max", 0.0))))
             try:
-                rows.append([float(given.get(name, 0.0)) for name in "pid"] + [clamp])
+                clamp = abs(float(given.get("i_clamp", given.get("i_max", 0.0))))
+                rows.append([*(float(given.get(name, 0.0)) for name in "pid"), clamp])
             except (TypeError, ValueError) as error:
                 raise ConfigurationError(f"{where}: a gain is not a number: {dict(given)}.") from error
         self.p, self.i, self.d, self.clamp = np.array(rows, np.float64).T
