@@ -13,7 +13,13 @@ from frobs_train.export.pretrained import claimed_evaluation, describe_pretraine
 
 SHIPPED = pretrained_ids()
 QUICK = {"frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0"}
-MANIPULATION = {"frobs/PandaLift-v0", "frobs/PandaOpenDrawer-v0", "frobs/PandaPush-v0", "frobs/Ur5OpenDrawer-v0"}
+MANIPULATION = {
+    "frobs/PandaLift-v0",
+    "frobs/PandaOpenDrawer-v0",
+    "frobs/PandaPickAndPlace-v0",
+    "frobs/PandaPush-v0",
+    "frobs/Ur5OpenDrawer-v0",
+}
 """The manipulation IDs that have one so far."""
 
 

@@ -9,7 +9,7 @@ _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
 """Robot, and its name for use in sentences, by ID prefix."""
 
-_PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPush", "Ur5OpenDrawer")
+_PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush", "Ur5OpenDrawer")
 """IDs with a trained policy; ``tests/benchmarks/pretrained.py`` trains them."""
 
 _GOAL_MAX_DELTA = 0.05
