@@ -95,14 +95,36 @@ def complaints(text: str) -> Iterator[str]:
 
 
 def texts(file: Path) -> Iterator[tuple[int, str]]:
-    """Yield the docstrings, sentences in strings, and comments of a file of source code, each with its line."""
+    """Yield the docstrings, sentences in strings, and comments of a file of source code, each with its line.
+
+    The fields of f-strings are replaced by ``{…}``. The lines of a comment are joined.
+    """
     source = file.read_text("utf-8")
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count(" ") > 2:
-            yield node.lineno, node.value
+    parts: set[ast.AST] = set()
+    for node in ast.walk(ast.parse(source)):  # f-strings before their parts
+        if isinstance(node, ast.JoinedStr):
+            parts.update(node.values)
+            values = (each.value if isinstance(each, ast.Constant) else "{…}" for each in node.values)
+            text = "".join(map(str, values))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in parts:
+            text = node.value
+        else:
+            continue
+        if text.count(" ") > 2:
+            yield node.lineno, text
+    start, comment = 0, ""
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.start[0], token.string
+        if token.type != tokenize.COMMENT:
+            continue
+        line, alone = token.start[0], token.line.strip().startswith("#")
+        if comment and alone and line == start + comment.count("\n") + 1:
+            comment += f"\n{token.string.lstrip('#')}"
+            continue
+        if comment:
+            yield start, comment
+        start, comment = line, token.string
+    if comment:
+        yield start, comment
 
 
 def report(found: list[str]) -> None:

@@ -17,7 +17,7 @@ def sensors_are_fixed(subject: RobotUnderTest) -> None:
     """Sensors are valid descriptions and fixed to existing links."""
     links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
-        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
+        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, which is not a Sensor.")
         for frame in sensor.frames:
             expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is not a link: {', '.join(links)}.")
 
