@@ -1,8 +1,9 @@
-"""FRobs: robot reinforcement learning from plugins.
+"""FRobs, a plugin-based framework for robot reinforcement learning.
 
-Importing this package finds the installed plugins and registers their Gymnasium IDs. It does not import an engine,
-torch or ROS. Plugins are not loaded if ``FROBS_NO_PLUGINS=1`` is set (``frobs doctor plugins`` examines plugins from a
-process without them) or during shell completion, which needs only the names.
+Importing this package discovers the installed plugins and registers their Gymnasium IDs. The import does not load
+physics engines, torch or ROS. The import does not load plugins if ``FROBS_NO_PLUGINS=1`` is set or during shell
+completion. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and examines each plugin in a separate
+process.
 """
 
 import os

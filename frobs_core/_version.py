@@ -1,3 +1,3 @@
-"""The version of the core, where every module of it can import it."""
+"""Version of the core, in its own module to avoid circular imports."""
 
 __version__ = "0.2.0"

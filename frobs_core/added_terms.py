@@ -1,4 +1,4 @@
-"""Observation terms that the keyword ``observations`` adds to those of the task."""
+"""Observation terms that the keyword ``observations`` adds to the task's terms."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TYPES: Mapping[str, frozenset[str]] = {
     "previous_action": frozenset(),
     "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
 }
-"""Types of terms, with their settings."""
+"""Settings of each observation term type."""
 
 _OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
 
@@ -46,7 +46,7 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """
     found = {}
     for name, value in given.items():
-        if value is None:  # drops a term of the task
+        if value is None:  # drops the task's term
             continue
         if not isinstance(value, Mapping):
             raise ObservationTermError(name, f'is {value!r}; write a mapping such as {{"type": "joint_positions"}}.')
@@ -83,10 +83,12 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
-    """Return the terms of a task without those that the user drops with None. The name ``"*"`` drops all but the goals.
+    """Return a task's terms without the terms that the user sets to None.
+
+    The name ``"*"`` drops all terms except goals.
 
     Raises:
-        UnknownNameError: The task has no such term.
+        UnknownNameError: The task does not have a term with one of the names.
         ConfigurationError: A goal would be dropped.
     """
     dropped = {name for name, value in given.items() if value is None}
@@ -109,7 +111,7 @@ def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, 
 
 
 class AddedTerms:
-    """The added terms, bound to a simulation.
+    """Added observation terms, bound to a simulation.
 
     Args:
         settings: Result of :func:`read_settings`.
@@ -117,12 +119,12 @@ class AddedTerms:
         scene: Scene of the simulation.
         control: All controllers.
         context: Step context of the environment.
-        markers: Returns the markers of the task.
+        markers: Function that returns the task's markers.
         control_timestep: [s]
 
     Attributes:
         terms: Terms, by name.
-        stateful: Whether :meth:`reset` and :meth:`advance` do anything.
+        stateful: Whether the terms store state, so that :meth:`reset` and :meth:`advance` must be called.
 
     Raises:
         UnknownNameError: A robot, body, contact, sensor or camera does not exist.
@@ -158,12 +160,12 @@ class AddedTerms:
             sensors.reset(mask, rng)
 
     def advance(self, rng: RandomSource) -> None:
-        """Measure; called once in each control step."""
+        """Update the sensor measurements. Called once in each control step."""
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the terms keep between steps, by term name."""
+        """Return the state that the terms store between steps, by term name."""
         return {
             f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
         }
@@ -212,7 +214,7 @@ class AddedTerms:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
-        if view["up"] is None:  # keeps records of policies equal that were exported before cameras had an up vector
+        if view["up"] is None:  # exported policies that predate the up vector have no such key
             del view["up"]
 
         def read() -> np.ndarray[Any, Any]:

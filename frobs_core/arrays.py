@@ -1,4 +1,4 @@
-"""Type aliases for arrays, and small helpers."""
+"""Type aliases and small helper functions for arrays."""
 
 from __future__ import annotations
 
@@ -12,22 +12,25 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 """float64."""
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
-"""(num_envs,) bool: the selected environments. If None is allowed, it selects all."""
+"""Boolean mask of the selected environments, (num_envs,). Where None is allowed, None selects all environments."""
 
 Action: TypeAlias = npt.NDArray[Any]
-"""(num_envs, …) in the batched action space."""
+"""Actions in the batched action space, (num_envs, …)."""
 
 
 _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
 def rows_of(mask: Mask | None) -> Mask | slice:
-    """Return the index that selects the environments of a mask."""
+    """Return an array index that selects the environments of ``mask``, or all environments if ``mask`` is None."""
     return slice(None) if mask is None else mask
 
 
 def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
-    """Return rows (n, …) padded with zeros to (n, …shape), because engines store states of different sizes."""
+    """Pad rows (n, …) with zeros to the shape (n, …shape).
+
+    The states in two snapshots of the same engine may have different sizes.
+    """
     return np.pad(rows, [(0, 0), *((0, wide - here) for here, wide in zip(rows.shape[1:], shape, strict=True))])
 
 

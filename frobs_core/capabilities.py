@@ -1,4 +1,4 @@
-"""Capabilities of simulators, and the check of what tasks and controllers require."""
+"""Simulator capabilities, and a check that a simulator meets the requirements of tasks and controllers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 class Level(IntEnum):
-    """How well a simulator supports a capability. Higher levels satisfy lower requirements."""
+    """Support level of a capability. A higher level also satisfies lower requirements."""
 
     UNSUPPORTED = 0
     APPROXIMATE = 1
     EXACT = 2
 
     def __str__(self) -> str:
-        """Return the word that is shown in tables."""
+        """Return the name in lowercase, as shown in tables."""
         return self.name.lower()
 
 
@@ -46,7 +46,7 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
 }
-"""All abilities of the core with their meanings; see :func:`abilities` for those of plugins."""
+"""All core abilities with their meanings. :func:`abilities` also includes the abilities that plugins define."""
 
 
 METHODS: Mapping[str, Sequence[str]] = {
@@ -54,15 +54,15 @@ METHODS: Mapping[str, Sequence[str]] = {
     "wrench": ("apply_wrench",),
     "cameras": ("render",),
 }
-"""Methods of :class:`frobs_core.interfaces.Simulation` that a simulator with an ability implements."""
+"""Methods of :class:`frobs_core.interfaces.Simulation` that a simulator must implement, by ability."""
 
 
 def abilities() -> Mapping[str, AbilityRecord]:
-    """Return all abilities by name: those of the core, and those of plugins.
+    """Return the abilities of the core and of all plugins, by name.
 
-    If an ability of a plugin has the same name as one of the core, it is listed as ``"distribution:name"``.
+    A plugin ability with the same name as a core ability is listed as ``"distribution:name"``.
     """
-    from frobs_core import plugins  # imported here because it reads records, which use levels
+    from frobs_core import plugins  # imported here because plugins import records, which import this module
     from frobs_core.specs import AbilityRecord
 
     found = {
@@ -81,16 +81,19 @@ def check_capabilities(
     has: Mapping[str, Level],
     needs: Mapping[str, Mapping[str, Level]],
 ) -> None:
-    """Check that a simulator supports all required capabilities, before it is built.
+    """Check that a simulator supports all required capabilities.
+
+    The check does not require a simulation, so it can run before the simulation is built.
 
     Args:
         simulator: Name of the simulator.
-        has: Its capabilities; missing ones are unsupported.
-        needs: For each owner of a need (``"task 'reach'"``): minimum level by capability.
+        has: Support level of each capability. Omitted capabilities are unsupported.
+        needs: Minimum level of each capability, for each task or controller: ``{"task 'reach'": {"snapshot":
+            Level.EXACT}}``.
 
     Raises:
-        CapabilityError: A requirement is not met; the message contains a table of all such requirements.
-        ConfigurationError: A need refers to an unknown capability.
+        CapabilityError: A requirement is not met. The message contains a table of all unmet requirements.
+        ConfigurationError: A requirement names an unknown capability.
     """
     missing = []
     for who, wanted in needs.items():

@@ -1,4 +1,4 @@
-"""Builds an environment from names. Only this module connects the registry with environments."""
+"""Construction of environments from names. This is the only module that connects the registry with environments."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ from frobs_core.validation import whole_number
 _log = logging.getLogger("frobs")
 
 MAX_NUM_ENVS = 100_000
-"""Maximum number of environments per simulation. Each needs at least 10 kB, so these need a gigabyte."""
+"""Maximum number of environments per simulation. Each environment needs at least 10 kB, so the maximum number needs at
+least 1 GB.
+"""
 
 MAX_DECIMATION = 10_000
 """Maximum number of physics steps per control step."""
@@ -43,12 +45,13 @@ MAX_DECIMATION = 10_000
 
 @dataclass(frozen=True)
 class Parts:
-    """Parts of an environment, bound to each other.
+    """Parts of an environment, such as the simulation, task and controllers, already bound to each other.
 
     Attributes:
         robot: Handle of the first controlled robot.
-        controller: Controller of its first joint group.
-        check_reset: Raises CapabilityError if the simulator does not support a reset with the named options.
+        controller: Controller of the first controlled robot's first joint group.
+        check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
+            option names.
     """
 
     simulation: Simulation
@@ -71,12 +74,13 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     Args:
         config: The environment's keywords.
         num_envs: ≥ 1.
-        same_step: Whether new episodes begin in the step that ends the previous ones.
+        same_step: Whether a new episode begins in the same step that ends the previous episode.
 
     Raises:
-        UnknownNameError: No plugin provides one of the names.
-        UnknownParameterError: The task, a controller or the simulator does not accept a keyword.
-        CapabilityError: The simulator does not support what the task, a controller or the randomization needs.
+        UnknownNameError: No plugin provides one of the requested names.
+        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
+        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
+            an observation term requires.
         ConfigurationError: A value is invalid.
     """
     check_num_envs(num_envs)
@@ -177,11 +181,11 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the needs of a task by the task's name in error messages.
+    """Return the capabilities that a task requires, keyed by the task's description in error messages.
 
     Args:
         record: Record of the task.
-        task: Task built from it with the user's keywords.
+        task: Task that was built from the record with the user's keywords.
         options: Names of the options passed to ``reset``.
     """
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
@@ -189,10 +193,10 @@ def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ())
 
 
 def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> None:
-    """Check that a paced simulator has one environment, and is reset only between two steps.
+    """Check that a paced simulator has a single environment and is not reset during a step.
 
     Raises:
-        ParameterValueError: There are several environments, or steps include resets.
+        ParameterValueError: There are several environments, or a step may include a reset.
     """
     if simulator.is_paced and num_envs > 1:
         rule = f"1 on simulator '{simulator.name}', which is paced and has a single environment"
@@ -205,7 +209,7 @@ def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> N
 def _place(
     config: RobotConfig, robot: Robot, controllers: Mapping[str, Controller], scene: Scene, name: str
 ) -> Placement:
-    """Return the placement of a robot, with the command modes of its joints."""
+    """Return a robot's placement, including the command modes of its joints."""
     model = load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
     groups = joint_groups(robot, model)
     modes = {joint: controllers[group].command_mode for group in controllers for joint in groups[group]}
@@ -215,7 +219,7 @@ def _place(
 
 
 def _log_losses(engine: type[Simulation], placement: Placement) -> None:
-    """Log the parts of an MJCF file that affect the robot's motion and are not simulated."""
+    """Log the parts of an MJCF file that affect the robot's motion but are not simulated."""
     model = placement.model
     if model.format != "mjcf":
         return
@@ -229,10 +233,10 @@ def _log_losses(engine: type[Simulation], placement: Placement) -> None:
 
 
 def _check_apart(placements: Mapping[str, Placement]) -> None:
-    """Check that no two robots are at the same place.
+    """Check that no two robots have the same position.
 
     Raises:
-        ConflictingOptionsError: Two robots are at the same place.
+        ConflictingOptionsError: Two robots have the same position.
     """
     names: dict[tuple[float, ...], str] = {}
     for name, placement in placements.items():
@@ -245,23 +249,23 @@ def _check_apart(placements: Mapping[str, Placement]) -> None:
 
 
 def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Iterable[str] = ()) -> Any:
-    """Build an implementation from the user's keywords.
+    """Create an instance of a class from the user's keywords.
 
     Args:
-        owner: Name for error messages: ``"task 'reach'"``.
+        owner: Description of the object for error messages: ``"task 'reach'"``.
         cls: Class whose keyword-only constructor arguments are the accepted keywords.
         parameters: The keywords.
-        others: Additional names that an error may suggest.
+        others: Additional names that an error message may suggest.
 
     Raises:
-        UnknownParameterError: The constructor does not accept a keyword.
+        UnknownParameterError: The constructor does not accept one of the keywords.
     """
     check_parameters(owner, parameters, parameter_defaults(cls), others)
     return cls(**parameters)
 
 
 def check_parameters(owner: str, given: Iterable[str], known: Iterable[str], others: Iterable[str] = ()) -> None:
-    """Check the names of keywords; the arguments are those of :func:`build`.
+    """Check that all given keywords are known. For ``owner`` and ``others``, see :func:`build`.
 
     Raises:
         UnknownParameterError: A name is unknown.
@@ -284,24 +288,25 @@ def simulator_defaults(cls: type[Simulation]) -> dict[str, Any]:
 
 
 def check_num_envs(num_envs: int) -> None:
-    """Validate the number of environments before anything is built.
+    """Validate the number of environments before the simulation is built.
 
     Raises:
-        ParameterValueError: It is not a whole number from 1 to :data:`MAX_NUM_ENVS`.
+        ParameterValueError: ``num_envs`` is not a whole number from 1 to :data:`MAX_NUM_ENVS`.
     """
     whole_number("num_envs", num_envs, 1, MAX_NUM_ENVS)
 
 
 def count_physics_steps(control_timestep: float, physics_timestep: float) -> int:
-    """Return the decimation, the number of physics steps per control step.
+    """Return the decimation, which is the number of physics steps per control step.
 
     Args:
         control_timestep: [s]
         physics_timestep: [s]
 
     Raises:
-        InvalidTimestepError: The first is not a whole multiple of the second.
-        ParameterValueError: It is more than :data:`MAX_DECIMATION` times the second.
+        InvalidTimestepError: ``control_timestep`` is not a whole multiple of ``physics_timestep``.
+        ParameterValueError: A timestep is infinite, or ``control_timestep`` exceeds ``physics_timestep`` by more than a
+            factor of :data:`MAX_DECIMATION`.
     """
     for name, value in (("control_timestep", control_timestep), ("physics_timestep", physics_timestep)):
         if math.isinf(value):

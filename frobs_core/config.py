@@ -1,4 +1,4 @@
-"""The configuration of an environment: everything that ``gym.make(id, ...)`` accepts, in one place."""
+"""Configuration of an environment, which contains all keywords that ``gym.make(id, ...)`` accepts."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ MAX_THREADS = 1_024
 """Maximum number of threads or worker processes of a simulator."""
 
 MAX_SIDE = 16_384
-"""Maximum height and width of a rendered image [pixels], larger than graphics cards support."""
+"""Maximum height and width of a rendered image [pixels]. A graphics card may support less."""
 
 _OF_A_ROBOT = (
     *("robot", "controller", "controller_kwargs", "robot_args", "package_paths", "home", "tcp", "sensors"),
     *("base", "differential_drive"),
 )
-"""Fields that apply only to a single robot."""
+"""Fields that configure a single robot."""
 
 _MAPPINGS = (
     "controller_kwargs",
@@ -54,42 +54,43 @@ class EnvConfig:
     which include the task's parameters.
 
     Args:
-        task: Name of the task, or a record.
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a named
-            tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
-        robots: Several robots by name, instead of ``robot``. Each value is a robot's name or a mapping with the fields
-            of :class:`frobs_core.robot_config.RobotConfig`: ``{"left": "irb120", "right": {"robot": "ur5",
-            "controller": "joint_position"}}``. Entries without ``controller`` and ``controller_kwargs`` use the ones
-            given here.
-        controller: Name of the controller, a record, or a mapping from joint groups to names; see
+        task: Name of the task, or a task record.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
+            named tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
+        robots: Configurations of several robots by name, instead of ``robot``. Each value is a robot's name or a
+            mapping with the fields of :class:`frobs_core.robot_config.RobotConfig`: ``{"left": "irb120", "right":
+            {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller`` or
+            ``controller_kwargs`` uses the environment's value of that field.
+        controller: Name of the controller, a controller record, or a mapping from joint groups to controllers; see
             :class:`frobs_core.robot_config.RobotConfig`.
-        simulator: Name of the simulator, or a record.
-        reward_type: One of the task's reward types, or None for its first.
+        simulator: Name of the simulator, or a simulator record.
+        reward_type: One of the task's reward types, or None for the first reward type.
         render_mode: ``"rgb_array"``, ``"human"`` or None.
         camera: Camera that ``render`` uses, or None for the scene's first camera.
-        render_size: (height, width) of rendered images [pixels].
-        control_timestep: Time between two actions [s], or None for the controller's default if it has one, otherwise
-            the task's.
+        render_size: Size of rendered images, (height, width) [pixels].
+        control_timestep: Time between two actions [s]. Defaults to the controller's timestep, or to the task's timestep
+            if the controller does not define a timestep.
         physics_timestep: Duration of one engine step [s], or None for the task's default.
-        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, this maps joint groups to
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, ``controller_kwargs`` maps joint
+            groups to keywords.
+        simulator_kwargs: Keywords of the simulator, such as the solver. ``frobs show simulator:NAME`` lists the
             keywords.
-        simulator_kwargs: Keywords of the simulator, such as its solver; ``frobs show simulator:NAME`` lists them.
-        robot_args: Arguments of the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
-        home: Rest position by joint name [rad or m]; omitted joints keep the robot's default.
+        robot_args: Arguments for the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
+        home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
-        sensors: Sensor overrides, by name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
+        sensors: Overrides of sensor settings, by sensor name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
             :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``: whether the root link moves, and whether it does so on
-            wheels. None selects the robot's default.
-        differential_drive: Wheels of a robot that does not define them: ``{"left": ["wheel_l"], "right": ["wheel_r"],
-            "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5, "max_angular_velocity": 2.0}`` [m, m/s,
-            rad/s].
-        observations: Observation terms to add to the task's own, by name: ``{"joints": {"type": "joint_efforts"},
+        base: Type of the robot's base: ``"fixed"``, ``"floating"`` if the root link moves freely, or ``"wheeled"`` if
+            it moves on wheels. Defaults to the robot's base type.
+        differential_drive: Differential drive of a robot whose description does not define one: ``{"left": ["wheel_l"],
+            "right": ["wheel_r"], "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5,
+            "max_angular_velocity": 2.0}`` [m, m/s, rad/s].
+        observations: Observation terms to add to the task's terms, by name: ``{"joints": {"type": "joint_efforts"},
             "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. A value of None
-            drops one of the task's terms, and ``{"*": None}`` drops all of them.
-        num_threads: Threads of the engine, or 0 for one per processor.
-        randomize: Domain randomization; see :mod:`frobs_core.randomization`.
+            drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
+        num_threads: Number of engine threads, or 0 for one thread per processor.
+        randomize: Domain randomization settings; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.
 
     Raises:
@@ -212,7 +213,7 @@ def _check(config: EnvConfig, types: Any, wanted: str, *names: str) -> None:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return a value in its JSON form."""
+    """Return a value converted to JSON types."""
     plain = _lists(value)
     try:
         json.dumps(plain)
@@ -224,7 +225,7 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def _lists(value: Any) -> Any:
-    """Return a value with tuples converted to lists and NumPy numbers to Python numbers."""
+    """Return a value with tuples and arrays converted to lists, and NumPy numbers to Python numbers."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""The controllers of an environment. One action moves the joint groups of all its robots."""
+"""Controllers of an environment. A single action moves the joint groups of all robots."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from frobs_core.models import RobotModel
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Return the joints of each group of a robot; a robot without groups has one group, ``"all"``.
+    """Return a robot's joints by joint group. A robot without groups has a single group, ``"all"``.
 
     Raises:
-        UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another.
+        UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another
+            group.
     """
     if not robot.groups:
         return {ALL: model.joint_names}
@@ -41,7 +42,7 @@ def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
 
 
 class RobotControl:
-    """The controllers of one robot, bound to its joint groups. Joints without a controller stay at home.
+    """Controllers of one robot, bound to its joint groups. Joints without a controller stay at their home positions.
 
     Args:
         robot: Handle of the robot.
@@ -52,8 +53,8 @@ class RobotControl:
     Attributes:
         robot: Handle of the robot.
         controllers: Controllers, by joint group.
-        physics_rate: Whether a controller commands every physics step.
-        only: The only controller, if it moves all joints at the control rate; otherwise None.
+        physics_rate: Whether any controller computes a new command in every physics step.
+        only: The robot's controller, if there is only one and it moves all joints at the control rate. Otherwise, None.
     """
 
     def __init__(
@@ -69,19 +70,20 @@ class RobotControl:
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
         self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
         self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
-        # Columns of joints without a controller stay at home; the others are written in each step.
+        # Joints without a controller keep their home positions. All other columns are overwritten in each step.
         self._held: Floats = np.repeat(robot.home[:1], robot.num_envs, axis=0)
         self._commands: list[Floats] = []
         self._physics_step = 0
 
     def command(self, actions: list[Action]) -> Floats:
-        """Return the command of all joints for one action per controller.
+        """Return the command for all joints, given one action per controller.
 
         Args:
-            actions: (num_envs, …) each.
+            actions: One action per controller, (num_envs, …) each.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) if a controller returns one row for each physics step.
+            The command, (num_envs, dof), or (num_envs, decimation, dof) if a controller returns one row per physics
+            step.
         """
         self._physics_step = 0
         self._commands = [
@@ -96,7 +98,7 @@ class RobotControl:
         return self._join(self._commands)
 
     def update(self) -> Floats:
-        """Return the command of all joints for the next physics step, (num_envs, dof)."""
+        """Return the command for all joints in the next physics step, (num_envs, dof)."""
         self._physics_step += 1
         return self._join(
             [
@@ -106,7 +108,7 @@ class RobotControl:
         )
 
     def _join(self, commands: list[Floats]) -> Floats:
-        """Join the commands of the groups, (num_envs, dof) each or (num_envs, 1 or decimation, dof) each."""
+        """Join the commands of all groups, each (num_envs, dof) or (num_envs, 1 or decimation, dof)."""
         whole = self._held
         if commands and commands[0].ndim == 3:
             rows = max(command.shape[1] for command in commands)
@@ -123,19 +125,21 @@ def _at(command: Floats, physics_step: int) -> Floats:
 class Control:
     """All controllers of an environment.
 
-    The action space combines those of the controllers, in the order of the robots and of their groups: Boxes become one
-    Box, Discrete spaces a MultiDiscrete. The space of a single controller is used unchanged.
+    The action space joins the controllers' action spaces, in the order of the robots and their joint groups. Boxes are
+    joined into one Box, and Discrete spaces into a MultiDiscrete. If there is only one controller, its action space is
+    used unchanged.
 
     Args:
-        robots: The controllers of each robot, by its name.
+        robots: Controllers of each robot, by robot name.
 
     Attributes:
-        robots: The controllers of each robot, by its name.
+        robots: Controllers of each robot, by robot name.
         controllers: Controllers, by ``"robot/group"``.
         action_space: Action space of a single environment.
-        physics_rate: Whether a controller commands every physics step.
-        only: The only controller, if it moves all joints of the only robot at the control rate; otherwise None.
-        last_commands: Latest commands of :meth:`update` for each robot, (num_envs, dof).
+        physics_rate: Whether any controller computes a new command in every physics step.
+        only: The controller, if there is only one and it moves all joints of the only robot at the control rate.
+            Otherwise, None.
+        last_commands: Latest command that :meth:`update` sent to each robot, by robot name, (num_envs, dof).
 
     Raises:
         IncompatibleSpaceError: The action spaces cannot be joined.
@@ -154,7 +158,7 @@ class Control:
         self.physics_rate = any(robot.physics_rate for robot in robots.values())
         spaces = {name: controller.action_space for name, controller in self.controllers.items()}
         self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
-        self._places: list[list[slice | int]] = []  # position of each controller's action in the whole action, by robot
+        self._places: list[list[slice | int]] = []  # columns of each controller's action in the full action, by robot
         start = 0
         for robot in robots.values():
             places: list[slice | int] = []
@@ -166,10 +170,10 @@ class Control:
             self._places.append(places)
 
     def commands(self, actions: Action) -> list[Floats]:
-        """Return the commands of all robots, in their order.
+        """Return one command per robot, in the order of ``robots``.
 
         Args:
-            actions: (num_envs, …) in the batched action space.
+            actions: Actions in the batched action space, (num_envs, …).
         """
         if len(self.controllers) == 1:
             return [self._first.command([actions])]
@@ -185,13 +189,13 @@ class Control:
             robot.robot.command(command)
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode, after the task has placed the robots."""
+        """Begin an episode. The task must already have placed the robots."""
         for controller in self.controllers.values():
             controller.reset(mask)
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Largest action change per control step that the joints can follow; None if a controller has none."""
+        """Largest action change per control step that the joints can follow, or None if unknown for a controller."""
         changes = [controller.max_action_change for controller in self.controllers.values()]
         known = [change for change in changes if change is not None]
         return np.concatenate(known) if len(known) == len(changes) else None
@@ -214,10 +218,11 @@ class Control:
 
 
 def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
-    """Return the joint space of all controllers' actions.
+    """Return the combined action space of all controllers.
 
     Raises:
-        IncompatibleSpaceError: The spaces are neither all flat Boxes nor all Discrete.
+        IncompatibleSpaceError: The spaces are neither all one-dimensional Boxes nor all Discrete spaces that start at
+            0.
     """
     boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
     moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]

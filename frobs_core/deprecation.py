@@ -12,25 +12,27 @@ R = TypeVar("R")
 
 
 class FrobsDeprecationWarning(DeprecationWarning):
-    """A deprecated part of FRobs is used; the message names its replacement."""
+    """Warning that a deprecated part of FRobs is used. The message names the replacement."""
 
 
 def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, stacklevel: int = 2) -> None:
-    """Warn that a deprecated part is used.
+    """Warn that a deprecated part of FRobs is used.
 
     Args:
         what: The deprecated part: ``"RobotHandle.joint_torques"``.
         instead: Its replacement: ``"RobotHandle.joint_efforts"``.
         since: Version of the core that first announced the deprecation.
-        removed_in: Version that removes the part. It has a higher major version (before 1.0: minor version).
-        stacklevel: Stack level of the code that must change; 2 is the caller of the function that calls this one.
+        removed_in: Version that removes the part. The major version (before 1.0, the minor version) must be higher than
+            that of ``since``.
+        stacklevel: Stack level of the code that must change. Level 2 is the caller of the function that calls
+            ``warn_deprecated``.
     """
     text = f"{what} is deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
     warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)
 
 
 def deprecated(*, instead: str, since: str, removed_in: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Mark a function or method as deprecated. The arguments are those of :func:`warn_deprecated`.
+    """Mark a function or method as deprecated. For the arguments, see :func:`warn_deprecated`.
 
     Example::
 

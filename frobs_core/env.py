@@ -1,4 +1,4 @@
-"""The control step, and the single environment that runs it behind Gymnasium's interface."""
+"""Control loop for environments, and the single environment that implements Gymnasium's interface."""
 
 from __future__ import annotations
 
@@ -21,24 +21,26 @@ from frobs_core.observation import Observation
 from frobs_core.random import RandomSource
 
 StepResult: TypeAlias = tuple[Observation, Floats, Mask | None, Mask | None, dict[str, Any]]
-"""Observation, (num_envs, …); reward, (num_envs,); terminated episodes, (num_envs,) bool or None; environments in which
-the engine failed, (num_envs,) bool or None; and info by name, (num_envs,) each. Everything except the observation is
-valid only until the next step.
+"""Result of a control step: observation, (num_envs, …); reward, (num_envs,); terminated episodes, (num_envs,) bool or
+None; engine failures, (num_envs,) bool or None; and info values by name, (num_envs,) each. Everything except the
+observation is valid only until the next step.
 """
 
 
 class Loop:
-    """Runs the steps and episodes of ``num_envs`` environments. A single environment is a batch of one.
+    """Control loop that runs the steps and episodes of ``num_envs`` environments.
+
+    A single environment is a batch of size 1.
 
     Args:
-        parts: Parts of the environment, already bound.
+        parts: Parts of the environment, already bound to each other.
         num_envs: ≥ 1.
 
     Attributes:
-        context: Data about the last step, for the task.
+        context: Data about the latest step, which the task reads.
         rng: Source of all random numbers.
-        after_reset: Called with the mask of the environments that have begun an episode, before they are observed.
-        discrete: Whether the action space is not a Box.
+        after_reset: Function that receives the mask of the reset environments before their first observation, or None.
+        discrete: Whether the action space is discrete, that is, not a Box.
     """
 
     def __init__(self, parts: Parts, num_envs: int) -> None:
@@ -50,7 +52,7 @@ class Loop:
         self._check_reset = parts.check_reset
         self.after_reset: Callable[[Mask | None], None] | None = None
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
-        # Resolve optional parts of a step here, so that a step neither tests for them nor calls empty methods.
+        # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
         # The usual case: one command goes directly from a controller to its robot.
         self._only = parts.control.only if randomization is None else None
@@ -73,14 +75,14 @@ class Loop:
                 self._reports.append((controller, methodcaller("info"), _Keys(prefix)))
 
     def _observe_vectors(self) -> Observation:
-        # Rounded to float32 once, because concatenating with a dtype takes twice as long.
+        # Converted to float32 after concatenating, because np.concatenate with a dtype takes twice as long.
         return np.concatenate([read() for read in self._reads], axis=1).astype(np.float32)
 
     def batch_options(self, options: Mapping[str, Any] | None) -> Mapping[str, Floats]:
         """Validate the reset options and repeat them for every environment.
 
         Raises:
-            UnknownParameterError: The task has no such option.
+            UnknownParameterError: The task does not accept one of the options.
             ConfigurationError: A value is invalid.
             CapabilityError: The simulator does not support a capability that a reset with these options requires.
         """
@@ -89,7 +91,7 @@ class Loop:
         return batched
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
-        """Begin an episode in the environments of ``mask``, and observe all environments."""
+        """Begin an episode in the environments of ``mask``, and return the observation of all environments."""
         self.rng.begin_episode(mask)
         if self.randomization is not None:
             self.randomization.begin_physics(self.rng, mask)
@@ -110,7 +112,7 @@ class Loop:
         """Advance by one control step.
 
         Args:
-            actions: (num_envs, …), checked.
+            actions: Validated actions, (num_envs, …).
         """
         context, rng, task = self.context, self.rng, self.task
         rng.clock += 1
@@ -128,14 +130,14 @@ class Loop:
             context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(context)  # takes the measurement; the calls below only read it
+        task.advance(context)  # updates the task's quantities, which the calls below only read
         if self.added_terms.stateful:
             self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # after the reward, because its terms are included
+        for part, report, keys in self._reports:  # after the reward, because reward terms are reported
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -153,7 +155,7 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue the n environments of ``mask`` from snapshot ``rows``, (n,), keeping their own random numbers."""
+        """Restore the n environments of ``mask`` from snapshot ``rows``, (n,), but keep their random streams."""
         for name, part in self._stateful().items():
             if part is self.rng:
                 continue
@@ -176,7 +178,7 @@ class Loop:
 
 
 def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return an array (num_envs, …) with the rows of the mask replaced."""
+    """Return a copy of an array (num_envs, …) in which the rows of ``mask`` are replaced."""
     shape = np.maximum(array.shape[1:], rows.shape[1:])
     changed = widened(array, shape)
     changed[mask] = widened(rows, shape)
@@ -184,7 +186,7 @@ def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any
 
 
 class _Keys(dict[str, str]):
-    """Info keys by the name of the reported value. Each key is created only once.
+    """Cache of info keys by the name of the reported value, so that each key is created only once.
 
     Args:
         prefix: Prefix of the keys.
@@ -208,17 +210,17 @@ def _never(task: Task) -> None:
 
 
 def _overrides(part: object, base: type, method: str) -> bool:
-    """Return whether a part, or the part that it wraps, overrides an empty method of ``base``."""
+    """Return whether a part, or the part that it wraps, overrides a method that is empty in ``base``."""
     return getattr(part, method).__func__ is not getattr(base, method)
 
 
 class RobotEnv(gym.Env[Any, Any]):
-    """One robot with one task.
+    """Gymnasium environment in which robots perform a task.
 
-    ``info`` contains ``is_success`` (0.0 or 1.0) and ``frobs/reward/<term>`` in every step, the metrics of the
-    controller (``frobs/…``), and ``frobs/diverged`` if the engine failed; the episode is then truncated. A paced
-    simulator adds ``frobs/missed_deadlines``, their number since the reset, and ``frobs/lateness``, the total delay of
-    the actions [s].
+    In every step, ``info`` contains ``is_success`` (0.0 or 1.0), the reward terms (``frobs/reward/<term>``), and the
+    metrics of the controller (``frobs/…``). If the engine fails, ``info`` contains ``frobs/diverged``, and the episode
+    is truncated. A paced simulator adds ``frobs/missed_deadlines``, the number of missed deadlines since the reset, and
+    ``frobs/lateness``, the total delay of the actions [s].
 
     Args:
         keywords: Fields of :class:`frobs_core.config.EnvConfig`. All other keywords are passed to the task.
@@ -227,20 +229,20 @@ class RobotEnv(gym.Env[Any, Any]):
         config: The keywords.
         control: All controllers.
         robot: Handle of the first controlled robot.
-        controller: Controller of its first joint group.
+        controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
-        step_context: Data about the last step, for the task.
+        step_context: Data about the latest step, which the task reads.
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
-        UnknownNameError: One of the names is not provided by any plugin.
-        UnknownParameterError: The task, the controller or the simulator does not accept a keyword.
-        CapabilityError: The simulator does not support a capability that the task, the controller or the randomization
-            requires.
+        UnknownNameError: No plugin provides one of the requested names.
+        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
+        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
+            an observation term requires.
         ConfigurationError: A value is invalid.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
 
     def __init__(self, **keywords: Any) -> None:
         self.config = config = EnvConfig.from_dict(keywords)
@@ -261,7 +263,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self._checked = self._check_discrete if self._loop.discrete else self._check_box
         self._row = _rows_of if isinstance(self.observation_space, gym.spaces.Dict) else _row_of
         if isinstance(parts.task, GoalTask):
-            self.compute_reward = parts.task.compute_reward  # hindsight replay expects it here
+            self.compute_reward = parts.task.compute_reward  # hindsight experience replay calls this method
 
     def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode.
@@ -274,7 +276,7 @@ class RobotEnv(gym.Env[Any, Any]):
             observation, info
 
         Raises:
-            UnknownParameterError: The task has no such option.
+            UnknownParameterError: The task does not accept one of the options.
             ConfigurationError: An option is invalid.
         """
         batched = self._loop.batch_options(options)
@@ -295,10 +297,10 @@ class RobotEnv(gym.Env[Any, Any]):
         """Advance by one control step.
 
         Args:
-            action: In the action space; Box actions are clipped to it.
+            action: Action in the action space. Box actions are clipped to the space.
 
         Returns:
-            observation, reward, terminated, truncated, info
+            Tuple of observation, reward, terminated, truncated and info.
 
         Raises:
             InvalidActionError: The action has the wrong shape or is not finite.
@@ -306,7 +308,7 @@ class RobotEnv(gym.Env[Any, Any]):
         """
         if not self._running:
             raise ResetNeededError("no episode is running; call reset() first.")
-        # An invalid action raises before any state changes, including the random numbers.
+        # An invalid action raises an error before any state changes, including the random state.
         observation, rewards, ends, failures, info = self._loop.step(self._checked(action))
         for name, values in info.items():
             info[name] = values.item()
@@ -336,14 +338,14 @@ class RobotEnv(gym.Env[Any, Any]):
         return np.asarray(action, np.int64)[None]
 
     def render(self) -> Any:
-        """Return an image, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        """Return an image, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``, otherwise None."""
         if self.render_mode != "rgb_array":
             return None
         config = self.config
         return self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers())[0]
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state of the environment (not of the wrappers around it)."""
+        """Return the complete state of the environment, without the state of its wrappers."""
         return {**self._loop.snapshot(), "running": np.array([self._running])}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -352,7 +354,7 @@ class RobotEnv(gym.Env[Any, Any]):
         self._running, self._seeded = bool(snapshot["running"][0]), True
 
     def close(self) -> None:
-        """Release the simulation; repeated calls have no effect."""
+        """Release the simulation. Repeated calls have no effect."""
         self._running = False
         self.simulation.close()
 

@@ -1,43 +1,45 @@
 """Exceptions that FRobs raises deliberately.
 
+Class hierarchy::
+
     FrobsError
     ├── PluginError
     │   ├── PluginLoadError         a plugin cannot be imported or registered
     │   ├── UnknownNameError        no such simulator, robot, controller, task, algorithm, ID, …
-    │   └── AmbiguousNameError      two distributions offer one name
+    │   └── AmbiguousNameError      two distributions provide the same name
     ├── ConfigurationError
-    │   ├── UnknownParameterError   a keyword that is not accepted
-    │   ├── ParameterValueError     a value outside the range that its parameter accepts
+    │   ├── UnknownParameterError   a keyword is not accepted
+    │   ├── ParameterValueError     a value is outside the range that its parameter accepts
     │   ├── MissingSettingError     a required setting is missing
-    │   ├── ConflictingOptionsError options or settings that cannot be combined
-    │   ├── CommandLineError        a command-line argument that cannot be used
+    │   ├── ConflictingOptionsError options or settings cannot be combined
+    │   ├── CommandLineError        a command-line argument cannot be used
     │   ├── InvalidTimestepError    control_timestep is not a multiple of physics_timestep
-    │   ├── ConfigFileError         a YAML file that cannot be used; names the file and the line
+    │   ├── ConfigFileError         a YAML file cannot be used; the message contains the file and the line
     │   ├── MissingFileError        a file does not exist
-    │   ├── TargetExistsError       an output file or folder exists already
+    │   ├── TargetExistsError       an output file or folder already exists
     │   ├── MissingDependencyError  an optional package is not installed
-    │   ├── ResetOptionError        an invalid value in reset(options=…)
-    │   ├── SceneError              a scene that is inconsistent or that the simulator cannot build
-    │   ├── PhysicsParameterError   a physical parameter with an invalid value, or one that cannot change
-    │   ├── ObservationTermError    an invalid observation term
-    │   ├── SensorSettingError      invalid settings of a sensor
-    │   ├── RandomizationError      invalid settings in randomize=…
-    │   ├── UnsuitableRobotError    a task or controller that cannot use this robot
-    │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller that cannot use this space
-    │   ├── ModelMismatchError      a trained model or run that was made for a different environment
-    │   └── PolicyExportError       a policy that cannot be exported
+    │   ├── ResetOptionError        a value in reset(options=…) is invalid
+    │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
+    │   ├── PhysicsParameterError   a physical parameter has an invalid value or cannot be changed
+    │   ├── ObservationTermError    an observation term is invalid
+    │   ├── SensorSettingError      the settings of a sensor are invalid
+    │   ├── RandomizationError      the settings in randomize=… are invalid
+    │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
+    │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
+    │   ├── ModelMismatchError      a trained model or run was made for a different environment
+    │   └── PolicyExportError       a policy cannot be exported
     ├── CapabilityError             the simulator does not support what a task or controller needs
-    ├── ModelFileError              a URDF, xacro or MJCF file that cannot be used
-    ├── InvalidActionError          an action of the wrong shape, or not finite
-    ├── ResetNeededError            step() before reset(), or after the end of an episode
-    ├── SimulationError             the engine failed
+    ├── ModelFileError              a URDF, xacro or MJCF file cannot be used
+    ├── InvalidActionError          an action has the wrong shape or is not finite
+    ├── ResetNeededError            step() is called before reset() or after the end of an episode
+    ├── SimulationError             the physics engine failed
     │   └── RenderingUnavailableError   OpenGL is not available
     ├── RunError
     │   └── CheckpointError         a checkpoint cannot be written or read
-    └── UntrustedFileError          opening the file would execute code, or load files that it names
+    └── UntrustedFileError          opening a file would execute code or load other files
 
-Each constructor takes the objects involved, stores them as attributes, and builds the message: the request, the
-available choices, and the fix.
+Each constructor stores its arguments as attributes and builds the message, which contains the request, the available
+choices and the fix.
 """
 
 from __future__ import annotations
@@ -57,7 +59,7 @@ def nearest(name: str, available: Iterable[str]) -> str | None:
 
 
 _MOST_NAMES = 5
-"""Names that an error lists; if there are more, it lists the most similar ones."""
+"""Maximum number of names in an error message, which lists the most similar names."""
 
 
 def _suggestion(name: str, available: Sequence[str]) -> str:
@@ -70,7 +72,7 @@ def _hint(name: str, available: Sequence[str]) -> str:
 
 
 def _short_hint(name: str, available: Sequence[str], more: str) -> str:
-    """Return the suggestion and the most similar names; ``more`` is the command that lists all names, or empty."""
+    """Return a suggestion and the most similar names. ``more`` is a command that lists all names, or ``""``."""
     if len(available) <= _MOST_NAMES:
         return _hint(name, available)
     similar = sorted(
@@ -86,7 +88,7 @@ _LISTS = {
     "record or environment ID": "frobs list",
     "command": "frobs --help",
 }
-"""Command that lists all names of a kind."""
+"""Command that lists all names of each kind."""
 
 
 def _restore(kind: type[FrobsError], args: tuple[object, ...], state: dict[str, object]) -> FrobsError:
@@ -99,7 +101,7 @@ class FrobsError(Exception):
     """Base class of all exceptions that FRobs raises deliberately."""
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle the fields and the text, because the constructors of subclasses do not accept the text."""
+        """Return the fields and the message for pickling, because subclass constructors do not accept a message."""
         return _restore, (type(self), self.args, vars(self))
 
 
@@ -112,7 +114,7 @@ class PluginLoadError(PluginError):
 
     Args:
         plugin: The entry point's name.
-        distribution: The pip package that holds it, with its version.
+        distribution: The pip package that contains the plugin, with its version.
         cause: One line with the reason.
     """
 
@@ -161,8 +163,8 @@ class AmbiguousNameError(PluginError):
     Args:
         kind: The kind of the name.
         name: The requested name, without a distribution.
-        distributions: Each distribution that provides it, with its version: ``"dist 1.0"``.
-        ways: What to request instead; by default ``"dist:name"`` for each distribution.
+        distributions: Each distribution that provides the name, with its version: ``"dist 1.0"``.
+        ways: Unambiguous names to request instead. Defaults to ``"dist:name"`` for each distribution.
     """
 
     def __init__(self, kind: str, name: str, distributions: Sequence[str], ways: Sequence[str] = ()) -> None:
@@ -184,7 +186,7 @@ class UnknownParameterError(ConfigurationError):
     """A keyword is not accepted.
 
     Args:
-        owner: Object that was built with it: ``"task 'reach'"``.
+        owner: Object that does not accept the keyword: ``"task 'reach'"``.
         name: The keyword.
         available: The accepted keywords.
     """
@@ -202,8 +204,9 @@ class ParameterValueError(ConfigurationError):
     Args:
         name: Name of the parameter.
         value: The value that was passed.
-        rule: What the value must be: ``"a whole number of at least 1"``.
-        owner: Object that the parameter belongs to: ``"controller 'discrete'"``; empty if the name is sufficient.
+        rule: Description of the valid values: ``"a whole number of at least 1"``.
+        owner: Object that the parameter belongs to: ``"controller 'discrete'"``. Empty if the parameter's name is
+            unambiguous.
     """
 
     def __init__(self, name: str, value: object, rule: str, owner: str = "") -> None:
@@ -219,9 +222,9 @@ class MissingSettingError(ConfigurationError):
     """A required setting is missing.
 
     Args:
-        owner: Object that requires it: ``"algorithm 'ppo'"``.
+        owner: Object that requires the setting: ``"algorithm 'ppo'"``.
         name: The missing setting.
-        advice: How to provide it; empty if the name is sufficient.
+        advice: How to provide the setting. Empty if the name is self-explanatory.
     """
 
     def __init__(self, owner: str, name: str, advice: str = "") -> None:
@@ -235,7 +238,7 @@ class ConflictingOptionsError(ConfigurationError):
     """Command-line options or settings cannot be combined.
 
     Args:
-        options: At least two options, as the user writes them.
+        options: Two or more options, as the user writes them.
         advice: What to do instead.
     """
 
@@ -250,7 +253,7 @@ class CommandLineError(ConfigurationError):
 
     Args:
         argument: The option or argument: ``"--args"``.
-        reason: What is wrong and what to do.
+        reason: The problem and how to fix it.
     """
 
     def __init__(self, argument: str, reason: str) -> None:
@@ -284,8 +287,8 @@ class ConfigFileError(ConfigurationError):
 
     Args:
         path: The file.
-        line: 1-based line, or None if unknown.
-        reason: What is wrong and what to do.
+        line: Line number, starting at 1, or None if unknown.
+        reason: The problem and how to fix it.
     """
 
     def __init__(self, path: Path | str, line: int | None, reason: str) -> None:
@@ -300,7 +303,7 @@ class MissingFileError(ConfigurationError):
 
     Args:
         path: The file or folder.
-        advice: What to do, or which files exist.
+        advice: How to fix the problem, or a list of existing files.
     """
 
     def __init__(self, path: Path | str, advice: str) -> None:
@@ -324,10 +327,10 @@ class TargetExistsError(ConfigurationError):
 
 
 class MissingDependencyError(ConfigurationError):
-    """A function needs an optional package that is not installed.
+    """An optional package that a function requires is not installed.
 
     Args:
-        purpose: Function that needs it: ``"the export to ONNX"``.
+        purpose: Function that requires the packages: ``"the export to ONNX"``.
         packages: The packages.
         command: The command that installs them.
     """
@@ -344,7 +347,7 @@ class ResetOptionError(ConfigurationError):
 
     Args:
         option: Name of the option.
-        reason: What is wrong and what is allowed.
+        reason: The problem and the allowed values.
     """
 
     def __init__(self, option: str, reason: str) -> None:
@@ -358,7 +361,7 @@ class SceneError(ConfigurationError):
 
     Args:
         element: The part of the scene: ``"contact 'grip'"``.
-        reason: What is wrong and what is allowed.
+        reason: The problem and the allowed values.
     """
 
     def __init__(self, element: str, reason: str) -> None:
@@ -368,12 +371,12 @@ class SceneError(ConfigurationError):
 
 
 class PhysicsParameterError(ConfigurationError):
-    """A physical parameter has an invalid value, or cannot change at all.
+    """A physical parameter has an invalid value or cannot be changed.
 
     Args:
         parameter: Name of the parameter: ``"mass"``.
         target: The link, body or robot.
-        reason: What is wrong.
+        reason: The problem.
     """
 
     def __init__(self, parameter: str, target: str, reason: str) -> None:
@@ -388,7 +391,7 @@ class SensorSettingError(ConfigurationError):
 
     Args:
         sensor: Name of the sensor.
-        reason: What is wrong and what to do.
+        reason: The problem and how to fix it.
     """
 
     def __init__(self, sensor: str, reason: str) -> None:
@@ -402,7 +405,7 @@ class RandomizationError(ConfigurationError):
 
     Args:
         place: The setting: ``"randomize.mass[1].scale"``.
-        reason: What is wrong and what to do.
+        reason: The problem and how to fix it.
     """
 
     def __init__(self, place: str, reason: str) -> None:
@@ -416,7 +419,7 @@ class ObservationTermError(ConfigurationError):
 
     Args:
         term: Name of the term.
-        reason: What is wrong and what to do.
+        reason: The problem and how to fix it.
     """
 
     def __init__(self, term: str, reason: str) -> None:
@@ -430,8 +433,8 @@ class UnsuitableRobotError(ConfigurationError):
 
     Args:
         robot: Name of the robot.
-        reason: What is missing or wrong, and what to do.
-        owner: Object that cannot use the robot; empty if the reason is sufficient.
+        reason: The problem and how to fix it.
+        owner: Object that cannot use the robot. Empty if the reason already names the object.
     """
 
     def __init__(self, robot: str, reason: str, owner: str = "") -> None:
@@ -447,7 +450,7 @@ class IncompatibleSpaceError(ConfigurationError):
     Args:
         owner: Object that cannot use the space: ``"algorithm 'crossq'"``.
         space: The Gymnasium space.
-        reason: What is required and what to do.
+        reason: The requirement and how to meet it.
     """
 
     def __init__(self, owner: str, space: object, reason: str) -> None:
@@ -490,11 +493,11 @@ class PolicyExportError(ConfigurationError):
 
 
 class CapabilityError(FrobsError):
-    """The simulator does not support what a task, a controller or the caller needs.
+    """The simulator does not support a capability that a task, a controller or the caller requires.
 
     Args:
         simulator: Name of the simulator.
-        missing: One row for each need: (owner of the need, capability, required level, supported level).
+        missing: One tuple for each unmet requirement: (requiring object, capability, required level, supported level).
     """
 
     def __init__(self, simulator: str, missing: Sequence[tuple[str, str, str, str]]) -> None:
@@ -512,7 +515,7 @@ class CapabilityError(FrobsError):
 
     @classmethod
     def lacking(cls, owner: object, capability: str) -> CapabilityError:
-        """Return the error for a method that a simulator, or one of its handles, does not support.
+        """Return the error for a method that a simulator or one of its handles does not support.
 
         Args:
             owner: The simulation or the handle.
@@ -526,8 +529,8 @@ class ModelFileError(FrobsError):
 
     Args:
         path: The file.
-        reason: What is wrong and what to do.
-        line: 1-based line, or None if unknown.
+        reason: The problem and how to fix it.
+        line: Line number, starting at 1, or None if unknown.
     """
 
     def __init__(self, path: Path | str, reason: str, line: int | None = None) -> None:
@@ -554,7 +557,7 @@ class RenderingUnavailableError(SimulationError):
 
     Args:
         reason: What is missing.
-        package: The Debian package that provides it.
+        package: The Debian package that provides the missing library.
     """
 
     def __init__(self, reason: str, package: str) -> None:
@@ -572,11 +575,11 @@ class CheckpointError(RunError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute code in it, or import or open what it names.
+    """Opening the file would execute its code, or import modules or open files that the file names.
 
     Args:
         path: The file.
-        reason: The part of the file that would do so.
+        reason: The part of the file that makes the file unsafe to open.
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:

@@ -1,6 +1,6 @@
-"""Reading files with size limits, writing them atomically, and the cache folder.
+"""Size-limited reading and atomic writing of files, and the location of the cache folder.
 
-Files that someone else may have written are only opened if they are regular files below a size limit.
+Untrusted files are opened only if they are regular files within a size limit.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ _KINDS = {
     stat.S_IFDIR: "a folder",
 }
 
-_HOMELESS = Path("/nonexistent")  # home folder that Debian assigns to users without one; nothing can be stored there
+_HOMELESS = Path("/nonexistent")  # path that Debian assigns to users without a home folder; it does not exist
 
 
 class UnsuitableFileError(OSError):
-    """The file exists but is not a regular file or exceeds the size limit; ``strerror`` contains the reason."""
+    """The file exists but is not a regular file or exceeds the size limit. ``strerror`` contains the reason."""
 
 
 def read_limited(path: Path | str, limit: int) -> bytes:
-    """Read a regular file; symbolic links are followed.
+    """Read a regular file. Symbolic links are followed.
 
-    FIFOs and devices are not opened, because reading could block forever or never end.
+    FIFOs and devices are not opened, because reading from them could block or never end.
 
     Args:
         path: The file.
         limit: Maximum size [bytes].
 
     Raises:
-        UnsuitableFileError: It is not a regular file, or larger than ``limit``; the message contains the limit.
-        OSError: It cannot be read.
+        UnsuitableFileError: The file is not a regular file or exceeds ``limit``. The message contains the limit.
+        OSError: The file cannot be read.
     """
     check_regular(path, limit)
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with os.fdopen(descriptor, "rb") as file:
-        _check(os.fstat(descriptor), path, limit)  # it may have been replaced in the meantime
+        _check(os.fstat(descriptor), path, limit)  # the file may have been replaced in the meantime
         data = file.read(limit + 1)
     if len(data) > limit:  # files in /proc do not report their size
         raise _too_large(path, limit)
@@ -56,14 +56,14 @@ def read_limited(path: Path | str, limit: int) -> bytes:
 
 
 def check_regular(path: Path | str, limit: int) -> int:
-    """Check a file like :func:`read_limited`, without opening it.
+    """Check a file as :func:`read_limited` does, but without opening it.
 
     Returns:
-        Its size [bytes].
+        The file size [bytes].
 
     Raises:
-        UnsuitableFileError: It is not a regular file, or larger than ``limit``.
-        OSError: It does not exist, or its folder cannot be searched.
+        UnsuitableFileError: The file is not a regular file or exceeds ``limit``.
+        OSError: The file does not exist, or its folder cannot be accessed.
     """
     try:
         found = os.stat(path)
@@ -87,12 +87,13 @@ def _too_large(path: Path | str, limit: int) -> UnsuitableFileError:
 
 
 def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = True) -> None:
-    """Write a file under a temporary name and rename it, so that other processes see either all of it or nothing.
+    """Write a file under a temporary name and rename it, so that other processes never see a partial file.
 
     Args:
         path: The file. An existing file is replaced, and missing folders are created.
-        write: Receives a temporary path in the same folder, with the same suffix, and creates that file.
-        durable: Whether the file must also survive a power failure. This is not necessary for caches.
+        write: Function that writes the file. The function receives a temporary path in the same folder, with the same
+            suffix.
+        durable: Whether the file must survive a power failure, which is not necessary for caches.
 
     Raises:
         OSError: The file cannot be written.
@@ -131,7 +132,9 @@ def sync(path: Path) -> None:
 
 
 def cache_folder(*names: str) -> Path:
-    """Return a folder in the cache: ``frobs`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if that is unset or relative.
+    """Return the path of a folder in the cache.
+
+    The cache is ``$XDG_CACHE_HOME/frobs``, or ``~/.cache/frobs`` if the variable is unset or a relative path.
 
     Args:
         *names: Names of the nested folders.
@@ -143,6 +146,6 @@ def cache_folder(*names: str) -> Path:
     if not base.is_absolute():
         try:
             base = Path.home() / ".cache"
-        except RuntimeError:  # neither $HOME nor an entry for the user ID
+        except RuntimeError:  # neither $HOME nor a user database entry exists
             base = _HOMELESS / ".cache"
     return base.joinpath("frobs", *names)

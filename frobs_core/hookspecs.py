@@ -1,6 +1,6 @@
-"""Hooks that a plugin may implement: one for each of the five kinds, and three that extend the contracts.
+"""Hooks that a plugin may implement: one for each of the five main kinds of records, and three for extensions.
 
-A plugin is a module that an entry point in the group ``frobs`` refers to. Its hooks are called once, when the plugins
+A plugin is a module that is registered as an entry point in the group ``frobs``. Hooks are called once, when plugins
 are loaded, and never while an environment is being stepped.
 """
 
@@ -29,7 +29,7 @@ hookimpl = pluggy.HookimplMarker("frobs")
 def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
     """Provide simulators.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.SimulatorRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.SimulatorRecord`.
 
     Example::
 
@@ -38,7 +38,7 @@ def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
             return [SimulatorRecord(name="mujoco", summary="…", entry_point="frobs_sim_mujoco.simulation:MujocoSimulation",
                                     capabilities={"snapshot": Level.EXACT})]
 
-    Do not import the engine here; ``entry_point`` is imported when a simulation is first built.
+    Do not import the engine in this hook: ``entry_point`` is imported when a simulation is first built.
     """
 
 
@@ -46,7 +46,7 @@ def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
 def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
     """Provide robots.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.RobotRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.RobotRecord`.
 
     Example::
 
@@ -54,7 +54,7 @@ def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
         def frobs_robots():
             return [RobotRecord(name="irb120", summary="…", entry_point="frobs_robots_abb.irb120:IRB120")]
 
-    Do not read model files here; they are read when the robot is first built.
+    Do not read model files in this hook: they are read when the robot is first built.
     """
 
 
@@ -62,7 +62,7 @@ def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
 def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-body]
     """Provide controllers.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.ControllerRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.ControllerRecord`.
 
     Example::
 
@@ -71,7 +71,7 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
             return [ControllerRecord(name="joint_position", summary="…",
                                      entry_point="frobs_controllers.joint_position:JointPosition")]
 
-    Do not write a generator, because its errors would appear only when it is iterated.
+    Do not write a generator, because generators raise their errors only during iteration.
     """
 
 
@@ -79,7 +79,7 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
 def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
     """Provide tasks, and the Gymnasium IDs that combine them with robots.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.TaskRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.TaskRecord`.
 
     Example::
 
@@ -88,7 +88,7 @@ def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
             return [TaskRecord(name="reach", summary="…", entry_point="frobs_tasks_reach.reach:Reach",
                                environments=(EnvironmentRecord(id="frobs/Irb120Reach-v0", …),))]
 
-    Do not call ``gymnasium.register`` yourself; the registry does this and never overwrites an existing ID.
+    Do not call ``gymnasium.register`` yourself: the registry registers the IDs and never overwrites an existing ID.
     """
 
 
@@ -96,7 +96,7 @@ def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
 def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
     """Provide learning algorithms.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AlgorithmRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AlgorithmRecord`.
 
     Example::
 
@@ -104,7 +104,7 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
         def frobs_algorithms():
             return [AlgorithmRecord(name="ppo", summary="…", entry_point="frobs_algos_sb3.ppo:PPO")]
 
-    Do not import torch here; ``entry_point`` is imported when training starts.
+    Do not import torch in this hook: ``entry_point`` is imported when training starts.
     """
 
 
@@ -112,7 +112,7 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
 def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
     """Provide additional simulator abilities.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AbilityRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.AbilityRecord`.
 
     Example::
 
@@ -120,7 +120,8 @@ def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
         def frobs_abilities():
             return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",))]
 
-    Do not reuse a name of the core; your ability would be available only as ``"distribution:name"``.
+    Do not reuse the name of a core ability, because your ability would then be available only as
+    ``"distribution:name"``.
     """
 
 
@@ -128,7 +129,7 @@ def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
 def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-body]
     """Provide sensor types.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.SensorTypeRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.SensorTypeRecord`.
 
     Example::
 
@@ -136,7 +137,7 @@ def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-bo
         def frobs_sensor_types():
             return [SensorTypeRecord(name="anemometer", summary="…", entry_point="acme.wind:Anemometer")]
 
-    Do not import the instrument here; it is imported when an environment uses such a sensor.
+    Do not import the sensor class in this hook: it is imported when an environment uses a sensor of this type.
     """
 
 
@@ -144,7 +145,7 @@ def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-bo
 def frobs_parameters() -> Sequence[ParameterRecord]:  # type: ignore[empty-body]
     """Provide physical parameters that can be randomized.
 
-    Called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.ParameterRecord`.
+    This hook is called once, when plugins are loaded. Return a list of :class:`~frobs_core.specs.ParameterRecord`.
 
     Example::
 

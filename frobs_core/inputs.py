@@ -16,7 +16,7 @@ def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> A
     """Return an action as an array.
 
     Raises:
-        InvalidActionError: It does not consist of numbers, or its rows have different lengths.
+        InvalidActionError: The action does not consist of numbers, or its rows have different lengths.
     """
     try:
         return np.asarray(action, dtype)
@@ -25,7 +25,7 @@ def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> A
 
 
 def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
-    """Return an error that explains why an action is not in its space."""
+    """Return an error that explains why an action is not in the action space."""
     try:
         given = np.asarray(action)
     except ValueError:
@@ -41,10 +41,10 @@ def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
 
 
 def option_mapping(options: Any) -> dict[str, Any]:
-    """Return the options of a reset as a new dictionary.
+    """Return reset options as a new dictionary.
 
     Raises:
-        ConfigurationError: They are not a mapping.
+        ConfigurationError: The options are not a mapping.
     """
     if not isinstance(options, Mapping | None):
         raise ParameterValueError("options", options, "a mapping by name, or None")
@@ -52,18 +52,18 @@ def option_mapping(options: Any) -> dict[str, Any]:
 
 
 def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_envs: int) -> dict[str, Floats]:
-    """Check the options of a reset and repeat them for every environment.
+    """Validate reset options and repeat them for every environment.
 
     Args:
-        options: Values by name: one for all environments, or a row for each.
+        options: Option values by name: either one value for all environments, or one row per environment.
         known: Options that the task accepts.
         num_envs: ≥ 1.
 
     Returns:
-        (num_envs, …) float64, by name.
+        Option values by name, (num_envs, …) float64 each.
 
     Raises:
-        UnknownParameterError: The task has no such option.
+        UnknownParameterError: The task does not accept one of the options.
         ConfigurationError: A value is not finite, or has the wrong number of rows.
     """
     batched = {}

@@ -1,7 +1,8 @@
-"""Install commands in messages.
+"""Install commands in error messages.
 
-Messages name distributions of FRobs as they are called on a package index: ``pip install frobs-sim-mujoco``. In a checkout
-of the repository, ``local_install_hint`` replaces the name by the folder: ``pip install -e plugins/frobs-sim-mujoco``.
+By default, messages refer to FRobs distributions by their names on a package index: ``pip install frobs-sim-mujoco``.
+In a checkout of the repository, ``local_install_hint`` replaces each name with the distribution's folder: ``pip install
+-e plugins/frobs-sim-mujoco``.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ _REQUIREMENT = re.compile(
 
 
 def local_install_hint(command: str) -> str:
-    """Return an install command that works here.
+    """Return an install command that works for the current installation.
 
     Args:
-        command: A text with ``pip install NAME``. Only names of distributions that have a folder in the checkout change.
+        command: Text with ``pip install NAME``. Only the names of distributions with a folder in the checkout are
+            replaced.
 
     Returns:
-        The command; the same text if FRobs is not installed from a checkout.
+        The command, which is unchanged if FRobs is not installed from a checkout.
     """
     before, pip, names = command.partition("pip install ")
     if not pip or not (CHECKOUT / "plugins").is_dir():
@@ -35,14 +37,14 @@ def local_install_hint(command: str) -> str:
 
 
 def _editable(match: re.Match[str]) -> str:
-    """Return ``-e FOLDER`` for a requirement on a distribution that has a folder here."""
+    """Return ``-e FOLDER`` for a requirement whose distribution has a folder in the checkout."""
     name, extras = match[2], match[3] or ""
     folder = CHECKOUT if name == "frobs-core" else CHECKOUT / "plugins" / name
     if not (folder / "pyproject.toml").is_file():
         return match[0]
     try:
         shown = str(folder.relative_to(Path.cwd()))
-    except (OSError, ValueError):  # the working directory is elsewhere, or was removed
+    except (OSError, ValueError):  # the folder is not below the working directory, or the working directory was removed
         shown = str(folder)
     quote = "'" if extras else ""
     return f"-e {quote}{shown}{extras}{quote}"

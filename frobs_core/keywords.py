@@ -1,4 +1,4 @@
-"""Keywords that a constructor accepts, including those that it passes on to its parents."""
+"""Keywords that a constructor accepts, including keywords that it passes to parent classes."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import inspect
 
 
 def constructor_parameters(cls: type) -> dict[str, inspect.Parameter]:
-    """Return the parameters of a constructor by name, in their order.
+    """Return a constructor's parameters by name, in the order of their definition.
 
-    If a constructor takes ``**keywords``, the parameters of the next constructor in the method resolution order follow.
+    If a constructor accepts ``**keywords``, the parameters of the next constructor in the method resolution order are
+    appended.
     """
     found: dict[str, inspect.Parameter] = {}
     for parent in cls.__mro__[:-1]:

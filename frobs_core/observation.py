@@ -13,10 +13,12 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import ConfigurationError, ObservationTermError
 
 Observation: TypeAlias = np.ndarray[Any, Any] | dict[str, np.ndarray[Any, Any]]
-"""(num_envs, …), or a dictionary of such arrays."""
+"""Batched observation: an array (num_envs, …), or a dictionary of such arrays."""
 
 VECTORS = "observation"
-"""Key of the vectors in a dictionary observation. It also names the array of an observation that is a single array."""
+"""Key of the vector terms in a dictionary observation. An observation that consists of a single array is also named
+``"observation"``.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,17 +26,17 @@ class ObservationTerm:
     """One named part of an observation.
 
     Attributes:
-        read: Returns the current value, (num_envs, …). The environment copies it.
-        low: Minimum values, in the shape of one environment's value.
-        high: Maximum values, in the same shape.
+        read: Function that returns the current value, (num_envs, …). The environment copies the array.
+        low: Minimum values, with the shape of a single environment's value.
+        high: Maximum values, with the same shape as ``low``.
         unit: Unit of the values: ``"m"``.
-        scale: Suggested scale factor for learners; relevant differences become about 1.
+        scale: Suggested scale factor for learning algorithms. Scaled values have relevant differences of about 1.
         key: Key in a dictionary observation. Vectors with the same key are concatenated in the order of the terms.
-        dtype: ``"float32"`` for vectors. Images may have other types and need a key of their own.
-        imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. ``randomize``
-            then rejects noise and delays for this term.
-        view: Camera of an image, recorded for exported policies: name of the ``camera``, its pose and field of view as
-            in :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
+        dtype: ``"float32"`` for vectors. Images may have other types and require a separate key.
+        imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. For such terms,
+            ``randomize`` rejects additional noise and delays.
+        view: Camera settings of an image, which are stored in exported policies: name of the ``camera``, the fields of
+            :class:`~frobs_core.interfaces.Camera`, the ``modality``, and whether ``markers`` are drawn.
     """
 
     read: Callable[[], np.ndarray[Any, Any]]
@@ -49,12 +51,12 @@ class ObservationTerm:
 
     @property
     def is_vector(self) -> bool:
-        """Whether it can be concatenated with other terms."""
+        """Whether the term can be concatenated with other terms."""
         return self.low.ndim == 1 and self.dtype == "float32"
 
 
 class Observations:
-    """Assembles the observations of all environments.
+    """Observations of all environments, assembled from terms.
 
     Args:
         num_envs: ≥ 1.
@@ -62,14 +64,15 @@ class Observations:
 
     Attributes:
         terms: Terms by name, in the order of the observation.
-        columns: Key and columns of each term; all columns for an image.
-        space: Space of a single environment: a float32 Box if all terms are vectors under ``"observation"``, else a
-            Dict.
-        vector_reads: Functions that read the terms if the observation is one vector; otherwise None.
-        scale: (k,) suggested scale factor for each column under ``"observation"``.
+        columns: Observation key and columns of each term. For images, the columns are ``slice(None)``.
+        space: Observation space of a single environment: a float32 Box if all terms have the key ``"observation"``,
+            otherwise a Dict.
+        vector_reads: Functions that read the terms, if the observation is a single vector. Otherwise, None.
+        scale: Suggested scale factor of each column under the key ``"observation"``, (k,).
 
     Raises:
-        ConfigurationError: There are no terms, the bounds of a term have different shapes, or an image shares its key.
+        ConfigurationError: There are no terms, the bounds of a term have different shapes, or an image shares its key
+            with another term.
     """
 
     def __init__(self, num_envs: int, terms: Mapping[str, ObservationTerm]) -> None:
@@ -106,7 +109,7 @@ class Observations:
         self.vector_reads = self._reads[VECTORS] if spaces.keys() == {VECTORS} else None
 
     def observe(self) -> Observation:
-        """Return the current observation, (num_envs, …) for each key, in new arrays."""
+        """Return the current observation in new arrays, (num_envs, …) for each key."""
         if self.vector_reads is not None:
             return _join(self.vector_reads)
         return {
@@ -118,7 +121,7 @@ class Observations:
         """Check that every term returns an array of the expected shape.
 
         Raises:
-            ConfigurationError: A term returns another shape.
+            ConfigurationError: A term returns an array of another shape.
         """
         for name, term in self.terms.items():
             shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)
@@ -126,7 +129,7 @@ class Observations:
                 raise ObservationTermError(name, f"returns an array of shape {shape}; its bounds require {wanted}.")
 
     def describe(self) -> list[dict[str, Any]]:
-        """Return a row for each vector in ``"observation"``: name, first and last column, unit and suggested scale."""
+        """Return the name, first and last column, unit and suggested scale of each vector under ``"observation"``."""
         return [
             {
                 "name": name,

@@ -15,9 +15,9 @@ def plain(value: Any, *, for_yaml: bool = False) -> Any:
     """Convert a value to JSON types: dictionaries, lists, strings, numbers, booleans and None.
 
     Args:
-        value: Value to convert. It may contain arrays, dataclasses, enumerations and paths at any depth.
-        for_yaml: Whether to keep non-finite numbers, and objects of other types, which a YAML dumper rejects. Otherwise
-            such a number becomes None, and such an object its string representation.
+        value: Value to convert, which may contain arrays, dataclasses, enumerations and paths at any depth.
+        for_yaml: Whether to keep non-finite numbers and objects of other types, so that a YAML dumper can write the
+            numbers and reject the objects. Otherwise, non-finite numbers become None, and other objects become strings.
     """
     if isinstance(value, Enum):
         return str(value)

@@ -1,8 +1,8 @@
 """Random numbers that depend only on an environment's seed, episode and step, and on the name of a stream.
 
 The generator is counter-based: Philox 4×32 with 10 rounds (Salmon, Moraes, Dror, Shaw: "Parallel random numbers: as
-easy as 1, 2, 3", SC 2011). A single call therefore serves all environments. The numbers of an environment do not depend
-on the number of environments or on draws from other streams.
+easy as 1, 2, 3", SC 2011). A single call can therefore draw numbers for all environments. The numbers of an environment
+do not depend on the number of environments or on draws from other streams.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from frobs_core.errors import ConfigurationError, ParameterValueError
 
 _LOW = 0xFFFFFFFF
 _FULL = 0xFFFFFFFFFFFFFFFF
-_FEW = 16  # up to this many blocks, plain Python is faster than some 150 small NumPy calls
+_FEW = 16  # number of blocks up to which plain Python is faster than about 150 small NumPy calls
 
 Words = npt.NDArray[np.uint64]
 """Unsigned 32-bit words, stored in 64 bits to leave room for products."""
 
 
 def philox4x32(counter: Sequence[Any], key: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """Compute Philox 4×32-10 of integers, or of broadcastable arrays of :data:`Words`.
+    """Compute Philox 4×32-10 for integers or for broadcastable arrays of :data:`Words`.
 
     Args:
         counter: Four 32-bit words.
@@ -53,7 +53,7 @@ def _stream_number(stream: str) -> int:
 
 
 def _mix(x: Words) -> Words:
-    """Spread consecutive numbers over 64 bits (the finalizer of SplitMix64, Steele, Lea, Flood 2014)."""
+    """Spread consecutive numbers over 64 bits with the finalizer of SplitMix64 (Steele, Lea, Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
@@ -62,14 +62,15 @@ def _mix(x: Words) -> Words:
 class RandomSource:
     """Streams of random numbers for ``num_envs`` environments.
 
-    A number depends on the environment's seed, its episode, its step, the stream's name, and the number of previous
-    draws from this stream in the step.
+    A number depends on the environment's seed, episode and step, on the stream's name, and on the number of previous
+    draws from this stream in the same step.
 
     Args:
         num_envs: ≥ 1.
 
     Attributes:
-        clock: Total number of steps, across episodes. The environment adds 1 at the start of each step.
+        clock: Total number of steps across all episodes. The environment increments the clock at the start of each
+            step.
     """
 
     def __init__(self, num_envs: int) -> None:
@@ -78,12 +79,12 @@ class RandomSource:
         self._seeds: Words = np.zeros(num_envs, np.uint64)
         self._episodes: Words = np.zeros(num_envs, np.uint64)
         self._begun: Words = np.zeros(num_envs, np.uint64)  # value of the clock at the start of the episode
-        self._draws: dict[str, Words] = {}  # number of draws of each stream, in the step stored in the next line
+        self._draws: dict[str, Words] = {}  # number of draws from each stream in the step ``_drawn_at``
         self._drawn_at = 0
         self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
-        """Set the seeds of the n environments of ``mask`` (modulo 2⁶⁴). Their next episode is number 0.
+        """Set the seeds (modulo 2⁶⁴) of the n environments of ``mask``. Their episodes are numbered from 0 again.
 
         Raises:
             ConfigurationError: The number of seeds is not n.
@@ -97,7 +98,7 @@ class RandomSource:
         self._keys.clear()
 
     def begin_episode(self, mask: Mask | None = None) -> None:
-        """Increment the episode number and return to step 0."""
+        """Increment the episode number and reset the step to 0."""
         rows = rows_of(mask)
         self._episodes[rows] = (self._episodes[rows] + 1) & _LOW
         self._begun[rows] = self.clock
@@ -112,17 +113,17 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from [low, high). Rounding may return ``high`` once in 10¹⁵ draws.
+        """Draw uniformly from [low, high). Due to rounding, about one in 10¹⁵ draws may return ``high``.
 
         Args:
             stream: Name of the stream: ``"goal"``.
             low: Broadcasts to (n, …shape).
             high: Broadcasts to (n, …shape).
-            shape: Shape of the numbers of one environment.
-            mask: The n environments.
+            shape: Shape of the numbers for a single environment.
+            mask: Mask of the n environments, or None for all.
 
         Returns:
-            (n, …shape) float64, in the order of the environments.
+            Random numbers, (n, …shape) float64, in the order of the environments.
         """
         return low + (high - low) * self._unit(stream, shape, mask)
 
@@ -134,17 +135,17 @@ class RandomSource:
         shape: tuple[int, ...] = (),
         mask: Mask | None = None,
     ) -> Floats:
-        """Draw from a normal distribution. The arguments are those of :meth:`uniform`."""
+        """Draw from a normal distribution. For the other arguments, see :meth:`uniform`."""
         pairs = self._unit(stream, (2, *shape), mask)  # Box and Muller, 1958
         return mean + std * np.sqrt(-2.0 * np.log1p(-pairs[:, 0])) * np.cos(2.0 * np.pi * pairs[:, 1])
 
     def integers(
         self, stream: str, low: int, high: int, shape: tuple[int, ...] = (), mask: Mask | None = None
     ) -> npt.NDArray[np.int64]:
-        """Draw integers from [low, high), (n, …shape) int64.
+        """Draw integers uniformly from [low, high), (n, …shape) int64.
 
         Raises:
-            ConfigurationError: [low, high) does not contain an integer.
+            ConfigurationError: The interval [low, high) does not contain an integer.
         """
         if low >= high:
             raise ConfigurationError(f"stream '{stream}': [{low}, {high}) does not contain a whole number.")
@@ -152,16 +153,16 @@ class RandomSource:
 
     @property
     def episodes(self) -> Words:
-        """(num_envs,) current episode of each environment, counted from 0 after seeding."""
+        """Current episode of each environment, (num_envs,), counted from 0 after seeding."""
         return self._episodes
 
     @property
     def steps(self) -> Words:
-        """(num_envs,) current step of each environment within its episode, 0 at the reset."""
+        """Current step of each environment in its episode, (num_envs,), which is 0 after a reset."""
         return np.uint64(self.clock) - self._begun
 
     def snapshot(self) -> dict[str, npt.NDArray[np.uint64]]:
-        """Return the complete state between steps."""
+        """Return the complete state, which is valid only between steps."""
         return {"seeds": self._seeds.copy(), "episodes": self._episodes.copy(), "steps": self.steps}
 
     def restore(self, snapshot: dict[str, npt.NDArray[np.uint64]]) -> None:
@@ -173,7 +174,7 @@ class RandomSource:
         self._keys.clear()
 
     def _key(self, stream: str) -> Words:
-        """Return the key of each environment for a stream, (2, num_envs)."""
+        """Return each environment's Philox key for a stream, (2, num_envs)."""
         key = self._keys.get(stream)
         if key is None:
             mixed = _mix(self._seeds + np.uint64(_stream_number(stream)))

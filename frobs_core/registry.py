@@ -1,7 +1,8 @@
-"""Registration of the Gymnasium IDs of all plugins. It only handles strings and imports nothing.
+"""Registration of the Gymnasium IDs of all plugins. No implementation is imported.
 
-If two distributions provide the same ID, it is not registered, and requesting it raises an error that names both. Each
-remains available with its distribution as the namespace (``"frobs-tasks-reach/frobs.Irb120Reach-v0"``).
+If two distributions provide the same ID, requesting this ID raises an error that names both distributions. Each of the
+two environments remains available with its distribution as the namespace
+(``"frobs-tasks-reach/frobs.Irb120Reach-v0"``).
 """
 
 from __future__ import annotations
@@ -28,18 +29,18 @@ from frobs_core.plugins.report import PluginReport
 from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 COMPOSITIONAL_ID = "frobs/Env-v0"
-"""ID whose robot, task, controller and simulator are keywords."""
+"""ID of an environment whose robot, task, controller and simulator are passed as keywords."""
 
 _SINGLE = "frobs_core.env:RobotEnv"
 _VECTOR = "frobs_core.vector_env:RobotVectorEnv"
 _CLASH = "frobs_core.registry:raise_clash"
 
-_registered: dict[str, EnvSpec] = {}  # also recognized if a user has changed, for example, max_episode_steps
+_registered: dict[str, EnvSpec] = {}  # FRobs IDs, recognized even if a user has changed, for example, max_episode_steps
 
 
 @dataclass
 class _Table:
-    """Environment IDs, resolved from a plugin collection."""
+    """Environment IDs of a plugin collection, with conflicts resolved."""
 
     environments: dict[str, tuple[TaskRecord, EnvironmentRecord]] = field(default_factory=dict)
     specs: dict[str, EnvSpec] = field(default_factory=dict)
@@ -50,7 +51,8 @@ class _Table:
 def register_environments() -> None:
     """Register every environment record and ``frobs/Env-v0``. Repeated calls have no effect.
 
-    If an ID cannot be registered, one line is logged and :func:`problems` lists it. The other IDs are still registered.
+    If an ID cannot be registered, a warning is logged and :func:`problems` lists the ID. All other IDs are still
+    registered.
 
     Raises:
         PluginLoadError: A plugin is broken, and ``FROBS_STRICT_PLUGINS`` is set.
@@ -74,21 +76,21 @@ def register_environments() -> None:
 
 
 def environments() -> Mapping[str, tuple[TaskRecord, EnvironmentRecord]]:
-    """Return the available IDs of all plugins with their records."""
+    """Return the task record and environment record of each available ID."""
     return dict(sorted(_table(plugins.active()).environments.items()))
 
 
 def problems() -> Mapping[str, str]:
-    """Return the unavailable IDs of plugins, each with the reason in one line."""
+    """Return a one-line reason for each ID that is not available."""
     return dict(_table(plugins.active()).problems)
 
 
 def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
-    """Return the record of an ID. The form ``frobs_core:frobs/…`` is also accepted.
+    """Return the task record and environment record of an ID. The form ``frobs_core:frobs/…`` is also accepted.
 
     Raises:
-        UnknownNameError: No plugin provides it.
-        AmbiguousNameError: Two distributions provide it.
+        UnknownNameError: No plugin provides the ID.
+        AmbiguousNameError: Two distributions provide the ID.
     """
     collection = plugins.active()
     table = _table(collection)
@@ -103,19 +105,19 @@ def find_environment(id: str) -> tuple[TaskRecord, EnvironmentRecord]:
 
 
 def bare_id(id: str) -> str:
-    """Return an ID without the module prefix of its self-importing form: ``"frobs_core:frobs/…"`` → ``"frobs/…"``."""
+    """Return an ID without its module prefix: ``"frobs_core:frobs/…"`` becomes ``"frobs/…"``."""
     return id.rpartition(":")[2]
 
 
 def find_spec(id: str) -> EnvSpec:
-    """Return Gymnasium's record of an ID, whether it belongs to FRobs or to another package.
+    """Return Gymnasium's spec of an ID from FRobs or from another package.
 
     Args:
-        id: The ID; ``"module:ID"`` imports the module first.
+        id: The ID. The form ``"module:ID"`` imports the module first.
 
     Raises:
-        UnknownNameError: No such ID; suggests the closest match.
-        AmbiguousNameError: Two distributions provide it.
+        UnknownNameError: The ID does not exist. The message suggests the closest match.
+        AmbiguousNameError: Two distributions provide the ID.
         ConfigurationError: The module cannot be imported.
     """
     module, _, name = id.rpartition(":")
@@ -137,18 +139,18 @@ def find_spec(id: str) -> EnvSpec:
 
 
 def pretrained_ids() -> list[str]:
-    """Return the IDs that have a trained policy, sorted."""
+    """Return a sorted list of the IDs that have a trained policy."""
     return [id for id, (_, record) in environments().items() if record.pretrained]
 
 
 def pretrained_path(id: str) -> Path:
-    """Return the trained policy of an ID.
+    """Return the path of an ID's trained policy.
 
     Args:
-        id: The ID; the form ``frobs_core:frobs/…`` is also accepted.
+        id: The ID. The form ``frobs_core:frobs/…`` is also accepted.
 
     Raises:
-        UnknownNameError: No such ID.
+        UnknownNameError: The ID does not exist.
         RunError: The ID has no trained policy.
         PluginError: The record names a file in a package that is not installed.
     """
@@ -246,7 +248,7 @@ def _spec(id: str, max_episode_steps: int, kwargs: dict[str, Any]) -> EnvSpec:
 
 
 def _problem(environment: EnvironmentRecord) -> str:
-    """Return why Gymnasium could not use an environment record, or an empty string."""
+    """Return the reason why Gymnasium cannot use an environment record, or an empty string."""
     try:
         parsed = parse_env_id(environment.id)
     except (gym.error.Error, TypeError):

@@ -1,4 +1,4 @@
-"""Configuration of one robot of an environment: the robot, changes to it, and its controllers."""
+"""Configuration of one robot in an environment: its description, changes to the description, and its controllers."""
 
 from __future__ import annotations
 
@@ -36,32 +36,34 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 
 BASES = ("fixed", "floating", "wheeled")
 
-_NEAR = 0.005  # [m] above the lowest point: links below this height are on the floor
-_TOUCHING = 1e-3  # [m] from the floor: bases closer than this are not moved
+_NEAR = 0.005  # [m] height above the lowest point; links below this height touch the floor
+_TOUCHING = 1e-3  # [m] distance from the floor; bases within this distance are not moved
 _MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotConfig:
-    """One robot of an environment.
+    """Configuration of one robot in an environment.
 
     Args:
-        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a description. ``"ARM+TOOL"`` attaches a tool, by
-            its name, to the tool center point of an arm: ``"irb120+parallel_gripper"``.
-        controller: Name of the controller of the robot's first joint group, or a record; or a mapping from joint group
-            to name, in which None leaves a group without a controller. Groups you omit use the robot's default
-            controllers.
-        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, keywords by joint group.
-        robot_args: Arguments of the robot's xacro file.
-        package_paths: Folders of the ROS packages that the robot's file refers to, by package name.
-        home: Rest position by joint name [rad or m]; joints you omit keep the robot's own.
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
+            named tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
+        controller: Name or record of the controller for the robot's first joint group, or a mapping from joint groups
+            to controllers. In the mapping, None leaves a group without a controller. Omitted groups use the robot's
+            default controllers.
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, ``controller_kwargs`` maps joint
+            groups to keywords.
+        robot_args: Arguments for the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
+        home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
-        sensors: Sensor overrides, by name; see :mod:`frobs_core.sensors`.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``, or None for the robot's default.
-        differential_drive: Wheels of a robot whose description does not define them, with the fields of
-            :class:`~frobs_core.interfaces.DifferentialDrive`. The base is then wheeled, and other links on the floor
-            glide without friction.
-        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]; None: the task's pose.
+        sensors: Overrides of sensor settings, by sensor name; see :mod:`frobs_core.sensors`.
+        base: Type of the base: ``"fixed"``, ``"floating"`` or ``"wheeled"``, or None for the robot's default.
+        differential_drive: Differential drive of a robot whose description does not define one, as a mapping with the
+            fields of :class:`~frobs_core.interfaces.DifferentialDrive`. With this setting, the base is wheeled, and all
+            links on the floor except the wheels slide without friction.
+        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the task's
+            pose.
     """
 
     robot: str | Robot = ""
@@ -82,7 +84,8 @@ class RobotConfig:
 
         Args:
             name: Name of the robot in the environment.
-            value: Name of a robot, path of a model file, a description, or a mapping with the fields of this class.
+            value: Name of a robot, path of a model file, a robot description, or a mapping with the fields of this
+                class.
             defaults: Values for fields that the entry does not set.
 
         Raises:
@@ -100,10 +103,10 @@ class RobotConfig:
         return cls(**{**defaults, **value})
 
     def describe(self) -> Robot:
-        """Return the description of the robot with all changes applied.
+        """Return the robot description with all changes of this configuration.
 
         Raises:
-            UnknownNameError: No plugin provides the name, or the robot has no such sensor.
+            UnknownNameError: No plugin provides the robot, or the robot does not have one of the configured sensors.
             MissingSettingError: The robot is missing.
             ConfigurationError: A sensor setting cannot be used.
         """
@@ -151,20 +154,21 @@ class RobotConfig:
         return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
-        """Return the description of the robot as placed in the scene, and the base pose in the world.
+        """Return the robot description adapted to the scene, and the base pose in the world.
 
-        If ``pose`` is omitted, a movable base keeps the root pose of its file, and its lowest point is put on the
+        If this configuration does not set ``pose``, a movable base starts at the root pose of its model file relative
+        to the task's pose. If there is a floor, the base is moved vertically so that its lowest point touches the
         floor.
 
         Args:
             robot: Description of the robot.
-            model: Its model.
+            model: Model of the robot.
             pose: Base pose of the task.
             on_floor: Whether there is a floor at z = 0.
 
         Raises:
-            UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
-            ParameterValueError: A value does not consist of three finite numbers.
+            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
+            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
             UnknownNameError: A wheel is not an actuated joint.
         """
         pose = self.base_pose(pose)
@@ -184,7 +188,7 @@ class RobotConfig:
         return robot, pose
 
     def controllers(self, robot: Robot) -> dict[str, tuple[ControllerRecord, Mapping[str, Any]]]:
-        """Return the controller of each joint group with its keywords, in the order of the groups.
+        """Return the controller record and keywords of each joint group, in the order of the groups.
 
         Args:
             robot: Description of the robot.
@@ -218,8 +222,8 @@ class RobotConfig:
         """Return the base pose in the world.
 
         Raises:
-            UnknownParameterError: ``pose`` has a key other than ``pos`` and ``rpy``.
-            ParameterValueError: A value does not consist of three finite numbers.
+            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
+            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
         """
         if self.pose is None:
             return default
@@ -266,12 +270,12 @@ def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecor
 
     Args:
         cls: Class of the record.
-        kind: Its kind: ``"controller"``.
+        kind: Kind of the record: ``"controller"``.
         part: Name or record.
 
     Raises:
         UnknownNameError: No plugin provides the name.
-        ParameterValueError: It is neither a name nor such a record.
+        ParameterValueError: ``part`` is neither a name nor a record of this class.
     """
     record = plugins.get_record(kind, part) if isinstance(part, str) else part
     if not isinstance(record, cls):

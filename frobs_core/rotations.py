@@ -1,4 +1,4 @@
-"""Batched rotations: quaternions with the scalar first, matrices (…, 3, 3), angles in [rad].
+"""Batched rotations, represented by scalar-first quaternions (…, 4), matrices (…, 3, 3) and angles [rad].
 
 Leading dimensions broadcast. Row *i* of a result does not depend on the number of rows, because only elementwise
 functions and sums over the last axis are used.
@@ -18,7 +18,7 @@ Number = TypeVar("Number", float, Floats)
 
 
 def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
-    """Return the rotation that applies ``second``, then ``first``.
+    """Return the rotation that applies ``second`` and then ``first``.
 
     Args:
         first: (…, 4)
@@ -50,7 +50,7 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return cross products that are bit-identical to those of ``np.cross``, which is several times slower.
+    """Return cross products. The results are bit-identical to ``np.cross``, which is several times slower.
 
     Args:
         first: (…, 3)
@@ -59,28 +59,28 @@ def cross(first: Floats, second: Floats) -> Floats:
     Returns:
         (…, 3)
     """
-    if first.size == second.size == 3:  # for single vectors, Python floats are faster; they round identically
+    if first.size == second.size == 3:  # Python floats are faster for single vectors, and round identically
         products: Floats = np.array(cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
         return products.reshape(np.broadcast_shapes(first.shape, second.shape))
     return np.stack(cross_components(*_columns(first), *_columns(second)), axis=-1)
 
 
 def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
-    """Return the cross product of (a, b, c) and (p, q, r). For a single one, floats are faster than arrays."""
+    """Return the cross product of (a, b, c) and (p, q, r). For a single product, floats are faster than arrays."""
     return b * r - c * q, c * p - a * r, a * q - b * p
 
 
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """Return w, x, y, z of the product of two quaternions. For a single one, floats are faster than arrays.
+    """Return the product of two quaternions as w, x, y and z. For a single product, floats are faster than arrays.
 
     Args:
-        w1: (…) scalar part of the first quaternion.
-        x1: (…) first component of its vector part.
+        w1: Scalar part of the first quaternion, (…).
+        x1: First component of the first quaternion's vector part, (…).
         y1: (…)
         z1: (…)
-        w2: (…) scalar part of the second quaternion.
+        w2: Scalar part of the second quaternion, (…).
         x2: (…)
         y2: (…)
         z2: (…)
@@ -96,14 +96,14 @@ def multiply_components(
 def rotate_components(
     w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
 ) -> tuple[Number, Number, Number]:
-    """Rotate the vector (a, b, c) by a unit quaternion. For a single one, floats are faster than arrays.
+    """Rotate the vector (a, b, c) by a unit quaternion. For a single vector, floats are faster than arrays.
 
     Args:
-        w: (…) scalar part of the quaternion.
-        x: (…) first component of its vector part.
+        w: Scalar part of the quaternion, (…).
+        x: First component of the quaternion's vector part, (…).
         y: (…)
         z: (…)
-        a: (…) first component of the vector.
+        a: First component of the vector, (…).
         b: (…)
         c: (…)
     """
@@ -112,9 +112,10 @@ def rotate_components(
 
 
 def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw about fixed axes [rad]. The result is exact even at a pitch of ±90°, where roll is 0.
+    """Return roll, pitch and yaw about fixed axes [rad]. At a pitch of ±90°, the result is exact and the roll is 0.
 
-    The yaw is computed from the rotation that remains after the roll, so that errors of the roll near ±90° cancel.
+    The yaw is computed from the rotation that remains after the roll is removed, so that roll errors near a pitch of
+    ±90° cancel out.
 
     Args:
         quat_wxyz: (4,), of length 1.
@@ -128,7 +129,7 @@ def rpy_from_quat(quat_wxyz: npt.ArrayLike) -> tuple[float, float, float]:
 
 
 def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
-    """Return the quaternions of roll, pitch and yaw about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll).
+    """Return the quaternions for roll, pitch and yaw about fixed axes: R = Rz(yaw)·Ry(pitch)·Rx(roll).
 
     Args:
         rpy: (…, 3) [rad]
@@ -169,7 +170,7 @@ def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
 def quat_from_matrix(matrix: npt.ArrayLike) -> Floats:
     """Return the quaternions of rotation matrices, with w ≥ 0.
 
-    The largest of the four components is computed first (Shepperd 1978), so no rotation loses precision.
+    The largest of the four components is computed first (Shepperd 1978), so that no rotation loses precision.
 
     Args:
         matrix: (…, 3, 3)
@@ -223,7 +224,7 @@ def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
         current: (…, 4), of length 1.
 
     Returns:
-        (…, 3) [rad]: axis times angle, of length in [0, π].
+        Rotation vectors (axis times angle), (…, 3) [rad], with lengths in [0, π].
     """
     delta = quat_multiply(target, quat_conjugate(current))
     delta = np.where(delta[..., :1] < 0.0, -delta, delta)
@@ -236,6 +237,6 @@ def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
 
 
 def _columns(array: npt.ArrayLike) -> list[Floats]:
-    """Return the components along the last axis, each (…)."""
+    """Return the components along the last axis as separate arrays, (…) each."""
     array = np.asarray(array, float)
     return [array[..., i] for i in range(array.shape[-1])]

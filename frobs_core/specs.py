@@ -1,4 +1,4 @@
-"""Immutable records that plugins provide. They can be listed without heavy imports."""
+"""Immutable records that plugins provide. Records can be listed without importing the implementations."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Record:
     """Common fields of all records.
 
     Attributes:
-        name: Name that users write: lowercase letters, digits and underscores.
+        name: Name of the object, in lowercase letters, digits and underscores.
         summary: One line for lists.
-        entry_point: ``"module:attribute"`` of the implementation, imported on first use.
+        entry_point: Implementation, as ``"module:attribute"``. The module is imported on first use.
         install_hint: Command that installs the implementation's dependencies.
     """
 
@@ -37,7 +37,7 @@ class Record:
         module, _, attribute = self.entry_point.partition(":")
         try:
             return getattr(import_module(module), attribute)
-        except PluginError:  # the module's own message says what to do
+        except PluginError:  # the module's own message already contains the fix
             raise
         except Exception as error:
             hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
@@ -48,7 +48,7 @@ class Record:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorRecord(Record):
-    """A simulator; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Simulation`.
+    """Record of a simulator. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Simulation`.
 
     Attributes:
         capabilities: Support level of each capability. Omitted capabilities are unsupported.
@@ -64,16 +64,16 @@ class SimulatorRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class RobotRecord(Record):
-    """A robot; ``entry_point`` names a :class:`frobs_core.interfaces.Robot`, which is data."""
+    """Record of a robot. ``entry_point`` names an instance of :class:`frobs_core.interfaces.Robot`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerRecord(Record):
-    """A controller; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Controller`.
+    """Record of a controller. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Controller`.
 
     Attributes:
-        needs: Minimum level of each capability that it requires.
-        control_timestep: Default time between two of its actions [s], or None for the task's default.
+        needs: Minimum level of each capability that the controller requires.
+        control_timestep: Default time between two actions [s], or None for the task's default.
     """
 
     needs: Mapping[str, Level] = field(default_factory=dict)
@@ -82,18 +82,19 @@ class ControllerRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentRecord:
-    """A Gymnasium ID: a task with a robot, and default keywords of the environment.
+    """Record of a Gymnasium ID, which consists of a task, a robot and default keywords for the environment.
 
     Attributes:
-        id: ``"frobs/Irb120Reach-v0"``. The version is incremented whenever its behavior changes.
+        id: Gymnasium ID: ``"frobs/Irb120Reach-v0"``. The ID's version is incremented whenever the environment's
+            behavior changes.
         summary: One line for lists.
-        robot: Name of the robot, or empty if the user must choose one.
+        robot: Name of the robot, or an empty string if the user must choose a robot.
         controller: Name of the controller.
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
         parameters: Additional keywords of :class:`frobs_core.env.RobotEnv`.
-        pretrained: Policy bundle shipped with it, in the format of ``frobs export``: ``"package:path.frobs"``, or empty
-            if there is none.
+        pretrained: Policy bundle that is shipped with the environment, as ``"package:path.frobs"``, or an empty string.
+            ``frobs export`` creates such bundles.
     """
 
     id: str
@@ -108,12 +109,12 @@ class EnvironmentRecord:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskRecord(Record):
-    """A task; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Task`.
+    """Record of a task. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Task`.
 
     Attributes:
-        needs: Minimum level of each capability that it requires.
-        arrays: Array libraries that its terms support.
-        environments: The Gymnasium IDs that it registers.
+        needs: Minimum level of each capability that the task requires.
+        arrays: Array libraries that the task's terms support.
+        environments: Gymnasium IDs to register for the task.
     """
 
     needs: Mapping[str, Level] = field(default_factory=dict)
@@ -123,23 +124,25 @@ class TaskRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AlgorithmRecord(Record):
-    """An algorithm; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Algorithm`.
+    """Record of an algorithm. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Algorithm`.
 
     Attributes:
         action_spaces: Supported Gymnasium action spaces: ``"Box"``, ``"Discrete"``, …
         tuned: Tuned configuration files, by environment ID: ``"package:path.yaml"``.
-        search_space: Default search space for ``frobs tune``: ``"package:path.yaml"``, or empty if there is none.
-        config_files: Additional YAML formats for ``frobs train --config``: each has a dotted key that identifies such a
-            file, and a ``"module:function"``. The function receives the file's mapping, the algorithm's name and the
-            path. It returns run configuration keys and one line about settings that have no equivalent.
-        model_files: File formats of trained models for ``frobs evaluate --model``, each with a suffix (``".zip"``) and
-            a ``"module:function"``. The function receives the path, the environment's observation space and action
-            space, the algorithm's name or None, and whether the file is trusted. It returns an object with the spaces
-            and the ``predict`` method of an algorithm, and the number of environment steps for which it was trained.
-        exact_resume: Whether a training run that is saved, loaded and continued gives the same result as an
-            uninterrupted one. If not, a message says so when the run is resumed.
-        reproducible: Whether training with the same seed gives the same result. This is not the case for algorithms
-            that learn while their environments are being stepped.
+        search_space: Default search space for ``frobs tune``, as ``"package:path.yaml"``, or an empty string.
+        config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting
+            that identifies files of a format, and each value is a ``"module:function"``. The function receives the
+            file's mapping, the algorithm's name and the path. The function returns run configuration keys and a
+            one-line message about settings without an equivalent.
+        model_files: File formats of trained models for ``frobs evaluate --model``. Each key is a file suffix
+            (``".zip"``), and each value is a ``"module:function"``. The function receives the path, the environment's
+            observation space and action space, the algorithm's name or None, and whether the file is trusted. The
+            function returns an object that has the spaces and the ``predict`` method of an algorithm, and the number of
+            environment steps for which the model was trained.
+        exact_resume: Whether a training run that is saved, loaded and continued produces the same result as an
+            uninterrupted run. If not, a message is shown when the run is resumed.
+        reproducible: Whether two training runs with the same seed produce the same result. Algorithms that learn while
+            their environments are being stepped are not reproducible.
     """
 
     action_spaces: tuple[str, ...] = ("Box",)
@@ -153,12 +156,13 @@ class AlgorithmRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AbilityRecord(Record):
-    """An additional simulator ability, defined by a plugin.
+    """Record of an additional simulator ability.
 
-    Simulators declare it in their ``capabilities``; tasks, controllers, sensors and parameters can require it.
+    Simulators declare the ability in their ``capabilities``. Tasks, controllers, sensors and parameters can require the
+    ability.
 
     Attributes:
-        entry_point: Empty, because an ability has no implementation of its own.
+        entry_point: Always empty, because an ability does not have a separate implementation.
         methods: Methods that simulators with this ability implement.
     """
 
@@ -168,21 +172,21 @@ class AbilityRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class SensorTypeRecord(Record):
-    """A type of sensor; ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Sensor`.
+    """Record of a sensor type. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Sensor`.
 
-    Use its name as ``type`` in the sensor settings of an environment.
+    The record's name is used as ``type`` in the sensor settings of an environment.
     """
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRecord(Record):
-    """A physical parameter that can be randomized on simulators with a given ability.
+    """Record of a physical parameter that can be randomized on simulators with a given ability.
 
-    Such a simulator lists the targets in ``parameter_targets``. It reads and writes the parameter, (num_envs,) for each
-    target, in ``parameter`` and ``write_parameter``.
+    These simulators list the parameter's targets in ``parameter_targets``. The simulators' methods ``parameter`` and
+    ``write_parameter`` read and write the parameter's values, (num_envs,) for each target.
 
     Attributes:
-        entry_point: Empty, because the simulator implements it.
+        entry_point: Always empty, because the simulator implements the parameter.
         ability: Ability that the simulator must have.
     """
 
@@ -197,14 +201,14 @@ KINDS: Mapping[str, type[Record]] = {
     "task": TaskRecord,
     "algorithm": AlgorithmRecord,
 }
-"""The five kinds, in listing order."""
+"""The five main kinds of records, in the order in which they are listed."""
 
 EXTENSIONS: Mapping[str, type[Record]] = {
     "ability": AbilityRecord,
     "sensor_type": SensorTypeRecord,
     "parameter": ParameterRecord,
 }
-"""Other records that a plugin may provide to extend the contracts."""
+"""Additional kinds of records: abilities, sensor types and physical parameters."""
 
 RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
 """All records that a plugin may provide."""

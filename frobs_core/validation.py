@@ -1,4 +1,4 @@
-"""Validation of settings: mappings against pydantic models, and single values."""
+"""Validation of mappings with pydantic models, and of single values."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
     Args:
         model: A pydantic model that forbids extra keys.
-        settings: If this is a :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
-        owner: Object that the settings are for: ``"algorithm 'ppo'"``.
+        settings: Settings to validate. For a :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
+        owner: Object that the settings configure: ``"algorithm 'ppo'"``.
 
     Returns:
         The model.
@@ -38,7 +38,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
     Raises:
         UnknownParameterError: A key is unknown.
         ConfigurationError: A value is invalid.
-        ConfigFileError: As above, if the key was read from a file.
+        ConfigFileError: A key that was read from a file is unknown, or its value is invalid.
     """
     from pydantic import ValidationError
 
@@ -61,7 +61,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
 
 def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
-    """Return the error for one of pydantic's findings."""
+    """Return the error for a problem that pydantic reports."""
     message, value = problem["msg"], problem["input"]
     if problem["type"] == "missing":
         return MissingSettingError(owner, name)
@@ -87,10 +87,10 @@ def finite(name: str, value: Any, unit: str = "") -> float:
 
 
 def positive(name: str, value: Any, unit: str = "") -> float:
-    """Return the value if it is a finite number above 0. The arguments are those of :func:`finite`.
+    """Return the value if it is a finite number above 0. For the arguments, see :func:`finite`.
 
     Raises:
-        ConfigurationError: The value is not such a number.
+        ConfigurationError: The value is not a finite number above 0.
     """
     if finite(name, value, unit) <= 0.0:
         raise ParameterValueError(name, value, f"above 0{unit and f' [{unit}]'}")
@@ -98,10 +98,10 @@ def positive(name: str, value: Any, unit: str = "") -> float:
 
 
 def non_negative(name: str, value: Any, unit: str = "") -> float:
-    """Return the value if it is a finite number of at least 0. The arguments are those of :func:`finite`.
+    """Return the value if it is a finite number that is not negative. For the arguments, see :func:`finite`.
 
     Raises:
-        ConfigurationError: The value is not such a number.
+        ConfigurationError: The value is not a finite number, or is negative.
     """
     if finite(name, value, unit) < 0.0:
         raise ParameterValueError(name, value, f"0 or more{unit and f' [{unit}]'}")
@@ -112,7 +112,7 @@ def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = N
     """Return the value if it is a whole number in [lowest, highest].
 
     Raises:
-        ParameterValueError: The value is not such a number.
+        ParameterValueError: The value is not a whole number in this range.
     """
     is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not is_whole or value < lowest or (highest is not None and value > highest):
@@ -152,10 +152,10 @@ def number_list(name: str, value: Any, count: int | None = None) -> tuple[float,
     Args:
         name: Name of the parameter, for the message.
         value: Value of the parameter.
-        count: Required number of elements; None: at least one.
+        count: Required number of elements, or None for any number except 0.
 
     Raises:
-        ConfigurationError: The value is not such a list.
+        ConfigurationError: The value is not a list of finite numbers or has the wrong length.
     """
     given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
     if not given or count not in (None, len(given)):
@@ -168,7 +168,8 @@ def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Flo
     """Return the corners of a box, (3,) [m] each.
 
     Raises:
-        ConfigurationError: A corner is not three finite numbers, or the first is not below the second.
+        ConfigurationError: A corner does not consist of three finite numbers, or ``low`` is not below ``high`` on every
+            axis.
     """
     lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
     if not (lowest < highest).all():
@@ -184,7 +185,7 @@ def numbers(vector: Floats) -> str:
 
 
 def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
-    """Return the keys that the model accepts at a nested position."""
+    """Return the keys that the model accepts at a nested level."""
     for key in keys:
         if key not in model.model_fields:  # added by pydantic for the members of a union
             continue
@@ -196,7 +197,7 @@ def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """Return the model in an annotation, or in one of its alternatives."""
+    """Return the pydantic model in a type annotation or its arguments, or None."""
     from pydantic import BaseModel
 
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -205,7 +206,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Remove keys that pydantic adds for the members of a union. A missing key is kept."""
+    """Remove the keys that pydantic adds for members of a union, but keep a key that is missing in the settings."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

@@ -1,4 +1,4 @@
-"""The vector environment: many robots with one task, stepped together, behind Gymnasium's interface.
+"""Vector environment with Gymnasium's interface, which steps many robots with the same task together.
 
 If the simulator's ``determinism`` is exact, environment *i* of a vector environment seeded with *s* is bit-identical to
 a single environment seeded with *s + i*.
@@ -28,32 +28,33 @@ from frobs_core.validation import whole_number
 
 
 class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
-    """``num_envs`` robots with one task, stepped together.
+    """Gymnasium vector environment of ``num_envs`` environments with the same task.
 
-    ``info`` follows Gymnasium's convention for vector environments: an array per key and, under ``_key``, a mask of the
-    environments for which it is valid. With same-step autoreset, ``final_obs`` and ``final_info`` describe the last
-    step of each finished episode. :attr:`final_observation` contains the same observations as one batch, for adapters.
+    ``info`` follows Gymnasium's convention for vector environments: each key contains an array of values, and ``_key``
+    contains a mask of the environments whose values are valid. With same-step autoreset, ``final_obs`` and
+    ``final_info`` describe the last step of each finished episode. For adapters, :attr:`final_observation` contains the
+    same observations as a single batch.
 
     Args:
         num_envs: ≥ 1.
-        max_episode_steps: Control steps before truncation, or None for no time limit.
-        autoreset_mode: Same-step, next-step or disabled.
-        stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that
-            episodes that run to the time limit do not all end at once.
+        max_episode_steps: Number of control steps before truncation, or None for no time limit.
+        autoreset_mode: Autoreset mode: same-step, next-step or disabled.
+        stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that the
+            episodes do not all reach the time limit in the same step.
         keywords: Fields of :class:`frobs_core.config.EnvConfig`. All other keywords are passed to the task.
 
     Attributes:
         config: The keywords.
         control: All controllers.
         robot: Handle of the first controlled robot.
-        controller: Controller of its first joint group.
-        final_observation: Final observations after a step in which episodes ended, (num_envs, …). Only the rows of
-            those environments are valid.
+        controller: Controller of the first controlled robot's first joint group.
+        final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
+            of environments whose episode ended are valid.
         observations: Observation terms, with their columns and units.
         randomization: The randomization with its current values, or None if nothing is randomized.
     """
 
-    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
 
     def __init__(
         self,
@@ -106,16 +107,17 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Begin episodes.
 
         Args:
-            seed: If an integer s, environment *i* is seeded with s + i. If a list, it contains one seed for each
-                environment. If None, each environment continues with the next episode of its last seed.
-            options: Values for the task's ``reset_options``, either one for all environments or one row for each; and
-                ``"reset_mask"``, (num_envs,) bool, which selects the environments.
+            seed: With an integer s, environment *i* is seeded with s + i. A list must contain one seed for each
+                environment. With None, each environment continues with the next episode of its last seed.
+            options: Values for the task's ``reset_options``, either one value for all environments or one row per
+                environment. The additional option ``"reset_mask"``, (num_envs,) bool, selects the environments to
+                reset.
 
         Returns:
-            observations, info
+            Tuple of observations and info.
 
         Raises:
-            UnknownParameterError: The task does not accept an option.
+            UnknownParameterError: The task does not accept one of the options.
             ConfigurationError: An option is invalid.
         """
         given = option_mapping(options)
@@ -185,10 +187,10 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Advance all environments by one control step.
 
         Args:
-            actions: (num_envs, …) in the batched action space; Box actions are clipped to it.
+            actions: Actions in the batched action space, (num_envs, …). Box actions are clipped to the space.
 
         Returns:
-            observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, info
+            Tuple of observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, and info.
 
         Raises:
             InvalidActionError: The actions have the wrong shape or are not finite.
@@ -198,7 +200,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
             which = np.flatnonzero(waiting).tolist()
             raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
-        # Invalid actions raise before any state changes, including the random numbers.
+        # Invalid actions raise an error before any state changes, including the random state.
         checked = self._checked(actions)
         if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
             self._elapsed[:], self._ended = 0, self._none.copy()
@@ -234,7 +236,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return observation, reward, terminated, truncated, info
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
-        """Reset the environments of ``mask`` and insert their first observations."""
+        """Reset the environments of ``mask`` and insert their first observations into ``observation``."""
         self._elapsed[mask] = 0
         fresh = self._loop.begin(mask, {})
         self._ended = self._none.copy()
@@ -246,7 +248,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
     def _check_box(self, actions: Any) -> Action:
         array = as_numbers(actions, np.float64, self.action_space)
-        # A product would be faster than isfinite, but its threads would compete with the engine's.
+        # A dot product would be faster than isfinite, but its threads would compete with the engine's threads.
         if array.shape != self.action_space.shape or not np.isfinite(array).all():
             raise invalid_action(actions, self.action_space)
         return array
@@ -265,23 +267,23 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state. If the simulator supports it, a restored environment continues exactly."""
+        """Return the complete state. If snapshots are exact, a restored environment continues identically."""
         return {**self._loop.snapshot(), "elapsed": self._elapsed.copy(), "ended": self._ended.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot of this environment or of one with the same configuration."""
+        """Restore a snapshot of this environment or of another environment with the same configuration."""
         self._loop.restore(snapshot)
         self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
         self._seeded = True
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Continue some environments from rows of a snapshot, keeping their own random numbers.
+        """Restore some environments from rows of a snapshot, but keep their random streams.
 
         Args:
-            mask: (num_envs,) bool that selects n environments.
-            snapshot: Snapshot of this environment or of one with the same configuration. It may have any number of
-                rows.
-            rows: (n,) indices of the rows.
+            mask: Mask that selects n environments, (num_envs,) bool.
+            snapshot: Snapshot of this environment or of another environment with the same configuration. The snapshot
+                may have any number of rows.
+            rows: Indices of the snapshot's rows, (n,).
         """
         self._loop.restore_rows(mask, snapshot, rows)
         self._elapsed[mask] = snapshot["elapsed"][rows]
@@ -289,8 +291,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
         """Register a function that is called after each reset with the mask of the reset environments.
 
-        It is called before they are observed, so it may change the episodes' initial states, for example with
-        :meth:`restore_rows`.
+        The function is called before the environments are observed, so it may change the episodes' initial states, for
+        example with :meth:`restore_rows`.
         """
         self._loop.after_reset = callback
 
@@ -306,7 +308,7 @@ def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) 
 
 
 def _final_info(observation: Observation, info: dict[str, Any], done: Mask) -> dict[str, Any]:
-    """Return ``final_obs`` and ``final_info`` of ended episodes, with their masks, in Gymnasium's format."""
+    """Return the info with ``final_obs`` and ``final_info`` of ended episodes, in Gymnasium's format."""
     final_obs = np.full(len(done), None, dtype=object)
     for i in np.flatnonzero(done):
         final_obs[i] = (

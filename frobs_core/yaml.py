@@ -1,4 +1,4 @@
-"""Safe reading of YAML files: nothing is executed, and errors contain the file and line."""
+"""Safe reading of YAML files. No code is executed, and errors contain the file and line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MAX_VALUES = 100_000
 """Maximum number of values in a file after its aliases are expanded."""
 
 MAX_NODES = 20_000
-"""Maximum number of values written in a file; PyYAML reads about 20,000 per second."""
+"""Maximum number of values in a file before its aliases are expanded. PyYAML reads about 20,000 values per second."""
 
 MAX_DEPTH = 50
 """Maximum nesting depth."""
@@ -31,11 +31,11 @@ _PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "st
 
 
 class ConfigMapping(dict[str, Any]):
-    """A mapping that remembers the origin of its keys.
+    """Mapping that stores the origin of each key.
 
     Args:
         values: The mapping.
-        origins: File and 1-based line of each key that was read from a file.
+        origins: File and line number, starting at 1, of each key that was read from a file.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class LimitedLoader(yaml.SafeLoader):
 
 
 class _Loader(LimitedLoader):
-    """Reads 1e-4 as a number and a date as a string."""
+    """YAML loader that reads 1e-4 as a number and a date as a string."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -90,11 +90,11 @@ def load_yaml(path: Path | str) -> ConfigMapping:
         path: The file, UTF-8.
 
     Returns:
-        The mapping; every nested mapping is a :class:`ConfigMapping` that knows the lines of its keys.
+        The mapping. Every nested mapping is also a :class:`ConfigMapping`, which stores the line of each key.
 
     Raises:
-        ConfigFileError: The file is missing, empty, not UTF-8, not YAML, not a mapping or too large, uses tabs for
-            indentation, repeats a key, or contains a tag that would build a Python object.
+        ConfigFileError: The file is missing, empty or too large, is not UTF-8 or valid YAML, is not a mapping, uses
+            tabs for indentation, repeats a key, or contains a tag that would build a Python object.
     """
     path = Path(path)
     try:
@@ -114,7 +114,7 @@ def load_yaml_text(text: str, path: Path | str = "<text>") -> ConfigMapping:
 
     Args:
         text: The YAML text.
-        path: Name of the text in errors.
+        path: Name of the text in error messages.
     """
     path = Path(path)
     node = _compose(text, path)
@@ -131,18 +131,18 @@ def load_yaml_value(text: str, name: str) -> Any:
     """Read one YAML value, as in ``--set key=value``.
 
     Args:
-        text: The YAML text; empty means null.
-        name: Name of the value in errors.
+        text: The YAML text. An empty text is read as null.
+        name: Name of the value in error messages.
 
     Raises:
-        ConfigFileError: As for :func:`load_yaml`.
+        ConfigFileError: The text is invalid; see :func:`load_yaml`.
     """
     node = _compose(text, Path(name))
     return None if node is None else _Builder(Path(name)).build(node)
 
 
 def _compose(text: str, path: Path) -> Node | None:
-    """Parse into nodes without constructing values."""
+    """Parse text into YAML nodes without constructing values."""
     for number, written in enumerate(text.splitlines(), 1):
         if "\t" in written[: len(written) - len(written.lstrip())] and written.strip():
             raise ConfigFileError(path, number, "this line is indented with a tab; YAML requires spaces.")
@@ -232,7 +232,7 @@ def _line(node: Node) -> int:
 
 
 def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
-    """Merge mappings recursively. Later ones take precedence, and each key remembers the file of its value."""
+    """Merge mappings recursively. Later mappings take precedence, and each key keeps the origin of its value."""
     result = ConfigMapping()
     for layer in layers:
         origins = layer.origins if isinstance(layer, ConfigMapping) else {}
@@ -249,7 +249,7 @@ def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
 
 
 def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[Path, int] | None:
-    """Return the file and line of the innermost key on a path that was read from a file, or None."""
+    """Return the file and line of the innermost key along ``keys``, or None if it was not read from a file."""
     found = None
     value: Any = mapping
     for key in keys:
@@ -271,7 +271,7 @@ def dump_yaml(mapping: Mapping[str, Any]) -> str:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes strings that :class:`_Loader` would read as numbers."""
+    """YAML dumper that quotes strings that :class:`_Loader` would read as numbers."""
 
 
 _Dumper.yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers

@@ -1,4 +1,4 @@
-"""Contracts of the five kinds of plugins."""
+"""Interfaces that the five kinds of plugins implement."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
 from frobs_core.interfaces.bodies import AT_REST, Body, Shape, Twist

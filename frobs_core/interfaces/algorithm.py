@@ -1,4 +1,4 @@
-"""The interface of learning algorithms."""
+"""The interface for learning algorithms."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ class TrainingMonitor(Protocol):
     """Interface through which an algorithm reports to its run during training.
 
     The run observes the environment that it passes to the algorithm. An algorithm therefore reports only the episodes
-    of environments that it creates and steps itself, for example on other machines; see :meth:`on_episodes`.
+    of environments that it creates and steps itself, for example on other machines (see :meth:`on_episodes`).
     """
 
     def is_due(self, steps: int) -> bool:
         """Return whether a progress report or a checkpoint is due at this number of environment steps.
 
-        This is cheap enough to call in every step.
+        This method is cheap enough to be called in every step.
         """
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Log the training metrics since the last call as one row.
+        """Log the training metrics collected since the last call as one row.
 
         Args:
-            steps: Environment steps so far, over all environments.
-            metrics: The algorithm's metrics, named with its own prefix: ``"ppo/value_loss"``, …
+            steps: Number of environment steps so far, summed over all environments.
+            metrics: Metrics by name, with a prefix that identifies the algorithm: ``"ppo/value_loss"``, …
 
         Returns:
             Whether to continue. If False, ``train`` returns.
@@ -50,17 +50,18 @@ class TrainingMonitor(Protocol):
         """Report n finished episodes of environments that the algorithm created itself, for the next log row.
 
         Args:
-            rewards: (n,) float64, undiscounted sums.
-            lengths: (n,) int64 [control steps].
-            successes: (n,) float64, 1.0 or 0.0, or None if the environment does not report success.
-            terms: Sum of each reward term by name, (n,) float64.
+            rewards: Undiscounted sum of rewards of each episode, (n,) float64.
+            lengths: Length of each episode [control steps], (n,) int64.
+            successes: 1.0 for each successful episode and 0.0 for each other episode, (n,) float64, or None if the
+                environment does not report success.
+            terms: Sum of each reward term over each episode, (n,) float64, by term name.
         """
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Offer a checkpoint at a point from which training could continue exactly.
+        """Offer to save a checkpoint at a point from which training can be resumed exactly.
 
         Args:
-            steps: Environment steps so far, over all environments.
+            steps: Number of environment steps so far, summed over all environments.
             save: :meth:`Algorithm.save`, which is called if the run needs a checkpoint now.
 
         Raises:
@@ -72,10 +73,10 @@ class Algorithm(ABC):
     """Base class of algorithms.
 
     Args:
-        env: A vector environment with same-step autoreset. It is already seeded, so reset it without a seed. A run's
-            environment has the attribute ``recipe``, from which an algorithm can create more such environments in other
-            processes.
-        config: The algorithm's settings, validated by the algorithm.
+        env: A vector environment with same-step autoreset. The environment is already seeded, so reset it without a
+            seed. A run's environment has the attribute ``recipe``, from which an algorithm can create more such
+            environments in other processes.
+        config: Settings of the algorithm, which the constructor validates.
         seed: Seed for all random numbers that the algorithm draws, in [0, 2³¹).
 
     Attributes:
@@ -95,20 +96,22 @@ class Algorithm(ABC):
     @classmethod
     @abstractmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Validate settings and add the defaults, as YAML-serializable values. Resolved settings do not change.
+        """Return validated settings with all defaults added, as YAML-serializable values.
+
+        Settings that are already resolved are returned unchanged.
 
         :func:`frobs_core.validation.validate` does this with a pydantic model and reports the file and line of an
         error.
 
         Raises:
-            UnknownParameterError: A key is unknown; the message suggests the nearest one.
-            ConfigurationError: A value is out of range or of the wrong type; the message contains the key and its
+            UnknownParameterError: A key is unknown. The message suggests the most similar valid key.
+            ConfigurationError: A value is out of range or of the wrong type. The message contains the key and its
                 bounds.
         """
 
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until ``steps`` environment steps have been taken in total, including those before a load."""
+        """Train until the total number of environment steps, including those before a load, reaches ``steps``."""
 
     @abstractmethod
     def predict(
@@ -126,21 +129,21 @@ class Algorithm(ABC):
 
     @abstractmethod
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write everything that :meth:`load` needs to an empty folder.
+        """Save to an empty folder all data that :meth:`load` requires.
 
         Args:
-            folder: The empty folder.
-            previous: Latest checkpoint of this training run, complete and on the same disk, or None. Files that have
-                not changed since then may be hard links to it, so that a checkpoint takes space only for new data.
+            folder: Empty folder to write to.
+            previous: Latest complete checkpoint of this training run, on the same disk, or None. Files that have not
+                changed since that checkpoint may be hard links to its files, so that only new data takes disk space.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
         """
 
     def save_policy(self, folder: Path) -> None:
-        """Write everything that :meth:`load` needs for prediction without an environment to an empty folder.
+        """Save to an empty folder all data that :meth:`load` requires for prediction without an environment.
 
-        By default this saves everything. Override it to omit data that only training needs.
+        By default, this method calls :meth:`save`. Override it to omit data that is only needed for training.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
@@ -155,23 +158,24 @@ class Algorithm(ABC):
         """
 
     def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
-        """Return the methods that ``frobs bench ID --training`` times, for each part of a training run.
+        """Return the methods of each part of a training run, to be timed by ``frobs bench ID --training``.
 
-        Optional. Name the parts as follows: ``"inference"`` chooses actions and estimates values while experience is
-        collected, ``"updates"`` performs gradient steps, and ``"storage"`` maintains the rollout or replay buffer. Each
-        method is replaced, as an attribute of its owner, by one that measures its time, so :meth:`train` must look it
-        up there at each call. If one timed method calls another, the inner call's time counts only toward its own part.
+        Implementing this method is optional. The parts are ``"inference"``, which chooses actions and estimates values
+        while experience is collected, ``"updates"``, which performs gradient steps, and ``"storage"``, which maintains
+        the rollout or replay buffer. Each timed method is replaced on its owner by a wrapper that measures its
+        duration, so :meth:`train` must access the method through its owner at each call. If one timed method calls
+        another, the inner call's time counts only toward its own part.
 
         Returns:
-            The methods of each part, as pairs of owner and method name. The default is empty, in which case only the
-            environments' time is known.
+            For each part, its methods as (owner, method name) pairs. By default, there are no parts, and only the time
+            spent in the environments is measured.
         """
         return {}
 
     @classmethod
     @abstractmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read the files written by :meth:`save`, without executing any code from them.
+        """Load the files written by :meth:`save`, without executing any code in these files.
 
         Args:
             folder: The folder.
@@ -179,15 +183,15 @@ class Algorithm(ABC):
 
         Raises:
             CheckpointError: A file is missing or damaged.
-            UntrustedFileError: A file can be read only by executing code in it.
+            UntrustedFileError: A file can only be read by executing code that it contains.
         """
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Read the files written by :meth:`save` and continue with other settings. Used by population-based training.
+        """Load the files written by :meth:`save`, but with other settings, for population-based training.
 
-        Optional. An algorithm that supports it can continue with a different learning rate, discount, batch size and so
-        on.
+        Implementing this method is optional. With this method, training can continue with, for example, a different
+        learning rate, discount factor or batch size.
 
         Args:
             folder: The folder.
@@ -205,15 +209,16 @@ class Algorithm(ABC):
         )
 
     def export_onnx(self) -> bytes:
-        """Return the deterministic policy as an ONNX graph from the raw observation to the executed action.
+        """Return the deterministic policy as an ONNX graph that maps the raw observation to the executed action.
 
-        Optional. The graph includes all scaling, normalization, squashing and clipping.
+        Implementing this method is optional. The graph includes all scaling, normalization, squashing and clipping.
 
-        The first axis of every input and output is the batch, of any size. Inputs: ``"observation"`` as in the
-        observation space, or ``"observation/<key>"`` for each key of a Dict. Recurrent policies also have
-        ``"state/0"``, ``"state/1"``, …, float, initially zero, and ``"episode_start"``, (batch,) bool. Outputs:
-        ``"action"`` in the action space; for discrete actions, ``"scores"``, (batch, choices) float, of which the
-        largest is chosen; and ``"next_state/0"``, … for each state.
+        The first axis of every input and output is the batch axis, of any size. The input is ``"observation"``, as in
+        the observation space, or ``"observation/<key>"`` for each key of a Dict space. Recurrent policies have the
+        additional inputs ``"state/0"``, ``"state/1"``, …, which are floats and initially zero, and ``"episode_start"``,
+        (batch,) bool. The output is ``"action"``, in the action space. For discrete actions, the additional output
+        ``"scores"``, (batch, choices) float, contains the scores of all choices, of which the highest is chosen.
+        Recurrent policies have the additional outputs ``"next_state/0"``, ``"next_state/1"``, …
 
         Raises:
             ConfigurationError: The algorithm cannot be exported, or a package that the export needs is not installed.

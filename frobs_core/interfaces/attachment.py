@@ -18,11 +18,11 @@ from frobs_core.models.model import Vector3
 
 _NAMED = ("link", "joint", "material", "transmission", "actuator")
 _REFERENCES = {"parent": "link", "child": "link", "mimic": "joint", "gazebo": "reference"}
-"""Attributes of XML elements that name a link or a joint."""
+"""XML attributes that refer to a link or a joint, by element name."""
 
 
 def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vector3) -> Robot:
-    """Return an arm with an end effector; see :meth:`frobs_core.interfaces.Robot.attach`."""
+    """Return an arm with an attached end effector. See :meth:`frobs_core.interfaces.Robot.attach`."""
     arm_model, tool_model = (
         load_model(part.model, xacro_args=part.xacro_args, package_paths=part.package_paths) for part in (arm, tool)
     )
@@ -78,7 +78,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
 
 
 def _renamed(arm: Robot) -> dict[str, str]:
-    """Return an arm's default controllers. The arm's only group may be ``"all"``."""
+    """Return an arm's default controllers, with the implicit group ``"all"`` renamed to ``"arm"``."""
     return {"arm" if group == ALL else group: controller for group, controller in arm.default_controllers.items()}
 
 
@@ -114,7 +114,7 @@ def _write(title: str, text: str) -> Path:
 def _gains(
     whole: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
 ) -> DriveGains | None:
-    """Return the gains of both parts. A part without gains gets the combined model's default gains."""
+    """Return the gains of both parts. An arm or tool without gains gets the combined model's default gains."""
     if arm.gains is None and tool.gains is None:
         return None
     model = load_model(whole.model)

@@ -1,4 +1,4 @@
-"""Bodies of a scene: their shapes and masses."""
+"""Scene bodies, with their shapes and masses."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ AT_REST: Twist = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Shape:
-    """One of several shapes of a body.
+    """A geometric shape that is part of a body.
 
     Attributes:
         geometry: The shape's geometry.
         pose: Pose in the body's frame.
         rgba: Color, each component in [0, 1], or None for the body's color.
-        collides: Whether it collides. If not, it is only rendered.
+        collides: Whether the shape collides with other bodies, instead of only being rendered.
     """
 
     geometry: Geometry
@@ -38,33 +38,36 @@ class Shape:
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """An object in the scene, with one shape or several shapes fixed to each other.
+    """An object in the scene, with one or more shapes that are rigidly connected.
 
     A body with a mass or a density is free. Other bodies are static or kinematic. If ``center_of_mass`` and ``inertia``
-    are omitted, they are computed from its colliding shapes (or from all shapes if none of them collides), as solids of
-    uniform density.
+    are omitted, they are computed from the body's colliding shapes (or from all its shapes if none of them collides),
+    which are treated as solids of uniform density.
 
     Attributes:
-        geometry: Its only shape, for collision and rendering. A mesh collides as its convex hull, or as a set of convex
-            pieces if it is ``decomposed``.
-        shapes: Its shapes, instead of ``geometry``.
+        geometry: The body's only shape, for collision and rendering. A mesh collides as its convex hull, or as a set of
+            convex pieces if it is ``decomposed``.
+        shapes: The body's shapes, as an alternative to ``geometry``.
         pose: Pose in the world at reset.
-        twist: Linear velocity of its origin [m/s] and angular velocity [rad/s] in the world, at reset.
+        twist: Linear velocity of the body's origin [m/s] and angular velocity [rad/s] in the world, at reset.
         mass: [kg]
         density: [kg/m³], instead of ``mass``.
-        center_of_mass: In its frame [m].
-        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of its frame [kg·m²].
-        kinematic: Whether it moves only when its pose is written. It must not have a mass.
-        collides: Whether it collides with other bodies.
+        center_of_mass: Position of the center of mass in the body's frame [m].
+        inertia: Inertia tensor (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass, in the axes of the body's frame
+            [kg·m²].
+        kinematic: Whether the body moves only when its pose is written. A kinematic body must not have a mass.
+        collides: Whether the body collides with other bodies.
         friction: Coefficient of sliding friction. If a free body slides over the floor, MuJoCo and PyBullet use the
-            larger of the two coefficients, and Gazebo the smaller one.
-        torsional_friction: Maximum torque about the contact normal, per normal force [m], or 0 for none.
-        rolling_friction: Maximum torque that resists rolling, per normal force [m], or 0 for none.
+            larger of the body's and the floor's coefficients, and Gazebo uses the smaller one.
+        torsional_friction: Maximum friction torque about the contact normal, divided by the normal force [m]. 0
+            disables torsional friction.
+        rolling_friction: Maximum torque that resists rolling, divided by the normal force [m]. 0 disables rolling
+            friction.
         rgba: Color, each component in [0, 1].
 
     Raises:
-        ConfigurationError: It has both or neither of ``geometry`` and ``shapes``; both a mass and a density; an
-            inertia, a center of mass or a twist but no mass; or an inertia that is physically impossible.
+        ConfigurationError: The body has both or neither of ``geometry`` and ``shapes``, both a mass and a density, an
+            inertia that is physically impossible, or an inertia, a center of mass or a twist without a mass or density.
     """
 
     geometry: Geometry | None = None
@@ -103,12 +106,12 @@ class Body:
 
     @property
     def is_free(self) -> bool:
-        """Whether it has a mass and therefore reacts to forces."""
+        """Whether the body has a mass and therefore reacts to forces."""
         return self.mass is not None or self.density is not None
 
     @cached_property
     def parts(self) -> tuple[Shape, ...]:
-        """Its shapes, each with its color. ``collides`` is True only if the body collides too."""
+        """The body's shapes, each with a color. A shape's ``collides`` is True only if the body also collides."""
         shapes = self.shapes if self.geometry is None else (Shape(self.geometry),)
         return tuple(
             replace(shape, rgba=shape.rgba or self.rgba, collides=shape.collides and self.collides) for shape in shapes
@@ -116,15 +119,15 @@ class Body:
 
     @cached_property
     def collisions(self) -> tuple[Collision, ...]:
-        """Its colliding shapes."""
+        """The body's colliding shapes."""
         return tuple(Collision(part.geometry, part.pose) for part in self.parts if part.collides)
 
     @cached_property
     def inertial(self) -> Inertial | None:
-        """Its mass, center of mass and inertia, or None if it is not free.
+        """The body's mass, center of mass and inertia, or None if the body is not free.
 
         Raises:
-            ModelFileError: They depend on a mesh that cannot be read or whose surface is not closed.
+            ModelFileError: The mass or inertia depends on a mesh that cannot be read or whose surface is not closed.
         """
         if not self.is_free:
             return None
@@ -137,14 +140,14 @@ class Body:
 
     @property
     def is_sizable(self) -> bool:
-        """Whether its size can differ between environments. All its shapes must be primitives."""
+        """Whether the body's size can differ between environments, which requires that all its shapes be primitives."""
         return not any(isinstance(part.geometry, Mesh) for part in self.parts)
 
     def resized(self, factor: float) -> Body:
-        """Return a copy of this body with all lengths multiplied by a factor. Its mass does not change.
+        """Return a copy of this body with all lengths multiplied by a factor. The mass does not change.
 
         Args:
-            factor: > 0. The body must be sizable.
+            factor: Scale factor, > 0. The body must be sizable unless the factor is 1.
         """
         if factor == 1.0:
             return self

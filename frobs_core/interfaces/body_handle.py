@@ -9,26 +9,26 @@ from frobs_core.errors import CapabilityError
 
 
 class BodyHandle(ABC):
-    """A scene body, in all environments."""
+    """Handle of a scene body in all environments."""
 
     name: str
 
     @property
     @abstractmethod
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
 
     @property
     @abstractmethod
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
+        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
 
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Teleport the body and set its velocity to 0.
 
         Args:
-            pos: (n, 3) [m]
-            quat_wxyz: (n, 4), or None to keep the orientation.
+            pos: Position of the body's origin in the world, (n, 3) [m].
+            quat_wxyz: Orientation, (n, 4), or None to keep the current orientation.
             mask: The environments to change.
 
         Raises:

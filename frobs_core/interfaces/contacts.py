@@ -14,8 +14,8 @@ from frobs_core.interfaces.scene import Scene
 class ContactState:
     """State of a scene's declared contacts in the last control step, in the order of ``scene.contacts``.
 
-    A simulator that supports contacts stores one as :attr:`Simulation.contacts` and updates its arrays in each
-    ``step``.
+    A simulator that supports contacts stores an instance of this class as :attr:`Simulation.contacts` and updates its
+    arrays in each ``step``.
 
     Args:
         scene: Scene that declares the contacts.
@@ -24,10 +24,10 @@ class ContactState:
 
     Attributes:
         scene: Scene that declares the contacts.
-        closed: (num_envs, contacts) bool, whether a contact was closed in any physics step.
-        normal_force: (num_envs, contacts) [N] largest normal force.
-        resultant: (num_envs, contacts, 3) [N] total force on the first side, in the world, averaged over the physics
-            steps.
+        closed: Whether each contact was closed in any physics step, (num_envs, contacts) bool.
+        normal_force: Largest normal force of each contact, (num_envs, contacts) [N].
+        resultant: Total force on the first side of each contact, in the world frame and averaged over the physics
+            steps, (num_envs, contacts, 3) [N].
     """
 
     def __init__(self, scene: Scene, num_envs: int, arrays: Mapping[str, np.ndarray[Any, Any]] | None = None) -> None:
@@ -42,17 +42,17 @@ class ContactState:
 
     @staticmethod
     def fields(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
-        """Return each array's shape for one environment and its dtype, by its name in a snapshot."""
+        """Return the shape (for one environment) and the dtype of each array, by the array's name in a snapshot."""
         count = len(scene.contacts)
         return {"contact": ((count,), "?"), "contact_force": ((count,), "f8"), "contact_resultant": ((count, 3), "f8")}
 
     def clear(self, mask: Mask | None = None) -> None:
-        """Open all contacts in some environments."""
+        """Mark all contacts as open, with zero force, in the environments of ``mask``."""
         for array in self._arrays.values():
             array[rows_of(mask)] = 0
 
     def reduce(self, closed: Mask, normal_force: Floats, resultant: Floats) -> None:
-        """Update the contacts from all physics steps of a control step.
+        """Compute a control step's contact state from the contacts in its physics steps.
 
         Args:
             closed: (num_envs, decimation, contacts)
@@ -64,7 +64,7 @@ class ContactState:
         np.divide(resultant.sum(axis=1), resultant.shape[1], out=self.resultant)
 
     def merge(self, steps: Sequence[Mapping[str, np.ndarray[Any, Any]]]) -> None:
-        """Update a control step's contacts from the snapshots of its physics steps."""
+        """Compute a control step's contact state from snapshots of its physics steps."""
         self.reduce(*(np.stack([step[name] for step in steps], axis=1) for name in self._arrays))
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
@@ -72,6 +72,6 @@ class ContactState:
         return {name: array.copy() for name, array in self._arrays.items()}
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
-        """Restore a snapshot. Arrays that it does not contain are set to zero."""
+        """Restore a snapshot. Arrays that the snapshot does not contain are set to zero."""
         for name, array in self._arrays.items():
             array[:] = snapshot.get(name, 0)

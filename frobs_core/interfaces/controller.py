@@ -1,4 +1,4 @@
-"""The interface of controllers, which convert an action into a joint command once per control step."""
+"""The interface for controllers, which convert an action into a joint command once per control step."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from frobs_core.interfaces.simulation import Simulation, Snapshot
 class Controller(ABC):
     """Base class of controllers.
 
-    The constructor takes keyword-only parameters, which users set as keywords; it validates and stores them. ``bind``
-    is called once, after the simulation is built.
+    The constructor validates and stores keyword-only parameters, which users set through ``controller_kwargs``.
+    ``bind`` is called once, after the simulation is built.
 
     Attributes:
-        command_mode: Meaning of its commands.
-        rate: ``"control"``: one command per control step, which may have one row for each physics step. ``"physics"``:
-            the environment also calls :meth:`update` before each subsequent physics step, which is much slower.
-        action_space: Action space of a single environment; set by ``bind``. Usually a Box in [−1, 1].
+        command_mode: Meaning of the controller's commands.
+        rate: How often the controller computes commands. With ``"control"``, the controller computes one command per
+            control step, which may have one row for each physics step. With ``"physics"``, the environment also calls
+            :meth:`update` before each subsequent physics step, which is much slower.
+        action_space: Action space of a single environment, set by ``bind``. Usually a Box in [−1, 1].
     """
 
     command_mode: ClassVar[CommandMode]
@@ -35,20 +36,23 @@ class Controller(ABC):
     action_space: gym.Space  # type: ignore[type-arg]
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
-        """Store the robot's surroundings. Called once, just before :meth:`bind`; most controllers do not need it.
+        """Store references to the robot's surroundings.
+
+        Called once, just before :meth:`bind`. Most controllers do not need to override this method.
 
         Args:
             scene: The scene that the task describes.
-            simulation: Provides the current poses of the scene's bodies and the other robots. Treat it as
-                read-only: never write to it or step it.
+            simulation: Simulation that provides the current poses of the scene's bodies and the other robots. Treat the
+                simulation as read-only: never write to it or step it.
         """
 
     @abstractmethod
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare to control joints: read their limits, set :attr:`action_space`, allocate buffers.
+        """Prepare to control joints: read their limits, set :attr:`action_space`, and allocate buffers.
 
         Args:
-            joints: A group of a robot's joints, or all of them. Arrays contain the group's joints in its order.
+            joints: Group of joints to control, which contains some or all of a robot's joints. Joint arrays are in the
+                order of the group.
             control_timestep: [s]
             decimation: Physics steps per control step.
 
@@ -65,45 +69,46 @@ class Controller(ABC):
         """Convert actions into a joint command.
 
         Args:
-            action: (num_envs, …) in the batched action space: float64 for a Box, int64 for Discrete. Box actions are
-                finite but not clipped to the space, so clip them.
+            action: Actions in the batched action space, (num_envs, …): float64 for a Box, int64 for Discrete. Box
+                actions are finite but may lie outside the space, so the controller must clip them.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) with one row for each physics step, where dof is the number
-            of joints in the group. The controller may reuse the array in the next call.
+            The command, (num_envs, dof), or (num_envs, decimation, dof) with one row for each physics step, where dof
+            is the number of joints in the group. The controller may reuse the array in the next call.
         """
 
     def update(self) -> Floats:
         """Return the joint command for the next physics step, (num_envs, dof).
 
-        If the rate is ``"physics"``, this is called before each physics step of a control step except the first, whose
-        command is returned by :meth:`apply`. The joint group has the state after the latest physics step.
+        If the rate is ``"physics"``, the environment calls this method before each physics step of a control step
+        except the first, whose command is returned by :meth:`apply`. The joint group then contains the state after the
+        latest physics step.
 
         Raises:
-            PluginError: The controller has the rate ``"physics"`` and does not define this method.
+            PluginError: The controller has the rate ``"physics"`` but does not override this method.
         """
         raise PluginError(f"{type(self).__name__} has rate 'physics', so it must implement update().")
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
         """Return metrics of the last :meth:`apply` by name, (num_envs,) each. The names must never change.
 
-        The step's ``info`` contains ``"plan_success"`` as ``"frobs/plan_success"``. Names that end in ``_time`` denote
-        measured wall-clock time, so they need not be reproducible. Unless you override this method, it costs no time
-        per step.
+        The environment adds the prefix ``"frobs/"``: the metric ``"plan_success"`` becomes ``"frobs/plan_success"`` in
+        the step's ``info``. Metrics whose names end in ``_time`` are measured wall-clock times, which need not be
+        reproducible. The environment calls this method only if a subclass overrides it.
         """
         return {}
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Return the largest action change per control step that the joints can follow, in the action space's shape.
+        """Return the largest change of the action per control step that the joints can follow, or None.
 
-        It follows from the joints' velocity limits and is inf for joints without one. Return None if actions are not
-        joint positions.
+        The array has the action space's shape. The values are derived from the joints' velocity limits and are inf for
+        joints without a limit. Return None if actions are not joint positions.
         """
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return the internal state on which ``apply`` depends, apart from its argument and the simulation."""
+        """Return the internal state that affects ``apply``, without the simulation's state."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -111,10 +116,10 @@ class Controller(ABC):
 
 
 class ControllerWrapper(Controller):
-    """A controller that modifies the actions of any other controller.
+    """A controller that modifies actions before passing them to another controller.
 
-    A subclass sets :attr:`action_space` in ``bind`` and changes the action in ``apply``. Everything else is delegated
-    to the wrapped controller.
+    A subclass sets :attr:`action_space` in ``bind`` and modifies the action in ``apply``. All other methods are
+    delegated to the wrapped controller.
 
     Args:
         inner: The wrapped controller.
@@ -125,8 +130,8 @@ class ControllerWrapper(Controller):
 
     def __init__(self, inner: Controller) -> None:
         self.inner = inner
-        self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # of the wrapped controller
-        # # The environment calls optional methods only if a controller overrides them; so does a wrapper.
+        self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # ClassVars, set per instance
+        # The environment calls optional methods only if a controller overrides them, so delegate by assignment.
         self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
@@ -144,7 +149,7 @@ class ControllerWrapper(Controller):
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Return the value of the wrapped controller."""
+        """Return the wrapped controller's value."""
         return self.inner.max_action_change
 
     def snapshot(self) -> Snapshot:

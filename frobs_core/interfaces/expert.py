@@ -1,4 +1,4 @@
-"""Experts: scripted policies that show that a task can be solved and produce demonstrations."""
+"""Experts: scripted policies that show that a task is solvable and generate demonstrations."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 class Expert(ABC):
     """Base class of experts. A task names its expert in :attr:`Task.expert <frobs_core.interfaces.Task.expert>`.
 
-    An expert may read the whole state of the environment: the task, the simulation and the controllers. It must not
-    change anything. It is created before the first reset, when no state exists yet.
+    An expert may read the whole state of the environment, including the task, the simulation and the controllers, but
+    must not change anything. An expert is created before the first reset, when the environment does not yet have a
+    state.
 
     Args:
-        env: Unwrapped environment with the task. A single environment is a batch of one.
+        env: Unwrapped environment with the task. A single environment is treated as a batch of size 1.
 
     Raises:
         ConfigurationError: The expert cannot use the environment's controllers.
@@ -34,7 +35,7 @@ class Expert(ABC):
         """Return actions for the current state, (num_envs, …).
 
         Args:
-            episode_start: (num_envs,) bool that selects environments whose episode has just begun.
+            episode_start: (num_envs,) bool, True for environments whose episode has just begun.
         """
 
 

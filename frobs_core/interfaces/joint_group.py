@@ -16,23 +16,23 @@ from frobs_core.models.model import Joint, RobotModel
 class JointGroup(ABC):
     """A controller's read-only view of one robot's joints, in all environments.
 
-    The handle of a robot is the group of all its actuated joints. Arrays are (num_envs, …) float64 and read-only. They
-    are valid until the simulation changes.
+    A robot's handle is itself the group of all its actuated joints. Arrays are (num_envs, …) float64, read-only, and
+    valid until the simulation's state changes.
 
     Attributes:
-        name: Name of the robot in the simulation: ``"robot"``.
+        name: Name of the robot in the simulation, such as ``"robot"``.
         robot: Description of the robot.
-        model: The parsed model file of the robot.
+        model: Parsed model file of the robot.
         num_envs: Number of environments.
-        joints: The joints, in the order of every joint array.
-        joint_names: Their names.
+        joints: The joints, in the order of all joint arrays.
+        joint_names: Names of the joints, in the same order.
         dof: Number of joints.
-        tcp: Name of the tool center point's link.
-        home: (num_envs, dof) [rad or m]
-        position_lower: (num_envs, dof) [rad or m]; −inf if a joint has no limit.
-        position_upper: (num_envs, dof) [rad or m]
-        velocity_limit: (num_envs, dof) [rad/s or m/s]
-        effort_limit: (num_envs, dof) [N·m or N]
+        tcp: Name of the link that serves as the tool center point.
+        home: Home positions, (num_envs, dof) [rad or m].
+        position_lower: Lower position limits, (num_envs, dof) [rad or m], which are −inf for joints without a limit.
+        position_upper: Upper position limits, (num_envs, dof) [rad or m], which are inf for joints without a limit.
+        velocity_limit: Velocity limits, (num_envs, dof) [rad/s or m/s].
+        effort_limit: Effort limits, (num_envs, dof) [N·m or N].
     """
 
     name: str
@@ -71,12 +71,12 @@ class JointGroup(ABC):
     @property
     @abstractmethod
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the robot's root link in the world."""
+        """Pose of the robot's root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
 
     @property
     @abstractmethod
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
 
     @abstractmethod
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
@@ -84,12 +84,12 @@ class JointGroup(ABC):
 
         Args:
             frame: Name of a link, or ``"tcp"``.
-            joint_positions: If None, return the current pose. If (k, dof) [rad or m], for any k, return the pose at
-                these positions, with the base where the scene places it and all other joints at home. The state does
-                not change.
+            joint_positions: Joint positions at which to compute the pose, (k, dof) [rad or m] for any k, or None for
+                the current pose. With given positions, the base is at its initial pose in the scene and all other
+                joints are at home. The simulation's state does not change.
 
         Returns:
-            pos (num_envs or k, 3) [m] and quat_wxyz (num_envs or k, 4).
+            The pose: pos (num_envs or k, 3) [m] and quat_wxyz (num_envs or k, 4).
 
         Raises:
             UnknownNameError: There is no link with this name.
@@ -101,10 +101,10 @@ class JointGroup(ABC):
 
     @abstractmethod
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity."""
+        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
 
     def frame_name(self, frame: str) -> str:
-        """Resolve ``"tcp"`` and verify that the link exists.
+        """Return the name of an existing link, where ``"tcp"`` stands for the tool center point's link.
 
         Raises:
             UnknownNameError: There is no link with this name.
@@ -120,12 +120,12 @@ class JointSubset(JointGroup):
     """A subset of a robot's joints.
 
     Args:
-        whole: Group that contains them.
-        joint_names: Their names, in the order of the arrays.
+        whole: Group that contains the joints.
+        joint_names: Names of the selected joints, in the order of the arrays.
         tcp: Link that is the group's tool center point, or None for the robot's tool center point.
 
     Attributes:
-        columns: Columns of the joints in the joint arrays of ``whole``.
+        columns: Indices of the selected joints in the joint arrays of ``whole``.
 
     Raises:
         UnknownNameError: The robot has no such joint or link.
@@ -165,12 +165,12 @@ class JointSubset(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the robot's root link in the world."""
+        """Pose of the robot's root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self._whole.base_pose
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         return self._whole.base_twist
 
     def drive_gains(self) -> tuple[Floats, Floats]:
@@ -192,5 +192,5 @@ class JointSubset(JointGroup):
         return self._whole.frame_velocity(self.frame_name(frame))
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof) for the group's joints."""
+        """Return a link's Jacobian with respect to the group's joints, (num_envs, 6, dof)."""
         return self._whole.frame_jacobian(self.frame_name(frame))[:, :, self.columns]

@@ -11,20 +11,20 @@ from frobs_core.arrays import Floats
 
 
 class Pacer:
-    """Waits for the world at the end of each step, and counts missed deadlines.
+    """Clock that makes each step last as long in the world as in the simulation, and that counts missed deadlines.
 
-    A step's deadline is the end of the previous step plus the step's own duration. A step that is called on time
-    returns at its deadline. A step that is called too late returns at the next future deadline. The first step after
-    :meth:`restart` cannot miss a deadline.
+    A step's deadline is the end of the previous step plus the step's own duration. A step that is called before its
+    deadline returns at that deadline. A step that is called too late returns at the next deadline in the future. The
+    first step after :meth:`restart` cannot miss a deadline.
 
     Args:
-        clock: Returns the world's time [s].
-        sleep: Waits for a duration in the world's time [s].
+        clock: Function that returns the world's time [s].
+        sleep: Function that waits for a given duration in the world's time [s].
 
     Attributes:
         time: Time from the start of the first step after a restart to the end of the latest step, (1,) [s].
         missed: Number of missed deadlines since the restart.
-        lateness: Total delay of the steps since the restart [s].
+        lateness: Sum of the delays of all late steps since the restart [s].
     """
 
     def __init__(

@@ -15,7 +15,9 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.models.model import Link
 
 NAMES = ("mass", "friction", "stiffness", "damping", "joint_damping", "gravity")
-"""Parameters that each of these simulators provides. Simulators that can rebuild bodies add ``size``."""
+"""Parameters supported by every simulator that uses ``WrittenParameters``. Simulators that can rebuild bodies also
+support ``size``.
+"""
 
 
 class Driven(Protocol):
@@ -34,21 +36,23 @@ class Driven(Protocol):
         """Recompute values that depend on the drive gains."""
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) in some environments."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``."""
 
 
 class WrittenParameters(ABC):
-    """Implements ``parameter`` and ``write_parameter`` of a simulation. A subclass passes changes on to its engine.
+    """Base class that implements ``parameter`` and ``write_parameter`` for a simulation.
+
+    A subclass applies the changes to its engine.
 
     Args:
         placements: The robots of the scene.
         scene: The rest of the scene.
-        robots: Handles of the robots. The mapping may be filled later.
+        robots: Handles of the robots. The mapping may be filled after construction.
         num_envs: ≥ 1.
 
     Attributes:
         names: Names of the supported parameters.
-        written: Values that have been written, (num_envs, …), by parameter and target.
+        written: Written values, (num_envs, …) each, by (parameter, target).
     """
 
     names: Sequence[str] = NAMES
@@ -61,16 +65,16 @@ class WrittenParameters(ABC):
 
     @abstractmethod
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a written mass, friction, size or gravity on to the engine."""
+        """Apply a written mass, friction, size or gravity to the engine."""
 
     def collides(self, target: str) -> bool:
-        """Return whether a scene body or ``robot/link`` has a shape that can collide."""
+        """Return whether a scene body or a ``robot/link`` has a shape that can collide."""
         if target in self._scene.bodies:
             return bool(self._scene.bodies[target].collisions)
         return bool(self._link(target).collisions)
 
     def check_body(self, name: str) -> None:
-        """Verify that a scene body or ``robot/link`` exists.
+        """Verify that a scene body or a ``robot/link`` exists.
 
         Raises:
             UnknownNameError: The body does not exist.
@@ -81,7 +85,7 @@ class WrittenParameters(ABC):
             raise UnknownNameError("body", name, names)
 
     def read(self, name: str, target: str) -> Floats:
-        """Return a parameter for each environment, (num_envs, …)."""
+        """Return a parameter's value in each environment, (num_envs, …)."""
         match name:
             case "stiffness":
                 return self._robot(target).drive_gains()[0].copy()
@@ -126,7 +130,10 @@ class WrittenParameters(ABC):
         return state
 
     def restore(self, state: Snapshot) -> None:
-        """Restore a snapshot; parameters that it does not contain revert to the values of the scene and the models."""
+        """Restore a snapshot.
+
+        Parameters that the snapshot does not contain revert to the values in the scene and the models.
+        """
         saved = {
             (name, target): value
             for key, value in state.items()
@@ -144,7 +151,7 @@ class WrittenParameters(ABC):
             robot.refresh_gains()
 
     def _nominal(self, name: str, target: str) -> Floats:
-        """Return the nominal value from the scene or the model."""
+        """Return a parameter's nominal value from the scene or the model."""
         scene = self._scene
         if name == "gravity":
             return np.array(scene.gravity, np.float64)

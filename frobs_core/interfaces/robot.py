@@ -1,4 +1,4 @@
-"""Robots, described as data. Limits, inertia and geometry come from the model file and are not repeated here."""
+"""Descriptions of robots as data. Limits, inertia and geometry come from a robot's model file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ALL = "all"
 
 @dataclass(frozen=True, kw_only=True)
 class DriveGains:
-    """Gains of the drive law: one number for all joints, or one per joint name.
+    """Gains of the drive law: one number for all joints, or a mapping from joint names to numbers.
 
     Attributes:
         stiffness: Kp [N·m/rad or N/m]
@@ -35,17 +35,17 @@ class DriveGains:
 
 @dataclass(frozen=True, kw_only=True)
 class DifferentialDrive:
-    """Two driven wheels on one axis.
+    """Wheels and limits of a differential drive.
 
     Attributes:
         left: Joints of the left wheels.
         right: Joints of the right wheels.
         separation: Distance between the left and right contact points [m].
-        wheel_radius: [m]
-        max_linear_velocity: [m/s]
-        max_angular_velocity: [rad/s]
-        max_linear_acceleration: [m/s²], or None for no limit.
-        max_angular_acceleration: [rad/s²], or None for no limit.
+        wheel_radius: Radius of the wheels [m].
+        max_linear_velocity: Maximum linear velocity [m/s].
+        max_angular_velocity: Maximum angular velocity [rad/s].
+        max_linear_acceleration: Maximum linear acceleration [m/s²], or None for no limit.
+        max_angular_acceleration: Maximum angular acceleration [rad/s²], or None for no limit.
     """
 
     left: tuple[str, ...]
@@ -65,7 +65,7 @@ class EndEffector:
     Attributes:
         tcp: Link that is the tool center point.
         arm: Joint group that carries the tool, or empty for the robot's first group.
-        group: Joint group of the fingers, or empty if the tool has none.
+        group: Joint group of the fingers, or empty if the tool has no joints.
         open: Joint positions of the open tool, by joint name [rad or m].
         closed: Joint positions of the closed tool, by joint name [rad or m].
     """
@@ -79,27 +79,27 @@ class EndEffector:
 
 @dataclass(frozen=True, kw_only=True)
 class Robot:
-    """A robot as data.
+    """Description of a robot as data.
 
     Attributes:
-        model: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path. The suffix determines the
-            format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
+        model: Model file: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path. The suffix
+            determines the format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
         name: Name for messages.
         xacro_args: Arguments of the xacro file.
         package_paths: Folders of the ROS packages that the model file refers to, by package name.
         home: Rest configuration by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their limits if
-            these exclude 0.
+            the limits exclude 0.
         tcp: Link that serves as the tool center point, or None for the last link of the longest chain.
         gains: Gains of the drive law. If None, critically damped gains are computed from the inertia.
-        base: ``"fixed"``, ``"floating"`` or ``"wheeled"``; with the last two, the base moves freely in the world.
+        base: ``"fixed"``, or ``"floating"`` or ``"wheeled"`` for a base that moves freely in the world.
         sensors: Sensors, by name.
-        differential_drive: Wheels of a robot with a differential drive.
+        differential_drive: Differential drive of the robot, or None if the robot has no such drive.
         self_collision: Whether non-adjacent links collide with each other.
         friction: Coefficient of sliding friction by link, for links that should not use the simulator's default, such
-            as 0 for a caster, which glides.
-        groups: Joints that are controlled together, by group name, or empty for a single group, ``"all"``. Groups are
-            disjoint. Joints that are not in a group hold their home position.
-        default_controllers: Controllers by group, for groups whose controller the user does not choose.
+            as 0 for a caster.
+        groups: Names of the joints that are controlled together, by group name. If empty, all joints form the group
+            ``"all"``. Groups must not overlap. Joints that are not in a group hold their home position.
+        default_controllers: Names of the controllers to use if the user does not choose any, by joint group.
         end_effectors: Tools, by name.
     """
 
@@ -120,7 +120,7 @@ class Robot:
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
 
     def tcp_of(self, group: str) -> str | None:
-        """Return the tool center point of a joint group, or None if it is the robot's."""
+        """Return the tool center point of a joint group, or None if the group uses the robot's tool center point."""
         first = next(iter(self.groups), "")
         return next((tool.tcp for tool in self.end_effectors.values() if (tool.arm or first) == group), None)
 
@@ -137,13 +137,13 @@ class Robot:
 
         Both models are merged into one cached URDF, in which all of the tool's names begin with ``name_``. The
         tool's joints become the joint group ``name``. If the arm has no groups, its joints become the group ``"arm"``.
-        The robot's new tool center point is the tool's.
+        The tool's tool center point also becomes that of the combined robot.
 
         Args:
             link: Link that carries the tool.
-            tool: Description of the tool: a robot without joint groups. If it describes an end effector, this defines
-                the tool center point and the open and closed positions.
-            name: Name of the end effector and its joint group, and prefix of all its names.
+            tool: Description of the tool as a robot without joint groups. If the description includes an end effector,
+                that end effector defines the tool center point and the open and closed positions.
+            name: Name of the end effector and its joint group, and prefix for all names in the tool's model.
             pos: Position of the tool's root link in ``link`` [m].
             rpy: Orientation of the tool's root link in ``link`` [rad].
 
@@ -152,7 +152,7 @@ class Robot:
             UnsuitableRobotError: A model is not a URDF, the tool has joint groups, or the name is already used.
             ModelFileError: A model cannot be read.
         """
-        from frobs_core.interfaces.attachment import attach  # imported here because it reads model files
+        from frobs_core.interfaces.attachment import attach  # imported here because attachment imports this module
 
         return attach(self, link, tool, name, pos, rpy)
 

@@ -1,4 +1,4 @@
-"""The handle of a robot in a simulation, which reads and writes its state and commands its drives."""
+"""The handle of a simulated robot, with methods to read and write its state and to command its drives."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from frobs_core.rotations import Number, quat_multiply, quat_rotate
 
 
 class RobotHandle(JointGroup):
-    """A robot in a simulation, in all environments.
+    """Handle of a simulated robot in all environments.
 
     The drive law, evaluated in each physics step, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with
     implicit damping. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as ff = Kd·v* with Kp = 0;
     ``EFFORT`` commands ff with Kp = Kd = 0. Each joint has its own command mode.
 
     Attributes:
-        command_modes: (dof) command mode of each joint.
-        base: Handle of the root link if the simulator can move it as a body, or None if the base is fixed or the
-            simulator overrides the methods that read and write it.
+        command_modes: Command mode of each joint, (dof,).
+        base: Handle of the root link as a body, or None if the base is fixed or the simulator overrides the methods
+            that read and write the base's state.
     """
 
     command_modes: tuple[CommandMode, ...]
@@ -44,7 +44,7 @@ class RobotHandle(JointGroup):
     _factor: Floats
 
     def describe(self, name: str, placement: Placement, num_envs: int) -> None:
-        """Set all attributes of the class from the placement. Call this first in a constructor.
+        """Set all attributes of the class from the placement. A subclass's constructor must call this method first.
 
         Args:
             name: Name of the robot in the simulation.
@@ -78,10 +78,10 @@ class RobotHandle(JointGroup):
     def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
         """Return a group of joints for a controller.
 
-        If the group contains all joints in their original order, it is the handle itself.
+        A group of all joints in their original order, with the robot's tool center point, is the handle itself.
 
         Args:
-            joint_names: The joints.
+            joint_names: Names of the joints in the group.
             tcp: Link that is the group's tool center point, or None for the robot's tool center point.
 
         Raises:
@@ -109,7 +109,7 @@ class RobotHandle(JointGroup):
         """Command mode of all joints.
 
         Raises:
-            UnsuitableRobotError: The joints have different command modes; use ``command_modes``.
+            UnsuitableRobotError: The joints have different command modes. Use ``command_modes`` instead.
         """
         modes = set(self.command_modes)
         if len(modes) > 1:
@@ -117,10 +117,10 @@ class RobotHandle(JointGroup):
         return next(iter(modes), CommandMode.POSITION)
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode and command the robot to hold: its current positions, zero velocity or zero effort.
+        """Change the command mode, and hold the current positions, zero velocity or zero effort.
 
         Args:
-            mode: One mode for all joints, or one for each joint.
+            mode: One mode for all joints, or one mode for each joint.
         """
         self._set_modes(mode)
         self.command(self.holding_command(self.joint_positions))
@@ -130,23 +130,26 @@ class RobotHandle(JointGroup):
         self.refresh_gains()
 
     def command(self, values: Floats) -> None:
-        """Set the drives' targets for the next steps. The default implementation stores them until the next step.
+        """Set the drives' targets for the next steps.
+
+        The default implementation stores the targets until the next step.
 
         Args:
-            values: (num_envs, dof), held constant, or (num_envs, decimation, dof) with one row for each physics step of
-                the next ``step``, which must have the same ``decimation``. The last row is held afterwards.
+            values: Targets, (num_envs, dof), which are held constant, or (num_envs, decimation, dof), with one row for
+                each physics step of the next ``step``, which must use the same ``decimation``. After that ``step``, the
+                last row is held.
         """
         self._command_rows = np.array(values) if values.ndim == 3 else None
         self._command[:] = values[:, -1] if values.ndim == 3 else values
 
     def _take_commands(self, decimation: int) -> Floats:
-        """Return the command for each physics step of the upcoming step, (num_envs, decimation, dof).
+        """Return the command for each physics step of the next ``step``, (num_envs, decimation, dof).
 
         Args:
             decimation: Number of physics steps.
 
         Raises:
-            SimulationError: The last command has a different number of rows.
+            SimulationError: The number of rows in the last command is not ``decimation``.
         """
         rows, self._command_rows = self._command_rows, None
         if rows is None:
@@ -156,7 +159,7 @@ class RobotHandle(JointGroup):
         return rows
 
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Return Kp and Kd, (num_envs, dof) each; write to them through ``write_parameter``."""
+        """Return Kp and Kd, (num_envs, dof) each. Change the gains only through ``write_parameter``."""
         return self._stiffness, self._damping
 
     def refresh_gains(self) -> None:
@@ -166,10 +169,10 @@ class RobotHandle(JointGroup):
         )
 
     def _write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> Floats:
-        """Change Kp (0) or Kd (1) in some environments.
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``.
 
         Returns:
-            (n, dof) factors for the current commands, so that the drives keep their targets.
+            Factors by which to multiply the current commands, (n, dof), so that the drives' targets do not change.
         """
         before = self._factor[rows]
         self.drive_gains()[which][rows] = values
@@ -190,7 +193,7 @@ class RobotHandle(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self.base is not None:
             return self.base.pose
         n = self.num_envs
@@ -198,17 +201,17 @@ class RobotHandle(JointGroup):
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link."""
+        """Twist of the root link: lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
         if self.base is not None:
             return self.base.twist
         return np.zeros((self.num_envs, 3)), np.zeros((self.num_envs, 3))
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
-        """Teleport the root link. A fixed base can be moved too.
+        """Teleport the root link. A fixed base can also be teleported.
 
         Args:
             pos: (n, 3) [m] in the world.
-            quat_wxyz: (n, 4), of length 1.
+            quat_wxyz: Unit quaternions, (n, 4).
             mask: The environments to change.
 
         Raises:
@@ -232,7 +235,8 @@ class RobotHandle(JointGroup):
             raise CapabilityError.lacking(self, "teleport")
         self.base.write_twist(lin_vel_world, ang_vel_world, mask)
 
-    # Kinematics from the model, the joint state and the base pose. Engines with their own kinematics override these.
+    # The methods below compute kinematics from the model, the joint state and the base pose.
+    # Handles for engines that compute kinematics themselves override these methods.
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
         """Return the pose of a link in the world, at the current or given joint positions."""
@@ -243,7 +247,7 @@ class RobotHandle(JointGroup):
         return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return :meth:`frame_pose` at given joint positions, (k, dof) [rad or m]."""
+        """Return the pose of a link in the world at given joint positions, (k, dof) [rad or m]."""
         pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
         base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
         return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
@@ -256,7 +260,7 @@ class RobotHandle(JointGroup):
         return twist[:, :3] + linear + np.cross(angular, lever), twist[:, 3:] + angular
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity."""
+        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
         return self.point_jacobian(self.frame_name(frame), self.frame_pose(frame)[0])
 
     def point_jacobian(self, link: str, point: Floats) -> Floats:
@@ -267,7 +271,7 @@ class RobotHandle(JointGroup):
             point: (num_envs, 3) [m] in the world.
 
         Returns:
-            (num_envs, 6, dof): rows 0–2 lin_vel_world, rows 3–5 ang_vel_world, per unit of joint velocity.
+            The Jacobian, (num_envs, 6, dof), with lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5.
         """
         jacobian = np.zeros((self.num_envs, 6, self.dof))
         for joint in joint_path(self.model, link):
@@ -306,7 +310,7 @@ class RobotHandle(JointGroup):
         if lidar is None:
             raise UnknownNameError("lidar", name, self.robot.lidars)
         pos, quat = self.frame_pose(lidar.frame)
-        if self.num_envs == 1:  # Python floats are faster here and round identically
+        if self.num_envs == 1:  # Python floats are faster here, with the same rounding
             ahead, left = np.array(_xy_axes(*quat[0].tolist())).reshape(2, 1, 1, 3)
         else:
             ahead, left = np.array(_xy_axes(*quat.T)).reshape(2, 3, self.num_envs, 1).transpose(0, 2, 3, 1)
@@ -332,9 +336,9 @@ def active_gains(modes: Sequence[CommandMode], stiffness: Floats, damping: Float
     """Return the factors by which the drive law multiplies errors and commands.
 
     Args:
-        modes: (dof) command mode of each joint.
-        stiffness: (…, dof) Kp of the drives.
-        damping: (…, dof) Kd of the drives.
+        modes: Command mode of each joint, (dof,).
+        stiffness: Kp of the drives, (…, dof).
+        damping: Kd of the drives, (…, dof).
 
     Returns:
         Kp, Kd and the factor that converts a command into an effort (Kp for positions, Kd for velocities, 1 for

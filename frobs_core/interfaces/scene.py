@@ -1,4 +1,4 @@
-"""Scenes: everything except the robot, as data."""
+"""Descriptions of scenes as data: everything in a simulation except the controlled robots."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """A contact between two bodies that a task observes.
+    """A contact between two bodies, to be observed by a task.
 
-    A side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
+    Each side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
     robot, or ``"*"`` for any body.
 
     Attributes:
-        first: One side.
-        second: The other side.
-        ignore: Sides that ``"*"`` excludes; valid only if ``second`` is ``"*"``. The force of such a contact is
-            not available.
+        first: First side of the contact.
+        second: Second side of the contact.
+        ignore: Sides that ``"*"`` excludes, which is valid only if ``second`` is ``"*"``. The force of a contact that
+            ignores any sides is not available.
     """
 
     first: str
@@ -42,10 +42,10 @@ class Contact:
     ignore: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check that ``ignore`` is only used together with ``"*"``.
+        """Check that ``ignore`` is used only together with ``"*"``.
 
         Raises:
-            ConfigurationError: ``second`` is not ``"*"``.
+            ConfigurationError: ``ignore`` is used, but ``second`` is not ``"*"``.
         """
         if self.ignore and self.second != "*":
             raise SceneError(
@@ -56,15 +56,15 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """A camera fixed in the world or to a robot's link.
+    """A camera that is fixed in the world, to a robot's link or to a scene body.
 
     Attributes:
-        pos: Position in the world, or in ``frame`` [m].
+        pos: Position in ``frame``, or in the world if ``frame`` is None [m].
         target: Point that the camera looks at, in the same frame [m].
         fov_y: Vertical field of view [deg].
-        frame: None for the world, or ``"robot/link"``.
-        up: Direction that points up in the image, in the same frame, not parallel to the viewing direction. If None,
-            the z axis is used, or the y axis for a camera that looks along z.
+        frame: ``"robot/link"`` or the name of a scene body, or None for the world.
+        up: Direction that points up in the image, in the same frame. The up direction must not be parallel to the
+            viewing direction. If None, the z axis is used, or the y axis for a camera that looks along z.
     """
 
     pos: tuple[float, float, float]
@@ -97,10 +97,10 @@ class Placement:
 
     Attributes:
         robot: Description of the robot.
-        model: The parsed model file of the robot.
+        model: Parsed model file of the robot.
         pose: Pose of the base in the world at reset.
-        command_mode: Command mode of the drives: one for all joints, or one per joint name. Omitted joints use position
-            commands.
+        command_mode: Command mode of the drives: one for all joints, or a mapping by joint name. Omitted joints use
+            position commands.
     """
 
     robot: Robot
@@ -118,7 +118,7 @@ class Placement:
 
     @property
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Kp and Kd from the robot's description, or else the default gains of its model, (dof,) each."""
+        """Kp and Kd, (dof,) each: the gains in the robot's description, if any, or the model's default gains."""
         gains = self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
         pairs = [gains.of(joint) for joint in self.model.joint_names]
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
@@ -131,10 +131,10 @@ class Placement:
 
     @cached_property
     def force_torque_sensors(self) -> dict[str, tuple[str, Pose]]:
-        """Link in whose joint each force-torque sensor measures, and the sensor's pose in that link, by sensor name.
+        """Force-torque sensors by name: the link whose parent joint is measured, and the sensor's pose in that link.
 
         Raises:
-            UnsuitableRobotError: A sensor has no joint above it.
+            UnsuitableRobotError: There is no joint above a force-torque sensor's link.
         """
         sensors = {name: each for name, each in self.robot.sensors.items() if isinstance(each, ForceTorque)}
         if not sensors:
@@ -155,7 +155,7 @@ class Placement:
 
 
 def _relative_pose(first: Floats, second: Floats) -> Pose:
-    """Return the second pose relative to the first, both (7,)."""
+    """Return the second pose relative to the first, given two (7,) poses."""
     back = quat_conjugate(first[3:])
     pos, quat = quat_rotate(back, second[:3] - first[:3]), quat_multiply(back, second[3:])
     return pose_from_array(np.concatenate([pos, quat]))
@@ -168,9 +168,9 @@ class Attachment:
     Attributes:
         first: A scene body, or ``"robot/link"``.
         second: A free scene body, or ``"robot/link"``.
-        pose: Pose of the second in the frame of the first, or None for their relative pose at reset, with robots at
-            home. If they are not in this pose, for example because a task has moved one of them, the engine pulls them
-            there.
+        pose: Pose of ``second`` in the frame of ``first``, or None for their relative pose at reset, with robots at
+            home. If the relative pose differs, for example because a task has moved one of the two sides, the engine
+            pulls the sides into this pose.
     """
 
     first: str
@@ -180,17 +180,17 @@ class Attachment:
 
 @dataclass(frozen=True, kw_only=True)
 class Prop:
-    """An articulated object without a controller, such as a drawer. Its model file defines how its joints move.
+    """An articulated object without a controller, such as a drawer.
 
-    Contacts and cameras refer to its links as ``"prop/link"``. Read its joint positions and velocities from
-    ``Simulation.robots``, where it is listed by name.
+    The model file defines how the joints move. Contacts and cameras refer to a prop's links as ``"prop/link"``. Read
+    the joint positions and velocities from the prop's handle, which ``Simulation.robots`` contains by name.
 
     Attributes:
-        model: Its model file, as in :class:`~frobs_core.interfaces.Robot`.
-        pose: Pose of its root link in the world at reset.
+        model: Model file of the prop, as in :class:`~frobs_core.interfaces.Robot`.
+        pose: Pose of the prop's root link in the world at reset.
         base: ``"fixed"`` or ``"floating"``.
-        home: Joint positions at reset by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their
-            limits if 0 is outside of them.
+        home: Joint positions at reset by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their
+            limits if the limits exclude 0.
         friction: Coefficient of sliding friction by link, for links that should not use the simulator's default.
         xacro_args: Arguments of the xacro file.
         package_paths: Folders of the ROS packages that the model file refers to, by package name.
@@ -226,21 +226,22 @@ class Prop:
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
-    """Everything except the robot.
+    """Everything in a simulation except the controlled robots.
 
     Attributes:
         floor: Whether there is a floor at z = 0.
-        floor_friction: Coefficient of sliding friction of the floor. Free bodies slide over it with at least this
-            coefficient in MuJoCo and PyBullet, and with at most this coefficient in Gazebo.
-        gravity: [m/s²]
+        floor_friction: Coefficient of sliding friction of the floor. The coefficient of a free body that slides over
+            the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
+        gravity: Acceleration due to gravity [m/s²].
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
-        cameras: Cameras, by name; the first is the default of ``render``.
+        cameras: Cameras, by name. By default, ``render`` uses the first camera.
         robots: Additional robots without controllers, by name.
         props: Articulated objects without a controller, by name.
         attachments: Bodies and links that are fixed to each other, by name.
         robot_pose: Base pose of the controlled robot in the world.
-        robot_poses: Base poses of the controlled robots in the world, by name, if there are several.
+        robot_poses: Base poses of the controlled robots in the world, by robot name, if there are several controlled
+            robots.
     """
 
     floor: bool = True
@@ -259,27 +260,27 @@ class Scene:
 
     @property
     def span(self) -> float:
-        """Largest viewing distance among the cameras fixed in the world [m], or 0 if there are none.
+        """Largest viewing distance among the cameras fixed in the world [m], or 0 if there are no such cameras.
 
-        Simulators may use it to scale visual elements that have no size of their own, such as the floor's pattern.
+        Simulators may use this distance to scale visual elements without a defined size, such as the floor's pattern.
         """
         far = [dist(camera.pos, camera.target) for camera in self.cameras.values() if camera.frame is None]
         return max(far, default=0.0)
 
     @property
     def sizable_bodies(self) -> list[str]:
-        """Bodies whose size can differ between environments, on simulators that support ``randomize_size``."""
+        """Names of bodies whose size can differ between environments if the simulator supports ``randomize_size``."""
         return [name for name, body in self.bodies.items() if body.is_sizable]
 
     def check_size(self, body: str, factors: Floats | float = 1.0) -> None:
-        """Validate a size before it is read or written.
+        """Check that a body's size can be changed and that the scale factors are valid.
 
         Args:
             body: Name of the body.
-            factors: Factors for its lengths.
+            factors: Scale factors for the body's lengths.
 
         Raises:
-            PhysicsParameterError: The body's size cannot change, or a factor is not positive.
+            PhysicsParameterError: The body's size cannot be changed, or a factor is not positive.
         """
         if body not in self.sizable_bodies:
             reason = "cannot change: only scene bodies that consist of primitives can be resized."
@@ -306,10 +307,10 @@ class Scene:
         return robots | {name: prop.placement(name) for name, prop in self.props.items()}
 
     def attachment_pose(self, name: str, robots: Mapping[str, Placement]) -> Pose:
-        """Return the pose of the second side of an attachment in the frame of the first.
+        """Return the pose of an attachment's second side in the frame of its first side.
 
         Args:
-            name: The attachment.
+            name: Name of the attachment.
             robots: All robots of the simulation.
         """
         attachment = self.attachments[name]
@@ -318,14 +319,14 @@ class Scene:
         return _relative_pose(self._start(attachment.first, robots), self._start(attachment.second, robots))
 
     def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
-        """Return the pose of a body or link at reset, (7,)."""
+        """Return the pose of a body or link in the world at reset, (7,)."""
         if side in self.bodies:
             return pose_array(self.bodies[side].pose)
         robot, _, link = side.partition("/")
         return robots[robot].start_pose(link)
 
     def check(self, robots: Mapping[str, Placement], lacking: Collection[str] = ()) -> None:
-        """Check that the scene is consistent and all references exist. Simulators call this first.
+        """Check that the scene is consistent and that all referenced objects exist. Simulators call this method first.
 
         Args:
             robots: All robots of the simulation.
@@ -371,12 +372,12 @@ class Scene:
         """Return the index of a declared contact.
 
         Args:
-            name: The contact.
-            force: Whether the caller requests its force.
+            name: Name of the contact.
+            force: Whether the caller requests the contact's force.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The force is requested, but the contact ignores something.
+            ConfigurationError: The force is requested, but the contact ignores some bodies.
         """
         if name not in self.contacts:
             raise UnknownNameError("declared contact", name, self.contacts)

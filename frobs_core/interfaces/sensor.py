@@ -1,8 +1,8 @@
-"""Sensors as data: the measuring devices of a robot and their accuracy.
+"""Descriptions of sensors as data: a robot's measuring devices and their accuracy.
 
-A reading is the true value with imperfections, applied in this order: noise is added; the sum is rounded to the
-resolution and clipped to the sensor's range; samples are lost; the remaining samples are delayed. This is implemented
-by :class:`frobs_core.sensors.Sensors`.
+A reading is the true value with imperfections, which :class:`frobs_core.sensors.Sensors` applies in this order: noise
+is added, the sum is rounded to the resolution and clipped to the sensor's range, samples are lost, and the remaining
+samples are delayed.
 """
 
 from __future__ import annotations
@@ -24,18 +24,19 @@ class Sensor:
     """Base class of all sensors. A subclass defines a sensor type and refers to its instrument.
 
     Attributes:
-        frame: Link that it is fixed to.
-        rate: Samples per second [Hz]; None: one per control step. Readings stay constant between two samples.
-        noise: Standard deviation of the normally distributed noise, in the reading's unit: one number, or one for each
-            element.
-        resolution: Readings are multiples of this number, in the reading's unit; 0: continuous. One number, or one for
-            each element.
-        delay: Time from taking a sample until it is read [s].
-        dropout: Probability that a sample is lost, in [0, 1]; see :attr:`lost`.
+        frame: Link that the sensor is fixed to.
+        rate: Samples per second [Hz], or None for one sample per control step. Readings stay constant between two
+            samples.
+        noise: Standard deviation of the normally distributed noise, in the reading's unit: one number for all elements,
+            or one for each element.
+        resolution: Readings are rounded to multiples of this number, in the reading's unit, unless it is 0. One number
+            for all elements, or one for each element.
+        delay: Time between taking a sample and reading it [s].
+        dropout: Probability that a sample is lost, in [0, 1] (see :attr:`lost`).
         type_name: Name of this sensor type in configurations.
-        instrument: ``"module:attribute"`` of the :class:`frobs_core.sensors.Instrument` that measures.
+        instrument: ``"module:attribute"`` of the :class:`frobs_core.sensors.Instrument` that takes the measurements.
         unit: Unit of a reading.
-        needs: Capability of the simulator that the sensor requires; empty: none.
+        needs: Simulator capability that the sensor requires, or an empty string if it requires none.
     """
 
     type_name: ClassVar[str] = ""
@@ -54,14 +55,14 @@ class Sensor:
         """Validate the parameters.
 
         Raises:
-            ConfigurationError: A parameter is not a number or out of range.
+            ConfigurationError: A parameter is not a number or is out of range.
         """
         for name in ("noise", "resolution"):
             given = getattr(self, name)
             if isinstance(given, list | tuple):
                 if len(given) != self.width:
                     raise self._error(name, given, f"one number, or {self.width} numbers, one for each element")
-                object.__setattr__(self, name, tuple(given))  # a list, if it comes from YAML
+                object.__setattr__(self, name, tuple(given))  # YAML files contain lists
             for number in given if isinstance(given, list | tuple) else [given]:
                 self._check(name, number, low=0.0)
         self._check("delay", self.delay, low=0.0)
@@ -81,21 +82,22 @@ class Sensor:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Minimum and maximum of a reading, in its unit."""
+        """Minimum and maximum of a reading, in the reading's unit."""
         return -math.inf, math.inf
 
     @property
     def lost(self) -> float | None:
-        """Value of a reading that could not be measured.
+        """Value that replaces a lost measurement, or None if the previous sample replaces it.
 
-        A number: elements are lost individually and read this value. Rays that hit nothing also read it, without noise.
-        None: the whole sample is lost and the previous one is kept; the first sample after a reset is never lost.
+        If the value is a number, elements of a sample are lost individually and read as this value. Rays that hit
+        nothing also read as this value, without noise. If the value is None, samples are lost as a whole, and the
+        previous sample is kept. If samples are lost as a whole, the first sample after a reset is never lost.
         """
         return None
 
     @property
     def is_ideal(self) -> bool:
-        """Whether samples are the true values. ``rate`` is ignored because it depends on the control step."""
+        """Whether samples equal the true values. ``rate`` is ignored because its effect depends on the control step."""
         return not (self.delay or self.dropout or np.any(self.noise) or np.any(self.resolution))
 
     @property
@@ -126,17 +128,17 @@ class Sensor:
 
 @dataclass(frozen=True, kw_only=True)
 class Lidar(Sensor):
-    """A planar laser scanner: rays in the xy plane of ``frame``, counterclockwise from ``angle_min``.
+    """A planar laser scanner with rays in the xy plane of ``frame``, counterclockwise from ``angle_min``.
 
-    It measures the distance along each ray [m] and does not detect its own robot. Lost rays, like rays that hit
-    nothing, read ``range_max``.
+    The scanner measures the distance along each ray [m] and does not detect its own robot. Lost rays and rays that hit
+    nothing read as ``range_max``.
 
     Attributes:
-        rays: Number of rays. The first is at ``angle_min``, the last at ``angle_max``.
-        angle_min: [rad]
-        angle_max: [rad]; None: the rays are evenly spaced over 360 degrees.
-        range_min: Minimum reading [m]; nearer objects read as ``range_min``.
-        range_max: Maximum reading [m]; farther objects, or none, read as ``range_max``.
+        rays: Number of rays. The first ray is at ``angle_min``, and the last ray is at ``angle_max``.
+        angle_min: Angle of the first ray [rad].
+        angle_max: Angle of the last ray [rad], or None to space the rays evenly over 360 degrees.
+        range_min: Minimum reading [m]. Nearer objects read as ``range_min``.
+        range_max: Maximum reading [m]. A ray that hits a farther object, or nothing, reads as ``range_max``.
         offset: Origin of the rays in ``frame`` [m].
     """
 
@@ -171,12 +173,12 @@ class Lidar(Sensor):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """``range_min`` and ``range_max`` [m]."""
+        """Minimum and maximum of a reading: ``range_min`` and ``range_max`` [m]."""
         return self.range_min, self.range_max
 
     @property
     def lost(self) -> float | None:
-        """``range_max`` [m]."""
+        """Value of a lost ray: ``range_max`` [m]."""
         return self.range_max
 
     @property
@@ -187,14 +189,14 @@ class Lidar(Sensor):
 
     @cached_property
     def angles(self) -> Floats:
-        """(rays,) [rad] angle of each ray from the x axis of ``frame``, counterclockwise."""
+        """Angle of each ray from the x axis of ``frame``, counterclockwise, (rays,) [rad]."""
         if self.angle_max is None:
             return np.asarray(self.angle_min + 2.0 * math.pi / self.rays * np.arange(self.rays), np.float64)
         return np.linspace(self.angle_min, self.angle_max, self.rays, dtype=np.float64)
 
     @cached_property
     def directions(self) -> Floats:
-        """(rays, 3) directions of the rays in ``frame``."""
+        """Directions of the rays in ``frame``, (rays, 3)."""
         return np.stack([np.cos(self.angles), np.sin(self.angles), np.zeros(self.rays)], axis=-1)
 
 
@@ -202,12 +204,13 @@ class Lidar(Sensor):
 class Bumper(Sensor):
     """A switch that closes on contact.
 
-    It reads 1.0 if its links touched something in any physics step of the control step, otherwise 0.0. If a sample is
-    lost, the previous one is kept. After a reset the switch is open.
+    A bumper reads 1.0 if any of its links touched something in any physics step of the control step, and 0.0 otherwise.
+    If a sample is lost, the previous sample is kept. After a reset, the switch is open.
 
     Attributes:
         links: Additional links that close the same switch.
-        ignore: Objects that do not close it: ``"floor"``, names of scene bodies, ``"robot"`` for the robot itself.
+        ignore: Objects that do not close the switch: ``"floor"``, names of scene bodies, or ``"robot"`` for the robot
+            itself.
     """
 
     type_name: ClassVar[str] = "bumper"
@@ -237,7 +240,7 @@ class Bumper(Sensor):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """0 and 1."""
+        """Minimum and maximum of a reading: 0 and 1."""
         return 0.0, 1.0
 
     @property
@@ -249,14 +252,14 @@ class Bumper(Sensor):
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Sensor):
-    """An inertial measurement unit: angular velocity [rad/s] and specific force [m/s²], both (3,) in ``frame``.
+    """An inertial measurement unit for angular velocity [rad/s] and specific force [m/s²], both (3,) in ``frame``.
 
-    Specific force is acceleration minus gravity, so it points up at rest. The acceleration is the mean over the control
-    step: the change of the sensor's velocity divided by the step's duration. After a reset it is 0. If a sample is
-    lost, the previous one is kept.
+    Specific force is acceleration minus gravity, so it points up at rest. The acceleration is averaged over the control
+    step by dividing the change in the sensor's velocity by the step's duration. After a reset, the acceleration is 0.
+    If a sample is lost, the previous sample is kept.
 
     Attributes:
-        offset: Position of the unit in ``frame`` [m].
+        offset: Position of the sensor in ``frame`` [m].
     """
 
     type_name: ClassVar[str] = "imu"
@@ -273,7 +276,7 @@ class Imu(Sensor):
 
     @property
     def width(self) -> int:
-        """6: three elements each for angular velocity and specific force."""
+        """Number of elements in a reading: three for angular velocity and three for specific force."""
         return 6
 
     @property
@@ -284,12 +287,13 @@ class Imu(Sensor):
 
 @dataclass(frozen=True, kw_only=True)
 class ForceTorque(Sensor):
-    """A force-torque sensor: force [N] and torque [N·m], both (3,), exerted on ``frame`` from the robot's base side.
+    """A sensor for the force [N] and torque [N·m], (3,) each, that the base side of the robot exerts on ``frame``.
 
     The sensor is in the joint above ``frame``, and its axes and origin are those of ``frame``. A reading includes the
-    weight and inertia of ``frame`` and of everything beyond it; it is not tared. It is averaged over the physics steps of
-    the control step. After a reset it is 0 until the next step. If ``frame`` is fixed to its parent and carries no mass,
-    the sensor is in the next joint above that carries some. If a sample is lost, the last one is read again.
+    weight and inertia of ``frame`` and of everything beyond it, and is not tared. Readings are averaged over the
+    physics steps of the control step. After a reset, the reading is 0 until the next step. If ``frame`` is fixed to its
+    parent and carries no mass, the sensor is in the next joint above that carries mass. If a sample is lost, the
+    previous sample is kept.
     """
 
     type_name: ClassVar[str] = "force_torque"
@@ -299,7 +303,7 @@ class ForceTorque(Sensor):
 
     @property
     def width(self) -> int:
-        """6: three elements each for force and torque."""
+        """Number of elements in a reading: three for force and three for torque."""
         return 6
 
     @property

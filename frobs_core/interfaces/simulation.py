@@ -1,9 +1,9 @@
 """A simulation: ``num_envs`` copies of robots and a scene, advanced by an engine.
 
-Arrays are batched, (num_envs, …), float64. Arrays that you read are current and read-only. They are valid until the
-next ``reset``, ``step``, ``write_…`` or ``restore``, so copy what you want to keep. Masks are (num_envs,) bool; None
-means all environments. Values that you write are (n, …) for the n environments of the mask, in their order, or
-broadcast to this shape.
+Arrays are batched, (num_envs, …), float64. Arrays that you read contain the current state and are read-only. Such
+arrays are valid until the next ``reset``, ``step``, ``write_…`` or ``restore``, so copy any data that you want to keep.
+A mask is a (num_envs,) bool array, or None to select all environments. Values that you write have the shape (n, …) for
+the n environments selected by the mask, in their order, or a shape that can be broadcast to it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from frobs_core.interfaces.translation import Overlap, Translation
 from frobs_core.models.model import RobotModel
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
-"""A complete state: arrays by name, each (num_envs, …)."""
+"""Complete state as arrays by name, (num_envs, …) each."""
 
 
 Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
@@ -33,10 +33,10 @@ Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
 
 
 class BareEngine(Protocol):
-    """A minimal loop over an engine as its users would write it, for benchmark comparisons."""
+    """A minimal loop that uses an engine directly, without FRobs, for benchmark comparisons."""
 
     def load(self, snapshot: Snapshot) -> None:
-        """Load the state and the controls from a simulation's snapshot."""
+        """Load the state and the control inputs from a simulation's snapshot."""
 
     def step(self, decimation: int) -> None:
         """Advance by ``decimation`` physics steps."""
@@ -46,7 +46,7 @@ class BareEngine(Protocol):
 
 
 class Simulation(ABC):
-    """``num_envs`` copies of robots and a scene.
+    """Base class of simulations, each of which contains ``num_envs`` copies of robots and a scene.
 
     Methods of a capability that a simulator does not support raise :class:`~frobs_core.errors.CapabilityError`.
 
@@ -55,25 +55,25 @@ class Simulation(ABC):
     docstring.
 
     Args:
-        robots: Robots by name; the environment's own is ``"robot"``. They include those of the scene.
+        robots: All robots by name, including those of the scene. The environment's own robot is ``"robot"``.
         scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
-        num_threads: Threads of the engine, or 0 for one per processor.
+        num_threads: Number of engine threads, or 0 for one per processor.
 
     Attributes:
         num_envs: Number of environments.
         physics_timestep: [s]
         robots: Handles of the robots, by name.
         bodies: Handles of the scene's bodies, by name.
-        contacts: State of the contacts that the scene declares; None if the simulator does not support contacts.
-        pacer: Clock of a paced simulator, which has the ability ``real_time``; None: time only passes in ``step``.
+        contacts: State of the contacts that the scene declares, or None if the simulator does not support contacts.
+        pacer: Clock of a paced simulator (ability ``real_time``), or None if time passes only in ``step``.
         render_modalities: Modalities that ``render`` supports.
-        wrenches: Wrenches that act in the next ``step``; maintained by simulators with the ability ``wrench``.
-        state: All arrays that change, by name, for ``snapshot`` and ``restore`` to copy. None: the simulator overrides
-            both, or does not support ``snapshot``.
-        sensor_wrenches: Readings of the force-torque sensors, (num_envs, 6) each, by ``"robot/sensor"``, one for each
-            of :attr:`Placement.force_torque_sensors`; None: not supported.
+        wrenches: Wrenches that act in the next ``step``. Simulators with the ability ``wrench`` maintain this list.
+        state: All arrays that change, by name, which ``snapshot`` and ``restore`` copy, or None if the simulator
+            overrides these methods or does not support ``snapshot``.
+        sensor_wrenches: Readings of all :attr:`Placement.force_torque_sensors` by ``"robot/sensor"``, (num_envs, 6)
+            each, or None if the simulator does not support force-torque sensors.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
@@ -107,45 +107,46 @@ class Simulation(ABC):
             model: Model of the robot.
 
         Returns:
-            At least one row for each of ``frobs_core.models.elements(model)``. Omitted elements are shown as unknown.
+            At least one row for each element in ``frobs_core.models.elements(model)``. Elements without a row are
+            reported as unknown.
         """
         return ()
 
     @property
     def native(self) -> Any:
-        """The engine's own objects, if any. A task that uses them only works with this simulator."""
+        """The engine's own objects, or None. A task that uses these objects works only with this simulator."""
         return None
 
     @property
     @abstractmethod
     def time(self) -> Floats:
-        """(num_envs,) [s] since the reset."""
+        """Simulated time since the reset, (num_envs,) [s]."""
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments in which the engine has failed since their reset, or None if there are none."""
+        """Mask of the environments in which the engine has failed since their reset, or None if it has never failed."""
         return None
 
     @abstractmethod
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the initial state of the scene: robots at home and at rest, drives holding, time 0.
+        """Return to the scene's initial state: robots at home and at rest, drives holding, and time 0.
 
         Physical parameters keep their written values. A paced simulator drives the robots home and returns when they
-        have arrived and stopped; bodies stay where they are.
+        have arrived and stopped. Other bodies are not moved.
 
         Raises:
-            SimulationError: The robots of a paced simulator did not arrive at home in time.
+            SimulationError: The robots of a paced simulator did not reach their home positions in time.
         """
 
     def step_with(self, decimation: int, update: Callable[[], None]) -> None:
-        """Advance like :meth:`step`, but call a function before each physics step except the first.
+        """Advance like :meth:`step`, and call a function before each physics step except the first.
 
-        The function may read the state and command robots. Applied wrenches act in all physics steps. Contacts and
-        force-torque sensors afterwards cover the whole control step.
+        The function may read the state and send commands to robots. Applied wrenches act in all physics steps.
+        Afterwards, contact states and force-torque readings cover the whole control step.
 
         Args:
             decimation: Number of physics steps.
-            update: The function.
+            update: Function to call.
         """
         contacts, wrenches = [], list(self.wrenches)
         sensed = self.sensor_wrenches or {}
@@ -169,15 +170,15 @@ class Simulation(ABC):
     def step(self, decimation: int) -> None:
         """Advance every environment by ``decimation`` physics steps.
 
-        An environment that diverges stops where it is and is marked in :attr:`diverged`; the others continue. A paced
-        simulator uses its :attr:`pacer` to wait until the world has advanced.
+        An environment that diverges stops in its current state and is marked in :attr:`diverged`, while the other
+        environments continue. A paced simulator uses its :attr:`pacer` to wait until the world has advanced.
 
         Raises:
-            SimulationError: The engine failed entirely.
+            SimulationError: The engine failed, so no environment can continue.
         """
 
     def contact(self, name: str) -> Mask:
-        """(num_envs,) bool: whether a declared contact was closed in any physics step of the last ``step``.
+        """Return whether a declared contact was closed in any physics step of the last ``step``, (num_envs,) bool.
 
         All contacts are open between a reset and the next ``step``.
 
@@ -188,23 +189,24 @@ class Simulation(ABC):
         return read_only(contacts.closed[:, contacts.scene.contact_number(name)])
 
     def contact_force(self, name: str) -> Floats:
-        """(num_envs,) [N]: largest normal force of a declared contact in the last ``step``.
+        """Return the largest normal force of a declared contact in the last ``step``, (num_envs,) [N].
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The contact ignores something, so its force is not available.
+            ConfigurationError: The contact ignores some bodies, so its force is not available.
         """
         contacts = self._contacts()
         return read_only(contacts.normal_force[:, contacts.scene.contact_number(name, force=True)])
 
     def contact_resultant(self, name: str) -> Floats:
-        """(num_envs, 3) [N]: total force on the first side of a declared contact, in the world, including friction.
+        """Return the total force on a contact's first side, including friction, in the world frame, (num_envs, 3) [N].
 
-        It is averaged over the physics steps of the last ``step``. Forces between two parts of the first side cancel.
+        The force is averaged over the physics steps of the last ``step``. Forces between two parts of the first side
+        cancel.
 
         Raises:
             UnknownNameError: The scene declares no such contact.
-            ConfigurationError: The contact ignores something, so its force is not available.
+            ConfigurationError: The contact ignores some bodies, so its force is not available.
         """
         contacts = self._contacts()
         return read_only(contacts.resultant[:, contacts.scene.contact_number(name, force=True)])
@@ -215,10 +217,10 @@ class Simulation(ABC):
         return self.contacts
 
     def sensor_wrench(self, robot: str, sensor: str) -> Floats:
-        """Return a reading of a force-torque sensor, (num_envs, 6): force [N] and torque [N·m] in the sensor's frame.
+        """Return the reading of a force-torque sensor, (num_envs, 6): force [N] and torque [N·m] in the sensor's frame.
 
-        It is the wrench that the parent exerts on the child, averaged over the physics steps of the last ``step``; 0
-        after a reset. See :class:`~frobs_core.interfaces.ForceTorque`.
+        The reading is the wrench that the joint's parent link exerts on its child link, averaged over the physics steps
+        of the last ``step``. After a reset, the reading is 0. See :class:`~frobs_core.interfaces.ForceTorque`.
 
         Args:
             robot: Name of the robot in the simulation.
@@ -236,15 +238,15 @@ class Simulation(ABC):
         return read_only(self.sensor_wrenches[name])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays.
+        """Cast rays and return the distances at which they hit something.
 
         Args:
-            origins: (num_envs, k, 3) [m]
-            directions: (num_envs, k, 3), of length 1.
-            max_range: [m]
+            origins: Start points in the world, (num_envs, k, 3) [m].
+            directions: Unit vectors in the world, (num_envs, k, 3).
+            max_range: Maximum range of the rays [m].
 
         Returns:
-            (num_envs, k) [m]; ``max_range`` where nothing is hit.
+            The distances, (num_envs, k) [m], which are ``max_range`` where nothing is hit.
         """
         raise CapabilityError.lacking(self, "rays")
 
@@ -255,8 +257,8 @@ class Simulation(ABC):
 
         Args:
             names: Names of k scene bodies.
-            pos: (n, k, 3) [m]
-            quat_wxyz: (n, k, 4), or None to keep the orientations.
+            pos: Positions of the bodies' origins in the world, (n, k, 3) [m].
+            quat_wxyz: Orientations, (n, k, 4), or None to keep the current orientations.
             mask: The environments to change.
 
         Raises:
@@ -280,11 +282,12 @@ class Simulation(ABC):
         """Return a physical parameter for each environment.
 
         Args:
-            name: ``mass`` [kg] (num_envs,), which also scales the inertia; ``friction`` (num_envs,); ``size``
-                (num_envs,), a factor for all lengths of a body, whose mass stays the same; ``stiffness`` and
-                ``damping`` (drive gains) and ``joint_damping`` (num_envs, dof); ``gravity`` [m/s²] (num_envs, 3).
+            name: Name of the parameter. ``mass`` [kg], ``friction`` and ``size`` are (num_envs,). Changing ``mass``
+                also scales the inertia. ``size`` is a factor for all lengths of a body and does not affect its mass.
+                The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, are (num_envs, dof). ``gravity``
+                [m/s²] is (num_envs, 3).
             target: A scene body or ``"robot/link"`` for mass and friction (for friction also ``"floor"``), a scene body
-                for size, a robot's name for the joint parameters, ``""`` for gravity.
+                for size, a robot's name for the joint parameters, or ``""`` for gravity.
 
         Raises:
             UnknownNameError: The parameter or target does not exist.
@@ -292,18 +295,18 @@ class Simulation(ABC):
         raise UnknownNameError("parameter", name, ())
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the targets of ``size``, or of a parameter that a plugin adds.
+        """Return the targets of ``size`` or of a parameter that a plugin adds.
 
-        For each target, :meth:`parameter` returns (num_envs,).
+        For each target, :meth:`parameter` returns an array of the shape (num_envs,).
         """
         return ()
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
-        """Change a physical parameter. The arguments are those of :meth:`parameter`."""
+        """Change a physical parameter. See :meth:`parameter` for names and targets."""
         raise UnknownNameError("parameter", name, ())
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state. If the capability is exact, a restored simulation continues exactly.
+        """Return the complete state. If the simulator's support is exact, a restored simulation continues exactly.
 
         Raises:
             CapabilityError: The simulator does not support ``snapshot``.
@@ -311,7 +314,7 @@ class Simulation(ABC):
         return {name: array.copy() for name, array in self._state().items()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot of this simulation or of one with the same configuration."""
+        """Restore a snapshot of this simulation or of another simulation with the same configuration."""
         for name, array in self._state().items():
             array[...] = snapshot[name]
 
@@ -332,17 +335,17 @@ class Simulation(ABC):
         """Render environments.
 
         Args:
-            mask: The k environments to render.
+            mask: Mask of the k environments to render.
             camera: Name of the camera, or None for the scene's first camera.
             size: (height, width) [pixels]
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
             markers: Spheres to draw.
-            fast: Whether to omit purely visual effects, such as shadows and smooth edges. Cameras among the observation
-                terms use this.
+            fast: Whether to omit purely visual effects, such as shadows and smooth edges. Camera observations use this
+                option.
 
         Returns:
-            (k, h, w, c): rgb uint8 with c = 3; depth float32 [m] with c = 1; segmentation int32 with c = 1, one number
-            per body, −1 for the background.
+            Images of the shape (k, h, w, c). ``"rgb"`` is uint8 with c = 3, and ``"depth"`` is float32 [m] with c = 1.
+            ``"segmentation"`` is int32 with c = 1 and contains one number per body, and −1 for the background.
 
         Raises:
             RenderingUnavailableError: This machine cannot render.
@@ -367,12 +370,12 @@ class Simulation(ABC):
             robot: Name of the robot in the simulation.
 
         Returns:
-            The overlaps, or None if the simulator does not support this.
+            The overlaps, or None if the simulator cannot detect overlaps.
         """
         return None
 
     def bare_engine(self) -> BareEngine | None:
-        """Return the bare engine, for benchmarks; None if the simulator does not support this."""
+        """Return a bare engine for benchmarks, or None if the simulator does not provide one."""
         return None
 
     def close(self) -> None:

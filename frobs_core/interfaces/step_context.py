@@ -1,4 +1,4 @@
-"""Data about the last control step, for tasks."""
+"""Data about the last control step, which the environment passes to the task."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from frobs_core.random import RandomSource
 
 
 class StepContext:
-    """Data about the last control step: the action, and the commands of the joints.
+    """Data about the last control step: the actions and the joint commands.
 
-    The environment updates its instance in every step. The arrays are valid until the next step; tasks must not write
-    to them. In the first step of an episode, the previous action is zero.
+    The environment updates this object in every step. The arrays are valid until the next step, and tasks must not
+    write to them. In the first step of an episode, the previous action is zero.
 
     Args:
         rng: Random source of the environment.
@@ -25,10 +25,10 @@ class StepContext:
 
     Attributes:
         rng: Source of all random numbers.
-        given_action: (num_envs, …) action that was passed to ``step``; not clipped.
-        previous_given_action: The same for the step before.
-        commands: Joint commands at the end of the step, by robot: (num_envs, dof) in the units of each joint's command
-            mode [rad, rad/s or N·m; m, m/s or N]; after randomized delays.
+        given_action: Action that was passed to ``step``, without clipping, (num_envs, …).
+        previous_given_action: Action that was passed to the previous ``step``, without clipping, (num_envs, …).
+        commands: Joint commands at the end of the step, after randomized delays, by robot: (num_envs, dof) each, in the
+            unit of each joint's command mode [rad, rad/s or N·m for revolute joints, m, m/s or N for prismatic joints].
     """
 
     def __init__(self, rng: RandomSource, action_space: gym.Space, commands: Mapping[str, Floats]) -> None:  # type: ignore[type-arg]
@@ -41,19 +41,19 @@ class StepContext:
 
     @property
     def action(self) -> Action:
-        """The action, (num_envs, …) in the action space: float64 for a Box, clipped to it; else int64."""
+        """The action, (num_envs, …): float64 and clipped to the action space if it is a Box, otherwise int64."""
         return self._clipped(self.given_action)
 
     @property
     def previous_action(self) -> Action:
-        """The action of the step before, like :attr:`action`."""
+        """The action of the previous step, in the format of :attr:`action`."""
         return self._clipped(self.previous_given_action)
 
     def _clipped(self, given: Action) -> Action:
         return given if self._bounds is None else np.clip(given, *self._bounds)
 
     def reset(self, mask: Mask | None) -> None:
-        """Clear the actions of the environments of ``mask``."""
+        """Set the actions to 0 in the environments of ``mask``."""
         rows = rows_of(mask)
         self.given_action[rows] = 0
         self.previous_given_action[rows] = 0

@@ -1,4 +1,4 @@
-"""The interface of tasks. A task is written once, for batches of environments, and does not access the engine."""
+"""The interface for tasks. A task is written once for batches of environments, independently of the physics engine."""
 
 from __future__ import annotations
 
@@ -26,26 +26,30 @@ class ResetOptions(TypedDict, total=False):
 class Task(ABC):
     """Base class of tasks.
 
-    The constructor takes keyword-only parameters, which users set as keywords of the environment; it validates and
-    stores them. ``bind`` is called once, after the simulation is built.
+    The constructor validates and stores keyword-only parameters, which users pass to the environment. ``bind`` is
+    called once, after the simulation is built.
 
-    In a control step the environment calls ``advance``, reads the observation terms, and calls ``reward``,
-    ``is_terminated`` and ``is_success``, in this order. In a reset it calls ``reset`` and reads the terms.
+    In a control step, the environment calls ``advance``, reads the observation terms, and calls ``reward``,
+    ``is_terminated`` and ``is_success``, in this order. In a reset, the environment calls ``reset`` and reads the
+    observation terms.
 
-    Do not use products of (num_envs, k) with a matrix (``@``, ``dot``) or statistics over the environments. With them,
-    environment *i* of a vector would no longer equal the single environment.
+    Do not multiply (num_envs, k) arrays by a matrix (``@``, ``dot``), and do not compute statistics over environments.
+    Such operations would make the results of a vector environment differ from those of single environments.
 
     Attributes:
-        reward_types: Valid values of ``reward_type``; the first is the default.
+        reward_types: Valid values of ``reward_type``, the first of which is the default.
         reset_options: Keys of ``options`` that ``reset`` accepts.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
-        success_rule: Condition for the success of an episode, in one sentence without a full stop; for lists and pages.
-        reward_meanings: Description of each of :meth:`reward_terms`, by name; for lists and pages.
-        late_terms: Observation terms that are constant until the agent achieves something, such as a waypoint of which
-            the first is always the same. The conformance kit acts at random and does not expect these terms to vary.
-        expert: ``"module:class"`` of its :class:`~frobs_core.interfaces.Expert`; empty: it has none.
-        reward_type: The selected reward type; set before ``bind``.
+        success_rule: Condition for the success of an episode, as one sentence without a period, for listings and
+            documentation pages.
+        reward_meanings: Description of each reward term, by name, for listings and documentation pages.
+        late_terms: Observation terms that stay constant until the agent makes progress, such as the current waypoint if
+            the first waypoint is always the same. The conformance kit takes random actions and therefore does not
+            expect these terms to vary.
+        expert: ``"module:class"`` of the task's :class:`~frobs_core.interfaces.Expert`, or empty if the task has no
+            expert.
+        reward_type: The selected reward type, set before ``bind``.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
@@ -60,14 +64,15 @@ class Task(ABC):
     reward_type: str
 
     def scene(self) -> Scene:
-        """Return everything except the robot."""
+        """Return everything in the simulation except the controlled robots."""
         return Scene()
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return the abilities of the simulator that a reset requires, in addition to the needs of the task's record.
+        """Return the simulator abilities that a reset requires, in addition to those in the task's record.
 
-        A task that starts at home needs none; a task that places the robot elsewhere needs ``teleport``. The
-        environment calls this without options before it builds the simulator, and in each ``reset``.
+        A task that starts with the robot at home requires no abilities. A task that places the robot elsewhere requires
+        ``teleport``. The environment calls this method without options before it builds the simulator, and with the
+        given options in each ``reset``.
 
         Args:
             options: Names of the options passed to ``reset``.
@@ -79,17 +84,17 @@ class Task(ABC):
 
     @abstractmethod
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation: store the handles, allocate buffers."""
+        """Prepare for a simulation: store its handles and allocate buffers."""
 
     @abstractmethod
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode after the simulation has been reset: place the robot, sample a goal.
+        """Begin an episode after the simulation has been reset, for example by placing the robot and sampling a goal.
 
         Args:
-            mask: The environments.
-            rng: The only random source to use.
-            options: The passed options among ``reset_options``, as (num_envs, …) arrays. Only the rows of the mask are
-                valid.
+            mask: The environments to reset.
+            rng: The only random source that the task may use.
+            options: The given options whose keys are in ``reset_options``, as (num_envs, …) arrays. Only the rows
+                selected by ``mask`` are valid.
         """
 
     def advance(self, context: StepContext) -> None:
@@ -99,8 +104,8 @@ class Task(ABC):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms by name, in order. Called once, after :meth:`bind`.
 
-        The names are used to configure noise and delays. A term is read after ``advance`` and after ``reset``; reading
-        it must not change anything.
+        The names are used to configure noise and delays. The environment reads terms after ``advance`` and after
+        ``reset``. Reading a term must not change any state.
         """
 
     @abstractmethod
@@ -112,19 +117,19 @@ class Task(ABC):
         return {}
 
     def is_terminated(self) -> Mask | None:
-        """Return which episodes end in this state, with no value beyond, (num_envs,) bool; None means never."""
+        """Return which environments are in a terminal state, (num_envs,) bool, or None if episodes never terminate."""
         return None
 
     @abstractmethod
     def is_success(self) -> Mask:
-        """Return in which environments the goal is currently reached, (num_envs,) bool."""
+        """Return which environments currently satisfy the success condition, (num_envs,) bool."""
 
     def markers(self) -> Sequence[Marker]:
         """Return markers to render in addition to the scene."""
         return ()
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the task keeps between steps, in addition to that of the simulation."""
+        """Return the state that the task stores between steps, without the simulation's state."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -132,7 +137,7 @@ class Task(ABC):
 
 
 class GoalTask(Task):
-    """A goal-conditioned task. Two of its terms have the keys ``"achieved_goal"`` and ``"desired_goal"``."""
+    """A goal-conditioned task, with observation terms under the keys ``"achieved_goal"`` and ``"desired_goal"``."""
 
     @abstractmethod
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
@@ -144,5 +149,5 @@ class GoalTask(Task):
             info: Ignored.
 
         Returns:
-            (...): equal to :meth:`reward` for the goals of the step.
+            Rewards of the shape (...), which equal :meth:`reward` for the goals of the last step.
         """

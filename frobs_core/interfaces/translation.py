@@ -1,4 +1,4 @@
-"""How simulators translate a robot's model file, and overlaps between a robot's links."""
+"""Translations of a robot's model file by simulators, and overlaps between a robot's links."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from frobs_core.models.model import RobotModel
 from frobs_core.models.notes import Treatment
 
 TranslationTable: TypeAlias = Mapping[str, tuple[Treatment, str]]
-"""Translation of each kind of element in a simulator: treatment and description, by key of
+"""A simulator's treatment of each kind of model-file element, with a description, by key of
 ``frobs_core.models.ELEMENTS``.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Translation:
-    """Translation of one kind of model-file element in a simulator.
+    """A simulator's translation of one kind of model-file element.
 
     Attributes:
-        element: A key of ``frobs_core.models.ELEMENTS``.
-        treatment: Whether it is kept, approximated or dropped.
-        how: Its replacement, or what is lost, in one line; may be empty if it is kept.
-        names: Links or joints that this applies to; empty: all that have the element.
+        element: Kind of element, which is a key of ``frobs_core.models.ELEMENTS``.
+        treatment: Whether the element is kept, approximated or dropped.
+        how: One line that describes the element's replacement or the resulting loss. May be empty if the element is
+            kept.
+        names: Links or joints that the translation applies to, or empty for all that contain the element.
     """
 
     element: str
@@ -44,10 +45,11 @@ class Translation:
 
 @cache
 def read_tables(path: Path) -> Mapping[str, TranslationTable]:
-    """Read a simulator's tables, by format of the model.
+    """Read a simulator's translation tables and return them by model format.
 
     Args:
-        path: YAML file whose keys are ``both``, ``urdf`` and ``mjcf``; under them ``element: [treatment, how]``.
+        path: YAML file with the keys ``both``, ``urdf`` and ``mjcf``, each of which maps elements to ``[treatment,
+            how]``.
     """
     given = yaml.safe_load(path.read_text("utf-8"))
     return {
@@ -61,12 +63,12 @@ def read_tables(path: Path) -> Mapping[str, TranslationTable]:
 def translate(
     model: RobotModel, table: TranslationTable, others: tuple[Treatment, str] | None = None
 ) -> list[Translation]:
-    """Return the rows of a table for the elements that a model contains.
+    """Return the rows of a translation table for the elements that a model contains.
 
     Args:
         model: Model of a robot.
         table: Translation of each kind of element.
-        others: Translation of kinds that are missing in the table; None: they are omitted.
+        others: Translation of element kinds that are missing from the table, or None to omit these kinds.
     """
     found = [(kind, table.get(kind, others)) for kind in elements(model)]
     return [Translation(element=kind, treatment=row[0], how=row[1]) for kind, row in found if row is not None]
@@ -78,8 +80,8 @@ class Overlap:
 
     Attributes:
         first: Name of one link.
-        second: Name of the other.
-        depth: Penetration depth [m]; ≥ 0.
+        second: Name of the other link.
+        depth: Penetration depth [m], ≥ 0.
     """
 
     first: str

@@ -1,4 +1,4 @@
-"""Sizes of shapes, links and robots, computed from the model files: extreme points and bounding boxes."""
+"""Extreme points and bounding boxes of shapes, links and robots, computed from the model files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry,
 from frobs_core.rotations import matrix_from_quat
 
 Bounds: TypeAlias = tuple[Floats, Floats]
-"""Minimum and maximum corner, (3,) [m] each."""
+"""Bounding box: minimum and maximum corners, (3,) [m] each."""
 
-_CHUNK = 20_000  # number of vertices processed at once, which limits the memory
+_CHUNK = 20_000  # number of vertices processed at once, to limit memory use
 _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
 
 
@@ -36,7 +36,7 @@ _DIRECTIONS = _directions(200)
 
 
 def shape_points(shape: Visual | Collision) -> Floats:
-    """Return the extreme points of a shape, (n, 3) [m] in its link's frame; n is at most a few hundred.
+    """Return the extreme points of a shape, (n, 3) [m] in the link's frame, where n is at most a few hundred.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -75,16 +75,14 @@ def mesh_points(path: Path) -> Floats:
     """
     vertices = np.concatenate([part.vertices for part in read_mesh(path)])
     kept = np.zeros((0, 3))
-    for start in range(
-        0, len(vertices), _CHUNK
-    ):  # keep the farthest points of each chunk and of the points kept so far
+    for start in range(0, len(vertices), _CHUNK):  # keep the farthest points of each chunk and of all previous chunks
         part = np.concatenate([kept, vertices[start : start + _CHUNK]])
         kept = part[np.unique((part @ _DIRECTIONS.T).argmax(axis=0))]
     return kept
 
 
 def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
-    """Return the extreme points of some shapes of one link, (n, 3) [m] in its frame. Unreadable meshes are omitted."""
+    """Return the extreme points of a link's shapes, (n, 3) [m] in the link's frame. Unreadable meshes are omitted."""
     found = [np.zeros((0, 3))]
     for shape in shapes:
         try:
@@ -95,7 +93,10 @@ def shapes_points(shapes: Iterable[Visual | Collision]) -> Floats:
 
 
 def link_bounds(link: Link) -> Bounds | None:
-    """Return the bounding box of a link's collision shapes, or else of its visuals; None if none can be measured."""
+    """Return the bounding box of a link, or None if the link has no readable shapes.
+
+    The box encloses the collision shapes, or the visuals if the link has no readable collision shapes.
+    """
     for shapes in (link.collisions, link.visuals):
         points = shapes_points(shapes)
         if len(points):
@@ -111,7 +112,8 @@ def drawn_points(model: RobotModel, joint_positions: npt.ArrayLike) -> dict[str,
         joint_positions: (n, dof) [rad or m]
 
     Returns:
-        By link: (n, k, 3) [m] relative to the root link. A link without shapes has a single point, its origin.
+        Points of each link, by link name, (n, k, 3) [m] relative to the root link. A link without shapes has a single
+        point at its origin.
     """
     positions = np.asarray(joint_positions, float)
     found = {}
@@ -133,7 +135,7 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        Minimum and maximum corner relative to the root link.
+        Minimum and maximum corners relative to the root link.
     """
     points = drawn_points(model, np.asarray(joint_positions, float)[None])
     every = np.concatenate([found[0] for found in points.values()])
@@ -141,12 +143,12 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
 
 
 def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: npt.ArrayLike) -> dict[str, float]:
-    """Return the height of the lowest point of each colliding link [m], relative to the root link's origin.
+    """Return the height of each colliding link's lowest point [m], relative to the root link's origin.
 
     Args:
         model: Model of the robot.
         joint_positions: (dof,) [rad or m]
-        quat_wxyz: (4,) orientation of the root link in the world, scalar first.
+        quat_wxyz: Orientation of the root link in the world, (4,), scalar first.
     """
     upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # the world's z axis in the root's frame
     positions = np.asarray(joint_positions, float)[None]

@@ -1,4 +1,4 @@
-"""Convex decomposition of meshes for collisions."""
+"""Convex decomposition of collision meshes."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled
 from frobs_core.models.model import Mesh
 
 MAX_FACES = 20_000
-"""Maximum number of triangles of a mesh that is decomposed; more would take minutes."""
+"""Maximum number of triangles in a mesh to decompose. The decomposition of a larger mesh would take minutes."""
 
 _SETTINGS = {
     "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
     "max_convex_hull": 64,  # maximum number of pieces
-    "resolution": 1000,  # number of points that measure the concavity
-    "mcts_nodes": 10,  # half of the default, like the next one: twice as fast, with about the same number of pieces
+    "resolution": 1000,  # number of sample points for measuring the concavity
+    "mcts_nodes": 10,  # half of the default, like mcts_iterations: twice as fast, with about the same number of pieces
     "mcts_iterations": 60,
     "seed": 0,
 }
-_CACHED_AS = ".convex-parts-1"  # version of the settings; results are cached under it
+_CACHED_AS = ".convex-parts-1"  # version of the settings, which is part of the cache key
 
 
 def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
-    """Return the pieces whose convex hulls collide: those of a decomposed mesh, otherwise the whole mesh.
+    """Return the parts whose convex hulls collide: the pieces of a decomposed mesh, or otherwise the whole mesh.
 
-    The pieces only depend on the content of the file, so they are the same on every simulator. They are cached.
+    The pieces depend only on the file's content, so they are the same in every simulator. The pieces are cached.
 
     Raises:
         ModelFileError: The mesh cannot be read, or has too many triangles to be decomposed.

@@ -1,4 +1,4 @@
-"""Defaults for a robot's description: home, tool center point and drive gains."""
+"""Default home positions, tool center points and drive gains of robots."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ BANDWIDTH = 10.0
 """Default bandwidth of the drives [Hz]."""
 
 TOOL_NAMES = ("tool0", "tcp", "tool", "ee_link", "end_effector", "ee", "hand_tcp", "tool_link", "flange", "grasp")
-"""Common names of tool frames, most common first."""
+"""Common names of tool frames, starting with the most common name."""
 
 _POSTURES = 256
 _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
-_WEAK = 0.4  # fraction of the bandwidth for a drive that reaches its effort limit
-_LEAST_INERTIA = 1e-3  # [kg·m²]: a joint that moves almost nothing must still hold against friction
+_WEAK = 0.4  # minimum fraction of the bandwidth for a drive with a low effort limit
+_LEAST_INERTIA = 1e-3  # [kg·m²], so that a drive with almost no load can still overcome friction
 _LEAST_MASS = 0.1  # [kg]
 
 
@@ -39,15 +39,15 @@ def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
 
     Args:
         model: Model of the robot.
-        home: Position by joint name [rad or m]. Joints you omit rest at 0, or at the middle of their limits if 0 is
-            outside of them.
+        home: Positions by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their limits if 0 is
+            outside the limits.
 
     Returns:
         (dof,) [rad or m]
 
     Raises:
         UnknownNameError: A name does not belong to an actuated joint.
-        ConfigurationError: A position is outside of its joint's limits, or not finite.
+        ConfigurationError: A position is outside the joint's limits or not finite.
     """
     for name in home:
         if name not in model.joint_names:
@@ -65,7 +65,7 @@ def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:
 
 
 def _middle(low: float, high: float) -> float:
-    """Return the middle of an interval that may be unbounded at one end."""
+    """Return the middle of an interval, or its finite end if the interval is unbounded on one side."""
     if math.isinf(low):
         return high
     return low if math.isinf(high) else 0.5 * (low + high)
@@ -74,9 +74,9 @@ def _middle(low: float, high: float) -> float:
 def default_tcp(model: RobotModel) -> str:
     """Return the default tool center point.
 
-    It is the last link of the longest chain. Chains are compared by their number of actuated joints, then by their
-    number of joints, then by their order in the file. Links with a common tool name (``TOOL_NAMES``, ignoring prefix
-    and case) take precedence over all others that are moved by equally many actuated joints.
+    The default is the last link of the longest kinematic chain. Chains are compared by their number of actuated joints,
+    then by their number of joints, then by their order in the file. Among links that are moved by the same number of
+    actuated joints, a link with a common tool name (``TOOL_NAMES``, ignoring prefix and case) takes precedence.
     """
     moving = set(model.joint_names)
     best: tuple[tuple[int, int, int], str] | None = None
@@ -91,7 +91,7 @@ def default_tcp(model: RobotModel) -> str:
 
 
 def usual_rank(link: str) -> int:
-    """Return how common a link's name is for a tool; 0 if it is not a tool name."""
+    """Return the rank of a link's name among tool names, highest for the most common name, or 0 for other names."""
     return next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link, name)), 0)
 
 
@@ -101,25 +101,25 @@ def _is_named(link: str, name: str) -> bool:
 
 
 def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
-    """Return drive gains that make each joint, on its own, at least critically damped.
+    """Return drive gains that make each joint at least critically damped if it moves alone.
 
-    Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth, where I is the largest inertia that the joint carries, at home and
-    in many postures inside the limits. The joint is critically damped at this inertia, and slower without oscillations
-    elsewhere. I contains neither coupling between joints nor armatures.
+    The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, at
+    home and in many postures within the limits. The joint is critically damped at this inertia and overdamped at
+    smaller inertias. I does not include the coupling between joints or the armatures.
 
-    A drive that reaches its effort limit brakes too late, and one whose Kd is large compared to the current inertia may
-    chatter at the limit. If an error of 0.5 rad (or 5 cm) would require more than the effort limit, the bandwidth is
-    therefore reduced to 0.4 of its value, or to the bandwidth at which this error requires exactly the limit, whichever
-    is higher.
+    A drive that reaches its effort limit brakes too late, and a drive whose Kd is large compared to the current inertia
+    may chatter at the effort limit. Therefore, the bandwidth is reduced if a position error of 0.5 rad (or 5 cm) would
+    require more than the effort limit. The reduced bandwidth is the bandwidth at which this error requires exactly the
+    effort limit, but at least 40 % of ``bandwidth_hz``.
 
     Args:
         model: Model of the robot.
         home_positions: (dof,) [rad or m]
-        bandwidth_hz: [Hz]
+        bandwidth_hz: Bandwidth of the drives [Hz].
     """
     from frobs_core.interfaces.robot import (
         DriveGains,
-    )  # imported here because interfaces.robot's package imports the models
+    )  # imported here because frobs_core.interfaces imports the models
 
     home = np.asarray(home_positions, float)[None]
     largest = _inertias(model, np.concatenate([home, _postures(model)])).max(axis=0).tolist()
@@ -146,15 +146,16 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        By joint name: [kg·m²] about its axis, at least 10⁻³; [kg] for a prismatic joint, at least 0.1. Joints that
-        mimic it are included, multiplied by the square of their multiplier.
+        Inertias by joint name: the inertia about the joint's axis, at least 10⁻³ [kg·m²], or for prismatic joints the
+        moved mass, at least 0.1 [kg]. The inertia of a mimic joint is multiplied by the square of its multiplier and
+        added to the inertia of the joint that it follows.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))
 
 
 def _postures(model: RobotModel) -> Floats:
-    """Return fixed joint vectors inside the limits, (n, dof). Unlimited joints cover one turn, or ±1 m."""
+    """Return a fixed set of joint positions within the limits, (n, dof). Unlimited joints cover one turn or ±1 m."""
     joints = model.actuated_joints
     span = [1.0 if joint.type == JointType.PRISMATIC else math.pi for joint in joints]
     low = np.array([max(joint.limits.lower, -s) for joint, s in zip(joints, span, strict=True)])
@@ -170,7 +171,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
     poses = {model.root: (np.zeros((n, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)))}
     for joint in joints:
         poses[joint.child] = moved(joint, *poses[joint.parent], _position(model, joint, joint_positions))
-    # For everything below a link, relative to the root: mass, mass times position, inertia about the root's origin
+    # Sums over each link's subtree, relative to the root: mass, mass times position, inertia about the root's origin
     mass = {link.name: 0.0 for link in model.links}
     moment = {link.name: np.zeros((n, 3)) for link in model.links}
     inertia = {link.name: np.zeros((n, 3, 3)) for link in model.links}
@@ -211,7 +212,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
 
 
 def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
-    """Return the position of one joint, (n, 1) [rad or m]; 0 for a joint that does not move."""
+    """Return the positions of one joint, (n, 1) [rad or m], which are 0 for a joint that does not move."""
     leader = model.leader(joint)
     if leader is None:
         return np.zeros((len(joint_positions), 1))
@@ -220,6 +221,6 @@ def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Float
 
 
 def _about_origin(positions: Floats) -> Floats:
-    """Return the inertia of 1 kg at each position about the origin, (n, 3, 3) [m²]."""
+    """Return the inertia of a point mass of 1 kg at each position about the origin, (n, 3, 3) [m²]."""
     squares = (positions * positions).sum(axis=-1)[:, None, None] * np.eye(3)
     return np.asarray(squares - positions[:, :, None] * positions[:, None, :])

@@ -1,4 +1,4 @@
-"""Kinds of elements in a model file, with the links and joints that contain them; simulators must account for each."""
+"""Kinds of elements in a model file, with the links and joints that contain such elements."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ PHYSICAL = frozenset(
         "equalities",
     ]
 )
-"""Kinds of elements that affect a robot's motion."""
+"""Kinds of elements that change a robot's motion if a simulator drops them."""
 
 _BESIDE = {  # children of a URDF's <robot> that do not belong to a link or joint
     "transmission": "transmissions",
@@ -71,7 +71,7 @@ _BESIDE = {  # children of a URDF's <robot> that do not belong to a link or join
     "mujoco": "mujoco_tags",
     "sensor": "sensors",
 }
-_SECTIONS = {  # sections of an MJCF file, each of which contains elements of one kind
+_SECTIONS = {  # sections of an MJCF file; each section contains elements of one kind
     "actuator": "actuators",
     "sensor": "sensors",
     "tendon": "tendons",
@@ -84,9 +84,11 @@ _IN_BODIES = {"site": "sites", "camera": "cameras", "light": "lights"}
 def elements(model: RobotModel) -> dict[str, tuple[str, ...]]:
     """Return the kinds of elements in a model, in the order of ``ELEMENTS``.
 
+    Simulators must account for each kind in ``Simulation.translation``.
+
     Returns:
-        For each kind, the unique names of the links or joints that have one, in the file's order. Elements that belong
-        to neither are listed with their own name, or with their tag if they have none.
+        For each kind, the unique names of the links or joints that contain such an element, in file order. An element
+        that does not belong to a link or joint is listed by its name, or by its tag if it has no name.
     """
     found: dict[str, dict[str, None]] = {}
     root = parse_xml(model.xml, model.path, expanded=True)

@@ -1,4 +1,4 @@
-"""A short text that is equal for two model files if they describe the same robot."""
+"""Fingerprints of robot models, which are equal for two files that describe the same robot."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.model import RobotModel
 
 _DIGITS = 9
-"""Significant digits of numbers that are compared; further digits may differ between machines."""
+"""Number of significant digits to compare. Further digits may differ between machines."""
 
 
 def fingerprint(model: RobotModel) -> str:
-    """Return a SHA-256, in hexadecimal, of a robot's links, joints, limits, inertias, shapes and mesh files.
+    """Return the hexadecimal SHA-256 hash of a robot's links, joints, limits, inertias, shapes and mesh files.
 
-    The location of the files, comments, whitespace, macros and the robot's own name are ignored.
+    File locations, comments, whitespace, macros and the robot's name are ignored.
 
     Raises:
         ModelFileError: A mesh file cannot be read.

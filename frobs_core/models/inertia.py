@@ -1,9 +1,9 @@
-"""Reads masses and inertias, and repairs them so that engines can simulate them.
+"""Reading of masses and inertias. Values that engines cannot simulate are repaired.
 
-Each repair adds a note. A link with mass but without inertia gets that of a solid sphere with a radius of 5 cm. An
-impossible inertia (a principal moment is negative, or above the sum of the others) is replaced by the mean of its
-principal moments, like MuJoCo's ``balanceinertia``. Moving links without any mass get 1 g and 10⁻⁶ kg·m². Principal
-moments whose mean is not above 0 are rejected.
+Each repair adds a note. A link that has a mass but no inertia is assigned the inertia of a solid sphere with a radius
+of 5 cm. An impossible inertia (a principal moment is negative, or exceeds the sum of the other two) is replaced by the
+mean of its principal moments, as with MuJoCo's ``balanceinertia``. A moving link without any mass is assigned a mass of
+1 g and moments of inertia of 10⁻⁶ kg·m². If the mean of the principal moments is 0 or negative, an error is raised.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _RADIUS = 0.05  # [m]
 _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
 _ROUNDING = 1e-9
-_THINNEST = 1e-6  # smallest principal moment relative to the largest; engines need all of them above 0
-_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia counts as missing, because engines divide by it
+_THINNEST = 1e-6  # minimum ratio of the smallest to the largest principal moment; engines require moments above 0
+_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia counts as missing; engines divide by inertias
 
 
 def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
-    """Return the inertial of each link. Repairs are also written to the elements.
+    """Return the inertial of each link. Repaired values are also written to the XML elements.
 
     Raises:
         ModelFileError: A mass or a moment is negative or not finite.
     """
     inertials = {name: _read(name, element, notes) for name, element in links.items()}
     fixed = {joint.child: joint.parent for joint in joints if joint.type == JointType.FIXED}
-    bodies: dict[str, list[str]] = {}  # links that move together, by the first of them
+    bodies: dict[str, list[str]] = {}  # names of rigidly connected links, by the first link's name
     for name in links:
         first = name
         while first in fixed:
@@ -53,14 +53,14 @@ def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes:
 
 
 def inertia_matrix(inertial: Inertial) -> Floats:
-    """Return the inertia about the center of mass in the link's axes, (3, 3) [kg·m²]."""
+    """Return the inertia about the center of mass, expressed in the link's axes, (3, 3) [kg·m²]."""
     rotation = matrix_from_quat(inertial.origin.quat_wxyz)
     turned: Floats = rotation @ _symmetric(inertial.inertia) @ rotation.T
     return turned
 
 
 def parallel_axis(mass: float, arm: Floats) -> Floats:
-    """Return the inertia that a mass [kg] adds about a point at the distance ``arm``, (3,) [m]: (3, 3) [kg·m²]."""
+    """Return the inertia, (3, 3) [kg·m²], that a mass [kg] adds about a point at the offset ``arm``, (3,) [m]."""
     return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))
 
 

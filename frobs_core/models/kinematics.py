@@ -1,4 +1,4 @@
-"""Forward kinematics: poses of a robot's links for batches of joint positions, without an engine."""
+"""Forward kinematics: poses of a robot's links for batches of joint positions, computed without an engine."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ from frobs_core.models.model import Joint, JointType, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Types of joints with a single position."""
+"""Types of joints that have a single position."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The moving joints between the root and a link, with all fixed transforms merged into them.
+    """Moving joints between the root and a link, with all fixed transforms merged into the joints.
 
-    Each joint's frame is rotated so that the joint moves about or along z. The state that is carried from the tip to
-    the root is (7, n): a point [m] and a quaternion. Each joint therefore takes three products of arrays of length n.
+    Each joint's frame is rotated so that the joint moves about or along z. The state that is propagated from the tip to
+    the root is an array (7, n) with a point [m] and a quaternion. Therefore, each joint requires only three products of
+    arrays of length n.
 
     Attributes:
-        columns: (k,) actuated joint that each of the k joints follows.
-        multipliers: (k, 1) multipliers of mimic joints, otherwise 1.
-        offsets: (k, 1) [rad or m]
-        turns: (k, 1): 1 for a revolute joint, 0 for a prismatic one.
+        columns: Index of the actuated joint that each of the k joints follows, (k,).
+        multipliers: Multipliers of mimic joints, or 1 for other joints, (k, 1).
+        offsets: Offsets of mimic joints, (k, 1) [rad or m].
+        turns: 1 for each revolute joint and 0 for each prismatic joint, (k, 1).
         slides: Whether each of the k joints is prismatic.
-        frames: (k, 7, 7, 1) rotation of the joint's frame, for points and for quaternions.
-        origins: (k, 7, 1) origin of the joint's frame [m], padded with zeros.
-        tip: (7, 1) pose of the link in the frame of the last moving joint.
+        frames: Matrices that rotate points and quaternions by the rotations of the joint frames, (k, 7, 7, 1).
+        origins: Origins of the joint frames [m], padded with zeros, (k, 7, 1).
+        tip: Pose of the link in the frame of the last moving joint, (7, 1).
     """
 
     columns: npt.NDArray[np.intp]
@@ -44,26 +45,28 @@ class Chain:
     tip: Floats
 
 
-_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # index of the component that a rotation about z mixes with each component
+_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # index of the component that a rotation about z mixes with the i-th component
 
 
 def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return the pose of a link relative to the root link.
 
-    Mimic joints follow their leaders; floating, planar and passive joints stay at zero. Row *i* only depends on row *i*
-    of the joint positions; the results are bit-identical for every n.
+    Mimic joints follow their leaders. Floating, planar and passive joints stay at zero. Row *i* of a result depends
+    only on row *i* of the joint positions, and the results are bit-identical for every n.
 
     Args:
         model: Model of the robot.
         frame: Name of a link.
-        joint_positions: (n, dof) [rad or m], in the order of ``model.joint_names``; limits are ignored.
+        joint_positions: Joint positions, (n, dof) [rad or m], in the order of ``model.joint_names``. Joint limits are
+            ignored.
 
     Returns:
-        pos (n, 3) [m] and quat_wxyz (n, 4), of length 1; its sign varies continuously with the joint positions.
+        pos (n, 3) [m] and the unit quaternions quat_wxyz (n, 4), whose signs vary continuously with the joint
+        positions.
 
     Raises:
         UnknownNameError: The link does not exist.
-        ConfigurationError: The joint positions are not (n, dof).
+        ConfigurationError: The joint positions do not have the shape (n, dof).
     """
     chain = model._chains.get(frame)
     if chain is None:
@@ -89,7 +92,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return the factors of a state and of its swapped components in a rotation about z, (k, 7, n) each."""
+    """Return the factors of the state and of its swapped components for rotations about z, (k, 7, n) each."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle
@@ -105,7 +108,7 @@ def _mixing(angle: Floats) -> tuple[Floats, Floats]:
 
 
 def make_chain(model: RobotModel, frame: str) -> Chain:
-    """Merge the path from the root to a link into constants.
+    """Precompute the constants of the path from the root to a link.
 
     Raises:
         UnknownNameError: The link does not exist.
@@ -146,24 +149,24 @@ def make_chain(model: RobotModel, frame: str) -> Chain:
 
 
 def pose_array(pose: Pose) -> Floats:
-    """Return position [m] and quat_wxyz, (7,)."""
+    """Return a pose as an array (7,) of position [m] and quat_wxyz."""
     return np.array([*pose.pos, *pose.quat_wxyz])
 
 
 def pose_from_array(array: Floats) -> Pose:
-    """Return the pose from an array of :func:`pose_array`."""
+    """Convert an array from :func:`pose_array` to a pose."""
     x, y, z, w, i, j, k = array.tolist()
     return Pose((x, y, z), (w, i, j, k))
 
 
 def compose(outer: Floats, inner: Floats) -> Floats:
-    """Return the pose (7,) of ``inner``, which is relative to ``outer``."""
+    """Return the product of two poses (7,), where ``inner`` is relative to ``outer``."""
     pos = outer[:3] + quat_rotate(outer[3:], inner[:3])
     return np.concatenate([pos, quat_multiply(outer[3:], inner[3:])])
 
 
 def _turn_z_to(axis: Floats) -> Floats:
-    """Return a quaternion that rotates z to a unit axis; exact if the axis is one of the frame's axes."""
+    """Return a quaternion that rotates z to a unit axis. The result is exact for coordinate axes."""
     helper = np.eye(3)[(int(np.argmax(np.abs(axis))) + 2) % 3]
     x = np.cross(helper, axis)
     x /= np.sqrt((x * x).sum())
@@ -171,7 +174,7 @@ def _turn_z_to(axis: Floats) -> Floats:
 
 
 def joint_path(model: RobotModel, frame: str) -> list[Joint]:
-    """Return the joints from the root to a link, in this order."""
+    """Return the joints on the path from the root to a link, in order."""
     above = {joint.child: joint for joint in model.joints}
     path = []
     while frame in above:
@@ -181,13 +184,13 @@ def joint_path(model: RobotModel, frame: str) -> list[Joint]:
 
 
 def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Floats, Floats]:
-    """Return the pose of a joint's child.
+    """Return the pose of a joint's child link.
 
     Args:
-        joint: A moving joint, or a fixed one with the position 0.
-        pos: (n, 3) position of its parent [m].
-        quat: (n, 4) orientation of its parent, scalar first.
-        position: (n, 1) position of the joint [rad or m].
+        joint: Moving joint, or a fixed joint with ``position`` 0.
+        pos: Position of the parent link, (n, 3) [m].
+        quat: Orientation of the parent link, (n, 4), scalar first.
+        position: Position of the joint, (n, 1) [rad or m].
 
     Returns:
         pos (n, 3) [m] and quat_wxyz (n, 4).
@@ -202,9 +205,9 @@ def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Fl
 
 
 def longest_reach(model: RobotModel, frame: str) -> float:
-    """Return an upper bound of a link's distance from the root [m]: the sum of the lengths along its chain.
+    """Return an upper bound on a link's distance from the root [m], which is the sum of the lengths along its chain.
 
-    It is infinite if the chain contains a prismatic joint without limits.
+    The bound is infinite if the chain contains a floating, planar or unlimited prismatic joint.
     """
     total = 0.0
     for joint in reversed(joint_path(model, frame)):
@@ -217,6 +220,6 @@ def longest_reach(model: RobotModel, frame: str) -> float:
 
 
 def _left_product(quat_wxyz: Floats) -> Floats:
-    """Return the matrix (4, 4) that multiplies a quaternion from the left."""
+    """Return the matrix (4, 4) of a multiplication by ``quat_wxyz`` from the left."""
     w, x, y, z = quat_wxyz
     return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])

@@ -1,4 +1,4 @@
-"""Limits of the numbers in a model file. Larger numbers are mistakes and make engines overflow."""
+"""Limits of the numbers in a model file. Larger numbers are likely mistakes and make engines overflow."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MAX_INERTIA = 1e12
 """[kg·m²]"""
 
 MAX_LENGTH = 1e6
-"""Limit of sizes, positions and scales [m]."""
+"""Limit for sizes, positions and scales [m]."""
 
 MAX_COEFFICIENT = 1e10
-"""Limit of densities, stiffnesses, dampings, frictions, armatures and gear ratios, each in its own unit."""
+"""Limit for densities, stiffnesses, dampings, frictions, armatures and gear ratios, in the respective unit."""

@@ -1,4 +1,4 @@
-"""Reading a model file in any supported format."""
+"""Reading of model files in any supported format."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def load_model(
     """Read a robot's model file.
 
     Args:
-        path: A file, or ``"package:relative/path"`` inside an installed Python package. The suffix determines the
-            format: ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
-        xacro_args: Arguments of a xacro file.
+        path: Path of the file, or ``"package:relative/path"`` for a file in an installed Python package. The suffix
+            determines the format: ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
+        xacro_args: Arguments for a xacro file.
         package_paths: Folders of the ROS packages that the file refers to, by package name. Packages beside or above
-            the file and in ``ROS_PACKAGE_PATH`` are found automatically.
+            the file, and packages in ``ROS_PACKAGE_PATH``, are found automatically.
 
     Returns:
-        The robot's kinematic tree, with a note about everything that was changed or ignored.
+        The robot's kinematic tree, with notes about everything that was changed or ignored.
 
     Raises:
-        ModelFileError: The file, or one that it refers to, is missing, empty, broken, contradictory, or declares a
+        ModelFileError: The file, or a file that it refers to, is missing, empty, broken or contradictory, or declares a
             document type. The message contains the file, the line and the fix.
     """
     return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
@@ -48,13 +48,13 @@ def open_document(
     xacro_args: Mapping[str, str] | None = None,
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> tuple[Element, Path, Packages]:
-    """Parse a model file and expand its macros. The arguments are those of :func:`load_model`.
+    """Parse a model file and expand its macros. For the arguments, see :func:`load_model`.
 
     Returns:
-        Its root element, its absolute path, and the locations of the packages that it refers to.
+        The root element, the file's absolute path, and the locations of the packages that the file refers to.
 
     Raises:
-        ModelFileError: It is missing, empty or broken.
+        ModelFileError: The file is missing, empty or broken.
     """
     file = resolve_path(path)
     if file.is_dir():
@@ -74,7 +74,7 @@ def read_document(root: Element, file: Path, packages: Packages) -> RobotModel:
     """Read a parsed document.
 
     Raises:
-        ModelFileError: It is contradictory or does not describe a robot.
+        ModelFileError: The document is contradictory or does not describe a robot.
     """
     if root.tag == "robot":
         return read_urdf(root, file, packages)

@@ -1,4 +1,4 @@
-"""A cache of parsed meshes on disk, keyed by content. Several processes may use it concurrently."""
+"""Cache of parsed meshes on disk, keyed by file content. Several processes may use the cache concurrently."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ import numpy as np
 from frobs_core.files import cache_folder, read_limited, write_aside
 from frobs_core.models.mesh_files import MAX_BYTES
 
-_VERSION = b"1"  # version of the parser, part of the key
+_VERSION = b"1"  # version of the parser, which is part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
-_MAX_NAMES = 1_000  # maximum number of files beside the mesh
+_MAX_NAMES = 1_000  # maximum number of other files that are part of the key
 _BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
 
 
@@ -35,14 +35,15 @@ P = TypeVar("P", bound=_Part)
 
 
 class MeshCache:
-    """The cache entry of one mesh.
+    """Cache entry of one mesh.
 
-    The key covers the file's bytes, its suffix, and the files beside it that it refers to (an OBJ's materials, a glTF's
-    buffers). If the cache cannot be read or written, loading only takes longer.
+    The key depends on the mesh file's bytes and suffix, and on the files that the mesh refers to, such as the materials
+    of an OBJ file or the buffers of a glTF file. If the cache cannot be read or written, loading the mesh only takes
+    longer.
 
     Args:
         path: The mesh file.
-        data: Its content.
+        data: Content of the mesh file.
     """
 
     def __init__(self, path: Path, data: bytes) -> None:
@@ -58,7 +59,7 @@ class MeshCache:
         self.file = cache_folder("meshes") / f"{key.hexdigest()}.npz"
 
     def load(self, part: Callable[[Any, Any, Any], P]) -> tuple[P, ...] | None:
-        """Return the stored parts, or None if there are none or they are damaged."""
+        """Return the stored parts, or None if they do not exist or are damaged."""
         try:
             with self.file.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 colours = stored["rgba"]  # (k, 4), NaN for parts without a color
@@ -74,7 +75,7 @@ class MeshCache:
             return None
 
     def store(self, parts: Iterable[_Part]) -> None:
-        """Write parts atomically, so that a reader sees either all of them or none."""
+        """Write parts atomically, so that a reader never sees incomplete data."""
         arrays: dict[str, Any] = {}
         colours = []
         for i, part in enumerate(parts):

@@ -1,4 +1,4 @@
-"""Checks of mesh files before they are parsed, so that a small file cannot expand to a huge mesh."""
+"""Checks of mesh files before parsing, so that a small file cannot expand to a huge mesh."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_files import PIXEL
 
 MAX_PARTS = 2_000
-"""Maximum number of parts of a mesh. Parts are shapes of one material, counted each time the scene uses them."""
+"""Maximum number of parts in a mesh. A part is a shape with one material, counted each time the scene uses it."""
 
 MAX_MATERIALS = 1_000
-"""Maximum number of materials of an OBJ file; reading takes time proportional to its square."""
+"""Maximum number of materials in an OBJ file. The reading time is proportional to the square of this number."""
 
 MAX_VERTICES = 12_000_000
 """Maximum total number of vertices in the parts of a glTF file."""
@@ -33,12 +33,12 @@ _PIXEL_URI = "data:image/png;base64," + base64.b64encode(PIXEL).decode()
 
 
 def check_collada(path: Path, data: bytes) -> None:
-    """Check a COLLADA file: it must be XML without a document type, and its nodes must not repeat excessively.
+    """Check that a COLLADA file is XML without a document type, and that its nodes are not repeated excessively.
 
     Raises:
         ModelFileError: The check fails.
     """
-    below: dict[str, Counter[str]] = defaultdict(Counter)  # the contents of each node, and how often it uses them
+    below: dict[str, Counter[str]] = defaultdict(Counter)  # contents of each node, with the number of uses
     parts: Counter[str] = Counter()  # number of parts of each geometry
     stack: list[str] = [""]
     parser = expat.ParserCreate()
@@ -77,7 +77,7 @@ def check_obj(path: Path, data: bytes) -> None:
     """Check the number of materials of an OBJ file.
 
     Raises:
-        ModelFileError: There are more than :data:`MAX_MATERIALS`.
+        ModelFileError: The file has more than :data:`MAX_MATERIALS` materials.
     """
     materials = len(set(_MATERIAL.findall(data)))
     if materials > MAX_MATERIALS:
@@ -85,10 +85,10 @@ def check_obj(path: Path, data: bytes) -> None:
 
 
 def check_gltf(path: Path, data: bytes) -> bytes:
-    """Check a glTF file: the declared sizes, and how often its nodes use a mesh.
+    """Check the declared sizes in a glTF file, and how often its nodes use each mesh.
 
     Returns:
-        The file without its images, which may be huge when they are decompressed.
+        The file's content without its images, because images may be huge after decompression.
 
     Raises:
         ModelFileError: A declared size is too large, or the file is broken.
@@ -147,11 +147,11 @@ def _check_parts(path: Path, count: int) -> None:
 
 
 def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: Mapping[str, int]) -> None:
-    """Count the parts and the empty nodes of a scene after all repetitions are expanded.
+    """Check the number of parts and empty nodes of a scene, including all repetitions.
 
     Args:
         path: The file.
-        below: The contents of each node, nodes and geometries, and how often it uses them.
+        below: Nodes and geometries that each node contains, with the number of uses.
         parts: Number of parts of each geometry.
     """
     totals: dict[str, int] = {}
@@ -164,7 +164,7 @@ def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: 
                 opened.discard(name)
                 totals[name] = parts.get(name, 0) + sum(n * totals[inner] for inner, n in below.get(name, {}).items())
                 _check_parts(path, totals[name])
-                totals[name] = max(1, totals[name])  # an empty node costs time too
+                totals[name] = max(1, totals[name])  # an empty node also takes time to load
             elif name not in totals:
                 if name in opened:
                     raise ModelFileError(path, "the mesh is broken: a node contains itself.")

@@ -1,4 +1,4 @@
-"""The content of a mesh file, and of the files beside it that it refers to: buffers, materials and textures."""
+"""Reading of mesh files and of the files that they refer to, such as buffers, materials and textures."""
 
 from __future__ import annotations
 
@@ -10,25 +10,30 @@ from frobs_core.errors import ModelFileError
 from frobs_core.files import UnsuitableFileError, check_regular, read_limited
 
 MAX_BYTES = 256 * 2**20
-"""Maximum size of a mesh file, and of all the files that it refers to together [bytes]."""
+"""Maximum size of a mesh file, and maximum total size of the files that it refers to [bytes]."""
 
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg=="
 )
-"""A PNG file of one pixel that replaces every texture. (They are not rendered, and a small file may hold a huge one.)"""
+"""A PNG file of one pixel that replaces every texture. Textures are not rendered, and a small file may contain a huge
+texture.
+"""
 
 _TEXTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp", ".dds", ".ktx2")
 
 
 class SiblingFiles:
-    """Reads the files that a mesh refers to, for trimesh. They must be in the same folder or below it.
+    """Resolver for trimesh, which reads the files that a mesh refers to.
+
+    These files must be in the mesh file's folder or below it.
 
     Args:
         mesh: The mesh file.
 
     Attributes:
         file_name: Name of the mesh file.
-        refused: Why a file that it refers to cannot be used; None if each was usable or missing.
+        refused: Reason why a file that the mesh refers to cannot be used, or None if every such file was usable or
+            missing.
     """
 
     def __init__(self, mesh: Path) -> None:
@@ -41,8 +46,8 @@ class SiblingFiles:
         """Return a file's content.
 
         Raises:
-            FileNotFoundError: It is missing or in another folder.
-            OSError: It is not a regular file, or the total size exceeds :data:`MAX_BYTES`.
+            FileNotFoundError: The file is missing or outside the mesh file's folder.
+            OSError: The file is not a regular file, or the total size exceeds :data:`MAX_BYTES`.
         """
         name = name.strip()
         for candidate in (name, name.lstrip("/"), os.path.basename(name)):
@@ -68,7 +73,7 @@ def read_mesh_file(path: Path) -> bytes:
     """Return a mesh file's content.
 
     Raises:
-        ModelFileError: It cannot be read, is not a regular file, or is larger than :data:`MAX_BYTES`.
+        ModelFileError: The file cannot be read, is not a regular file, or is larger than :data:`MAX_BYTES`.
     """
     try:
         return read_limited(path, MAX_BYTES)

@@ -1,7 +1,7 @@
-"""Mesh files as triangles, in any supported format, for engines that cannot read a format themselves.
+"""Reading of mesh files as triangles, for engines that cannot read a file format themselves.
 
-Coordinates are those of the file in meters. The unit that a COLLADA file declares is applied; its up axis is not, as in
-RViz and Gazebo. Meshes that take long to parse are cached, keyed by their content.
+Coordinates are read from the file and converted to meters. As in RViz and Gazebo, the unit that a COLLADA file declares
+is applied, but its up axis is ignored. Meshes that take long to parse are cached by their content.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 """Suffixes of supported mesh files."""
 
 MAX_FACES = 2_000_000
-"""Maximum number of triangles of a mesh; building a model from more would seem to hang."""
+"""Maximum number of triangles in a mesh. Building a model from a larger mesh would appear to hang."""
 
 _UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
 _LOOKS = re.compile(
@@ -48,8 +48,8 @@ class MeshPart:
 
     Attributes:
         vertices: (n, 3) [m]
-        faces: (m, 3) int32 indices of vertices, counterclockwise seen from outside.
-        rgba: Color, each component in [0, 1]; None if the file does not define one.
+        faces: Vertex indices of each triangle, (m, 3) int32, counterclockwise when seen from outside.
+        rgba: Color with components in [0, 1], or None if the file does not define a color.
     """
 
     vertices: Floats
@@ -58,10 +58,10 @@ class MeshPart:
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file, with one part for each of its colors.
+    """Read a mesh file, and return one part for each of its colors.
 
     Raises:
-        ModelFileError: It cannot be read, contains no triangles, is broken or too large.
+        ModelFileError: The file cannot be read, contains no triangles, is broken or is too large.
     """
     data = _read_file(path)
     if path.suffix.lower() == ".stl" and data[:5] != b"solid":
@@ -75,7 +75,7 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
 
 
 def scaled(parts: Iterable[MeshPart], scale: tuple[float, float, float]) -> tuple[MeshPart, ...]:
-    """Return the parts scaled along the axes. Faces keep their orientation if a scale mirrors them."""
+    """Return the parts scaled along the axes. Faces keep their orientation even if the scale mirrors the mesh."""
     mirrored = scale[0] * scale[1] * scale[2] < 0.0
     return tuple(
         MeshPart(part.vertices * scale, part.faces[:, ::-1] if mirrored else part.faces, part.rgba) for part in parts
@@ -93,10 +93,10 @@ def joined(parts: Iterable[MeshPart]) -> MeshPart:
 
 
 def bounding_box(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Return the minimum and maximum corner of a mesh, (3,) each [m].
+    """Return the minimum and maximum corners of a mesh, (3,) [m] each.
 
     Raises:
-        ModelFileError: It cannot be read.
+        ModelFileError: The mesh file cannot be read.
     """
     vertices = np.concatenate([part.vertices for part in read_mesh(mesh.path)]) * mesh.scale
     return vertices.min(axis=0), vertices.max(axis=0)
@@ -130,7 +130,7 @@ def _read_file(path: Path) -> bytes:
 
 
 def _metres(path: Path, data: bytes) -> float:
-    """Return the factor that converts the numbers of a file to meters."""
+    """Return the factor that converts the coordinates in a file to meters."""
     match = _UNIT.search(data) if path.suffix.lower() == ".dae" else None
     try:
         unit = float(match[1]) if match else 1.0
@@ -196,7 +196,7 @@ def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
 
 
 def _colour(mesh: Any) -> Rgba | None:
-    """Return the color of a mesh if it has neither a texture nor vertex colors."""
+    """Return the color of a mesh, or None if the mesh does not have a single color."""
     material = getattr(mesh.visual, "material", None)
     if material is None or getattr(material, "image", None) is not None:
         return None

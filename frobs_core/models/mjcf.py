@@ -1,13 +1,14 @@
-"""The MJCF reader for the kinematic tree, masses and shapes. MuJoCo itself reads the rest from the same file.
+"""MJCF reader for the kinematic tree, masses and shapes. MuJoCo itself reads all other content from the same file.
 
-In ``RobotModel.xml`` includes are resolved and file paths are absolute. The world contains a single body, the root
-link, which has no joint except possibly a free joint. If the file's world does not have this form, a new body named
-``base`` holds the bodies of the world and its geoms other than planes.
+In ``RobotModel.xml``, includes are resolved and file paths are absolute. The world contains a single body, the root
+link, which either has a free joint or no joint. If the world in the file does not have this form, its bodies, sites and
+geoms (except planes and height fields) are moved into a new body named ``base``.
 
 A body with several joints becomes a chain of links. The additional links are named ``body__1``, ``body__2``, …, and
 have no mass.
 
-If the file has actuators that act on joints, the joints without one are passive, that is, they have no drive.
+If the file has actuators that act on joints, joints without an actuator are passive, which means that they have no
+drive.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _UNREADABLE = (
     "composite",
     "flexcomp",
     "model",
-)  # these create bodies and joints that the file does not name
+)  # elements that create bodies and joints that the file does not name
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _PHYSICS = {
     "gravity": "0 0 -9.81",
@@ -81,7 +82,7 @@ def read_mjcf(root: Element, path: Path) -> RobotModel:
     """Read an MJCF document.
 
     Raises:
-        ModelFileError: It is broken, has a ball joint, or creates bodies that only MuJoCo can expand.
+        ModelFileError: The document is broken, has a ball joint, or has elements that only MuJoCo can expand.
     """
     return _MjcfReader(MjcfDocument(root, path)).read()
 
@@ -158,7 +159,7 @@ class _MjcfReader:
         return option.numbers(name) != tuple(map(float, _PHYSICS[name].split()))
 
     def _claim(self, element: Element, kind: str) -> None:
-        """Name an element if it has no name, and register the name."""
+        """Register the name of an element. An unnamed element is assigned a name."""
         name = element.get("name")
         if not name:
             number = 1
@@ -172,7 +173,7 @@ class _MjcfReader:
         self.names[kind].add(name)
 
     def _root_body(self) -> Element:
-        """Return the root link's body. Create one if no body of the world is suitable."""
+        """Return the root link's body. If the world does not contain a suitable body, a new body is created."""
         worlds = list(self.document.root.children("worldbody"))
         self.world_bodies = [body.required("name") for world in worlds for body in world.children("body")]
         if not [body for world in worlds for body in world.descendants("body")]:
@@ -199,9 +200,9 @@ class _MjcfReader:
 
         Args:
             body: The body.
-            parent: Parent link; None for the root.
-            frame: (7,) frame of its pose in the parent.
-            childclass: Default class of its contents.
+            parent: Name of the parent link, or None for the root.
+            frame: Frame in the parent that the body's pose is relative to, (7,).
+            childclass: Default class of the body's contents.
         """
         name = body.required("name")
         childclass = body.get("childclass") or childclass
@@ -231,7 +232,7 @@ class _MjcfReader:
         geoms: list[Geom],
         bodies: list[tuple[Element, Floats, str | None]],
     ) -> None:
-        """Collect the contents of a body, including those of ``<frame>``, in the file's order."""
+        """Collect the contents of a body, including the contents of ``<frame>`` elements, in file order."""
         for child in holder.children():
             if child.tag == "geom":
                 geoms.append(read_geom(self.document, self.document.with_defaults(child, childclass), frame))
@@ -246,8 +247,8 @@ class _MjcfReader:
     def _connect(self, body: Element, name: str, parent: str, pose: Floats, childclass: str | None) -> None:
         """Add the joints between a body and its parent.
 
-        A joint turns about its own anchor in the body. Link k therefore has its origin at anchor k, and a fixed joint
-        leads from the last anchor to the body's origin.
+        Each joint turns about its own anchor in the body. Therefore, the origin of link k is at anchor k, and a fixed
+        joint connects the last anchor to the body's origin.
         """
         anchor = np.zeros(3)
         elements = list(body.children("joint", "freejoint"))
@@ -315,7 +316,7 @@ class _MjcfReader:
         )
 
     def _range(self, element: Element, attribute: str, flag: str) -> tuple[float, float]:
-        """Return a range from the file; infinite if it does not apply."""
+        """Return a range from the file, or an infinite range if the range is disabled."""
         limited = element.get(flag, "auto")
         if limited == "auto":
             limited = str(self.document.autolimits and attribute in element.attrib).lower()
@@ -327,7 +328,7 @@ class _MjcfReader:
         return low, high
 
     def _actuator_efforts(self) -> dict[str, float]:
-        """Return the maximum effort of the file's actuators for each joint they act on, or infinity [N·m or N]."""
+        """Return the maximum total effort of the actuators on each joint [N·m or N], which may be infinite."""
         efforts: dict[str, float] = {}
         tendons = {tendon.get("name"): tendon for tendon in self.document.children("fixed", of="tendon")}
         for plain in self.document.children(of="actuator"):
@@ -348,9 +349,10 @@ class _MjcfReader:
         return efforts
 
     def _passive_joints(self) -> tuple[str, ...]:
-        """Return the names of the joints without a drive and add a note; they stay at 0, their position in the file.
+        """Return the names of the joints without a drive, and add a note.
 
-        A joint has a drive if an actuator acts on it, on the joint that it follows, or on a joint that follows it.
+        These joints stay at the position 0, which is redefined as their position in the file's initial pose. A joint
+        has a drive if an actuator acts on this joint, on the joint that it follows, or on a joint that follows it.
         """
         if not self.efforts:
             return ()

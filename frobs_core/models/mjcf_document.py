@@ -28,11 +28,12 @@ class MjcfDocument:
     """An MJCF document with resolved includes.
 
     Args:
-        root: Its ``<mujoco>`` element. Includes in it are replaced, and file paths become absolute.
-        path: The main file. Includes and assets are relative to it.
+        root: The ``<mujoco>`` element. Includes in this element are replaced by their contents, and file paths are made
+            absolute.
+        path: The main file. Paths of includes and assets are relative to the folder of this file.
 
     Raises:
-        ModelFileError: A file that it refers to is missing or broken.
+        ModelFileError: A file that the document refers to is missing or broken.
     """
 
     def __init__(self, root: Element, path: Path) -> None:
@@ -55,17 +56,17 @@ class MjcfDocument:
         self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
     def children(self, *tags: str, of: str) -> Iterable[Element]:
-        """Yield the children with these tags from all sections with a name: ``of="actuator"``."""
+        """Yield the children with these tags from all sections with the tag ``of``: ``of="actuator"``."""
         for section in self.root.children(of):
             yield from section.children(*tags)
 
     def with_defaults(self, element: Element, childclass: str | None, tag: str = "") -> Element:
-        """Return a copy of an element with the attributes of its default class.
+        """Return a copy of an element that includes the attributes of its default class.
 
         Args:
             element: The element.
-            childclass: Default class of the body that holds it.
-            tag: Tag of its defaults; empty: its own tag.
+            childclass: Default class of the body that contains the element.
+            tag: Tag of the defaults. Defaults to the element's tag.
         """
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
@@ -75,7 +76,7 @@ class MjcfDocument:
         return merged
 
     def angle(self, value: float) -> float:
-        """Convert an angle of the file to [rad]."""
+        """Convert an angle in the file's unit to radians."""
         return math.radians(value) if self.degree else value
 
     def orientation(self, element: Element) -> Floats:
@@ -148,7 +149,7 @@ class MjcfDocument:
 
 
 def shortest_from_z(axis: Floats) -> Floats:
-    """Return the shortest rotation from z to a unit vector, (4,)."""
+    """Return the quaternion (4,) of the shortest rotation from z to a unit vector."""
     x, y, z = axis.tolist()
     sine = math.hypot(x, y)
     if sine < 1e-12:
@@ -157,7 +158,7 @@ def shortest_from_z(axis: Floats) -> Floats:
 
 
 def _include(element: Element, folder: Path, seen: set[Path]) -> None:
-    """Replace every ``<include>`` with the contents of the file's root. MuJoCo accepts each file only once."""
+    """Replace every ``<include>`` with the contents of the included file. MuJoCo accepts each file only once."""
     for i in range(len(element) - 1, -1, -1):
         child = element[i]
         assert isinstance(child, Element)

@@ -39,13 +39,13 @@ class Geom:
     """A geom of a body.
 
     Attributes:
-        geometry: Its shape; None for shapes that only MuJoCo supports, such as an ellipsoid or a height field.
-        pose: (7,) pose in the body's frame.
-        collides: Whether it collides.
-        rgba: Its color, or None.
-        group: Number of its group.
-        mass: [kg]; NaN if only MuJoCo can compute it.
-        inertia: (3, 3) about its center in its own axes, for a mass of 1 kg [m²].
+        geometry: Shape of the geom, or None for shapes that only MuJoCo supports, such as ellipsoids and height fields.
+        pose: Pose in the body's frame, (7,).
+        collides: Whether the geom collides.
+        rgba: Color of the geom, or None.
+        group: Number of the geom's group.
+        mass: Mass [kg], or NaN if only MuJoCo can compute the mass.
+        inertia: Inertia about the geom's center in the geom's axes, for a mass of 1 kg, (3, 3) [m²].
     """
 
     geometry: Geometry | None
@@ -61,12 +61,12 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
     """Read a geom.
 
     Args:
-        document: Its document.
-        geom: The element, with the attributes of its defaults.
-        frame: (7,) pose of the enclosing ``<frame>`` in the body.
+        document: Document that contains the geom.
+        geom: The element, including the attributes of its default class.
+        frame: Pose of the enclosing ``<frame>`` in the body, (7,).
 
     Raises:
-        ModelFileError: Its size is missing.
+        ModelFileError: The geom's size is missing.
     """
     kind = geom.get("type", "mesh" if "mesh" in geom.attrib else "sphere")
     pose, size = _placed(document, geom, kind)
@@ -95,7 +95,7 @@ def read_geom(document: MjcfDocument, geom: Element, frame: Floats) -> Geom:
 
 
 def _placed(document: MjcfDocument, geom: Element, kind: str) -> tuple[Floats, list[float]]:
-    """Return the pose of a geom in its parent, (7,), and its sizes."""
+    """Return a geom's pose in its parent, (7,), and the geom's sizes."""
     size = list(geom.numbers("size")) if "size" in geom.attrib else []
     pose = document.pose(geom)
     if kind not in _SIZES or "mesh" in geom.attrib:
@@ -148,7 +148,10 @@ def body_link(name: str, geoms: Sequence[Geom]) -> Link:
 
 
 def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) -> Inertial | None:
-    """Return a body's inertial, or None: its ``<inertial>`` or the sum of its geoms, by the compiler settings."""
+    """Return a body's inertial, or None.
+
+    The compiler settings determine whether the inertial is read from ``<inertial>`` or summed over the geoms.
+    """
     source = document.compiler.get("inertiafromgeom", "auto")
     element = body.child("inertial")
     if element is not None and source != "true":
@@ -190,7 +193,7 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
 def compiled_inertials(
     compiler: Mapping[str, str], inertials: Mapping[str, Inertial | None]
 ) -> dict[str, Inertial | None]:
-    """Return the inertials of all bodies after the compiler settings that change them: bounds, balance and total."""
+    """Return the inertials of all bodies after applying the compiler settings for bounds, balance and total mass."""
     least_mass, least_moment, total = (
         float(compiler.get(name, "0")) for name in ("boundmass", "boundinertia", "settotalmass")
     )

@@ -13,16 +13,16 @@ from frobs_core.models.mesh_files import MAX_BYTES
 from frobs_core.models.xmltree import Element
 
 MAX_PIXELS = 2**24
-"""Maximum total pixels of the textures, and maximum total cells of the height fields, in a file."""
+"""Maximum total number of texture pixels in a file, and maximum total number of height field cells."""
 
 MAX_COUNTS: Mapping[str, int] = {"geom": 3_000, "site": 5_000, "joint": 2_000, "camera": 500, "light": 500}
-"""Maximum number of elements of a kind."""
+"""Maximum number of elements, by tag."""
 
 MAX_MJCF_ELEMENTS = 20_000
-"""Maximum number of elements of an MJCF file, including its includes."""
+"""Maximum number of elements in an MJCF file, including the files that it includes."""
 
 MAX_MESH_PARAMETER = 200
-"""Maximum parameter of a generated mesh (``<mesh builtin="…" params="…"/>``)."""
+"""Maximum absolute value of a parameter of a generated mesh (``<mesh builtin="…" params="…"/>``)."""
 
 _LIMITS: Mapping[str, float] = {
     "mass": MAX_MASS,
@@ -36,7 +36,7 @@ _FACES_OF_A_CUBE = 6
 
 
 def check_numbers(root: Element) -> None:
-    """Check the number of elements and their sizes.
+    """Check the number of elements and the values of their attributes.
 
     Raises:
         ModelFileError: A limit is exceeded.
@@ -59,7 +59,7 @@ def check_numbers(root: Element) -> None:
 
 
 def _check_areas(root: Element) -> None:
-    """Check the pixels and cells that do not come from files."""
+    """Check the numbers of pixels and cells that are declared in the document itself."""
     for tag, width, height in (("hfield", "ncol", "nrow"), ("texture", "width", "height")):
         total = 0.0
         for element in root.descendants(tag):
@@ -76,13 +76,13 @@ def check_asset(element: Element, file: Path, pixels: float) -> float:
     Args:
         element: Element that refers to the file.
         file: The file.
-        pixels: Total pixels or cells of the files checked so far.
+        pixels: Total number of pixels or cells in the files checked so far.
 
     Returns:
-        Total pixels or cells including this file.
+        Total number of pixels or cells, including this file.
 
     Raises:
-        ModelFileError: It is not a regular file, or exceeds a limit.
+        ModelFileError: The file is not a regular file or exceeds a limit.
     """
     try:
         check_regular(file, MAX_BYTES)

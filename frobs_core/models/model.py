@@ -1,4 +1,4 @@
-"""The content of a robot's model file, independent of its format. Every simulator builds robots from it."""
+"""Content of a robot's model file, independent of the file format. Every simulator builds robots from this content."""
 
 from __future__ import annotations
 
@@ -88,8 +88,9 @@ class Mesh:
     Attributes:
         path: The file.
         scale: Scale factor for each axis.
-        decomposed: Whether it collides as convex pieces that approximate its shape, so that holes stay open. Otherwise
-            it collides as its convex hull. Requires ``pip install 'frobs-core[decomposition]'``.
+        decomposed: Whether the mesh collides as convex pieces that approximate its shape, so that holes stay open.
+            Otherwise, the mesh collides as its convex hull. Decomposition requires ``pip install
+            'frobs-core[decomposition]'``.
     """
 
     path: Path
@@ -105,9 +106,9 @@ class Visual:
     """A visual shape of a link.
 
     Attributes:
-        geometry: Its shape.
+        geometry: Shape.
         origin: Pose in the link's frame.
-        rgba: Color, each component in [0, 1]; None if the file does not define one.
+        rgba: Color with components in [0, 1], or None if the file does not define a color.
     """
 
     geometry: Geometry
@@ -120,7 +121,7 @@ class Collision:
     """A collision shape of a link.
 
     Attributes:
-        geometry: Its shape.
+        geometry: Shape.
         origin: Pose in the link's frame.
     """
 
@@ -134,8 +135,8 @@ class Inertial:
 
     Attributes:
         mass: [kg]
-        origin: Center of mass and axes of the inertia, in the link's frame.
-        inertia: (ixx, ixy, ixz, iyy, iyz, izz) about the center of mass [kg·m²].
+        origin: Pose of the center of mass and of the inertia's axes in the link's frame.
+        inertia: Inertia about the center of mass, (ixx, ixy, ixz, iyy, iyz, izz) [kg·m²].
     """
 
     mass: float
@@ -149,7 +150,7 @@ class Link:
 
     Attributes:
         name: Name, unique in the robot.
-        inertial: Mass and inertia; None if the file does not define them.
+        inertial: Mass and inertia, or None if the file does not define them.
         visuals: Visual shapes.
         collisions: Collision shapes.
     """
@@ -173,7 +174,7 @@ class JointType(Enum):
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of a joint; infinite if the file does not define them.
+    """Limits of a joint. Limits that the file does not define are infinite.
 
     Attributes:
         lower: [rad or m]
@@ -190,11 +191,11 @@ class JointLimits:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows an actuated one: position = multiplier · position of ``joint`` + offset.
+    """Coupling of a joint to an actuated joint: position = multiplier · position of ``joint`` + offset.
 
     Attributes:
         joint: Name of the joint to follow.
-        multiplier: Multiplier of its position.
+        multiplier: Multiplier of the followed joint's position.
         offset: [rad or m]
     """
 
@@ -205,20 +206,20 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint. Its child link's frame is ``origin`` in the parent's frame, moved along or about ``axis``.
+    """A joint. The child link's frame is ``origin`` in the parent link's frame, moved along or about ``axis``.
 
     Attributes:
         name: Name, unique in the robot.
         type: Type of motion.
         parent: Name of the parent link.
         child: Name of the child link.
-        origin: Pose of its frame in the parent's frame.
+        origin: Pose of the joint's frame in the parent link's frame.
         axis: Unit vector in the joint's frame.
-        limits: Limits of its motion.
+        limits: Limits of the motion.
         damping: [N·m·s/rad or N·s/m]
         friction: [N·m or N]
-        armature: Inertia of the motor, reflected through its gear [kg·m² or kg].
-        mimic: Joint that it follows; None: none.
+        armature: Inertia of the motor, reflected through the gear [kg·m² or kg].
+        mimic: Coupling to another joint, or None.
     """
 
     name: str
@@ -236,12 +237,12 @@ class Joint:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A robot's kinematic tree, in the order of its file.
+    """Kinematic tree of a robot, in file order.
 
     Attributes:
         name: The robot's name in the file.
         path: The file.
-        format: ``"urdf"`` or ``"mjcf"``; xacro files are expanded to URDF.
+        format: File format: ``"urdf"`` or ``"mjcf"``. Xacro files are expanded to URDF.
         xml: The file's text with expanded macros and absolute resource paths.
         links: All links, in file order.
         joints: All joints, in file order.
@@ -273,18 +274,18 @@ class RobotModel:
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of :attr:`actuated_joints`, in the order of every joint array."""
+        """Names of :attr:`actuated_joints`, which define the order of all joint arrays."""
         return tuple(joint.name for joint in self.actuated_joints)
 
     def leader(self, joint: Joint) -> Mimic | None:
-        """Return the actuated joint that a joint follows, or the joint itself; None if it is fixed or passive."""
+        """Return the coupling of a joint to an actuated joint, possibly to itself, or None if the joint is not actuated."""
         if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
             return None
         return None if joint.name in self.passive_joints else joint.mimic or Mimic(joint.name)
 
     @cached_property
     def _chains(self) -> dict[str, Chain]:
-        """Cached kinematics of the requested frames, by name."""
+        """Cached kinematic chains of the requested frames, by frame name."""
         return {}
 
     def frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
@@ -292,7 +293,7 @@ class RobotModel:
 
         Args:
             frame: Name of a link.
-            joint_positions: (n, dof) [rad or m], in the order of :attr:`joint_names`.
+            joint_positions: Joint positions, (n, dof) [rad or m], in the order of :attr:`joint_names`.
 
         Returns:
             pos (n, 3) [m] and quat_wxyz (n, 4).

@@ -1,4 +1,4 @@
-"""Notes about changes to a model file while it was read. Each note follows a rule."""
+"""Notes about the changes that the reader makes to a model. Each note refers to a rule."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Treatment(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """Treatment of one peculiarity of model files.
+    """Rule for the treatment of one peculiarity of model files.
 
     Attributes:
         name: Name of the rule: ``"impossible-inertia"``.
         about: Content, or missing content, that the rule applies to.
         treatment: Treatment of the element.
-        text: What the reader does.
-        fault: Whether the author of the file should fix it. A robot's conformance check then fails.
+        text: Description of the treatment.
+        fault: Whether the author of the file should fix the peculiarity. If so, the robot's conformance check fails.
     """
 
     name: str
@@ -42,13 +42,13 @@ class Rule:
 
 @dataclass(frozen=True)
 class Note:
-    """A difference between a model and its file, or another remarkable fact.
+    """A difference between a model and its file, or another notable fact about the file.
 
     Attributes:
         element: The element, as in the file: ``<link name="forearm">``.
-        rule: Name of the rule, a key of ``RULES``.
-        text: The finding and its treatment, without the element.
-        line: 1-based line in the file, or None if unknown (a xacro, or the whole file).
+        rule: Name of the rule, which is a key of ``RULES``.
+        text: Description of the finding and its treatment, without the element.
+        line: Line number in the file, starting at 1, or None if unknown, for example in a xacro file.
     """
 
     element: str
@@ -63,7 +63,7 @@ class Note:
 
     @property
     def fault(self) -> bool:
-        """Whether the author of the file should fix it."""
+        """Whether the author of the file should fix the element."""
         return RULES[self.rule].fault
 
     def __str__(self) -> str:
@@ -90,4 +90,4 @@ RULES: Mapping[str, Rule] = {
     name: Rule(name=name, **{**fields, "treatment": Treatment(fields["treatment"])})
     for name, fields in json.loads(Path(__file__).with_name("rules.json").read_text("utf-8")).items()
 }
-"""All rules by name, in the order of the documentation's table."""
+"""All rules by name, in the order of the table in the documentation."""

@@ -1,4 +1,4 @@
-"""Locating model files and the files that they refer to, without ROS."""
+"""Location of model files and of the files that they refer to, without ROS."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def resolve_path(path: str | Path) -> Path:
     Existing files take precedence, so paths with a colon work.
 
     Raises:
-        ModelFileError: The file or package does not exist; the message suggests similar names.
+        ModelFileError: The file or package does not exist. The message suggests similar names.
     """
     text = os.path.expanduser(path)
     if os.path.exists(text):
@@ -59,10 +59,11 @@ def _beside(path: Path) -> str:
 class Packages:
     """Locations of ROS packages by name, without ROS.
 
-    The search order is: the given folders; the folders of ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
-    ``GAZEBO_MODEL_PATH``; all folders below ``ROS_PACKAGE_PATH``; folders above the model file whose own name or
-    ``package.xml`` matches, and the folders beside them. A folder above the file that has the name itself matches at
-    any height. All others match up to the folder beside the package that contains the file.
+    The search order is: the given folders, the folders in ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
+    ``GAZEBO_MODEL_PATH``, the folders above the model file, all folders below ``ROS_PACKAGE_PATH``, and finally any
+    folder above the model file that has the package's name. A folder in a path variable or above the model file may be
+    the package itself or contain the package. The folders above the model file are searched up to the folder that
+    contains the model file's package.
 
     Args:
         given: Folder of each package by name, or ``"package:relative/path"`` of an installed Python package.
@@ -77,7 +78,7 @@ class Packages:
         """Return the folder of a package.
 
         Raises:
-            ModelFileError: The package is not found; the message lists the searched locations.
+            ModelFileError: The package is not found. The message lists the searched locations.
         """
         if name in self.given:
             folder = resolve_path(self.given[name])
@@ -152,7 +153,7 @@ def path_folders(variable: str) -> list[Path]:
 
 
 def packages_below(root: Path) -> Iterator[Path]:
-    """Yield each ROS package at or below a folder, like rospack; folders inside a package are not searched."""
+    """Yield each ROS package at or below a folder. As in rospack, folders inside a package are not searched."""
     for folder, below, names in os.walk(root, followlinks=True):
         if "package.xml" in names:
             yield Path(folder)
@@ -164,7 +165,7 @@ def packages_below(root: Path) -> Iterator[Path]:
 
 
 def package_name(folder: Path) -> str:
-    """Return the package name from a folder's ``package.xml``, or else the folder's name."""
+    """Return the package name in a folder's ``package.xml``, or the folder's name if the file does not define one."""
     try:
         text = read_limited(folder / "package.xml", _MAX_PACKAGE_BYTES).decode(errors="replace")
         match = _PACKAGE.search(text)

@@ -28,17 +28,17 @@ from frobs_core.rotations import matrix_from_quat
 def solid_inertial(
     shapes: Sequence[Visual | Collision], *, mass: float | None = None, density: float = 1000.0
 ) -> Inertial:
-    """Return the mass, center of mass and inertia of solid shapes of equal density, in the frame of their origins.
+    """Return the total mass, center of mass and inertia of solid shapes with equal density, in their common frame.
 
-    Overlapping volumes are counted for each shape.
+    A volume in which shapes overlap is counted once for each shape.
 
     Args:
         shapes: At least one.
-        mass: Total mass [kg]; None: computed from the density.
-        density: [kg/m³]; ignored if the mass is given.
+        mass: Total mass [kg], or None to compute the mass from the density.
+        density: Density [kg/m³], which is ignored if ``mass`` is set.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or its surface is not closed, so its volume is unknown.
+        ModelFileError: A mesh cannot be read, or its volume is unknown because its surface is not closed.
     """
     solids = [solid(shape.geometry) for shape in shapes]
     turns = [matrix_from_quat(np.array(shape.origin.quat_wxyz)) for shape in shapes]
@@ -58,7 +58,7 @@ def solid_inertial(
 
 
 def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
-    """Return the volume [m³], its center (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
+    """Return the volume [m³], its center (3,) [m], and its inertia for a mass of 1 kg about the center, (3, 3) [m²]."""
     match geometry:
         case Box((x, y, z)):
             volume, moments = x * y * z, [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]

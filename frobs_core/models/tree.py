@@ -10,14 +10,14 @@ from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.xmltree import Element
 
 MAX_LINKS = 500
-"""Maximum number of links of a robot. Kinematics take time proportional to the square of it."""
+"""Maximum number of links in a robot. Computing the kinematics takes time proportional to the square of this number."""
 
 
 def check_count(count: int, what: str, document: Element) -> None:
     """Check the number of links.
 
     Raises:
-        ModelFileError: It has more than :data:`MAX_LINKS` links.
+        ModelFileError: The robot has more than :data:`MAX_LINKS` links.
     """
     if count > MAX_LINKS:
         document.refuse(f"the robot has {count} {what}; the limit is {MAX_LINKS}. Simplify it, or merge fixed links.")
@@ -27,7 +27,7 @@ def check_unique(elements: Iterable[Element]) -> dict[str, Element]:
     """Return named elements by name.
 
     Raises:
-        ModelFileError: An element has no name, or two have the same name.
+        ModelFileError: An element has no name, or two elements have the same name.
     """
     named: dict[str, Element] = {}
     for element in elements:
@@ -48,8 +48,8 @@ def check_tree(
     Args:
         links: Names of the links.
         joints: The joints.
-        elements: Elements of the joints, by name.
-        document: Element that contains them.
+        elements: XML elements of the joints, by joint name.
+        document: XML element that contains the links and joints.
 
     Raises:
         ModelFileError: A link has two parents, several links have no parent, or joints form a cycle.
@@ -81,11 +81,11 @@ def check_tree(
 
 
 def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> tuple[Joint, ...]:
-    """Return the joints such that mimic joints refer to actuated joints.
+    """Return the joints after changing every mimic joint to follow an actuated joint directly.
 
     Args:
         joints: The joints.
-        elements: Elements for error messages, by joint name.
+        elements: XML elements of the joints for error messages, by joint name.
 
     Raises:
         ModelFileError: Joints mimic each other in a cycle, or mimic a joint without a position.
@@ -111,7 +111,7 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
 
 
 def outward(model: RobotModel) -> list[Joint]:
-    """Return the joints such that each follows the joint of its parent."""
+    """Return the joints in an order in which each joint comes after the joint of its parent link."""
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -125,10 +125,10 @@ def outward(model: RobotModel) -> list[Joint]:
 
 
 def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
-    """Return the joints below each link, by the link's name.
+    """Return the child joints of each link, by link name.
 
     Raises:
-        ModelFileError: A joint is floating or planar, which no engine simulates. Or a joint is passive or a mass is
+        ModelFileError: A joint is floating or planar, which no simulator supports, or a joint is passive or a mass is
             unknown, which only MuJoCo supports.
     """
     if model.passive_joints:

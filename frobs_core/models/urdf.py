@@ -1,8 +1,9 @@
 """The URDF reader.
 
-Nothing is changed silently. Ambiguous or meaningless elements raise an error (two parents, a zero axis, a number that
-is not finite). Elements that an engine could not simulate but that have an obvious interpretation are repaired, in the
-model's ``xml`` and with a note in ``RobotModel.notes``. The rules are in ``frobs_core.models.RULES``.
+Nothing is changed silently. Ambiguous or meaningless elements raise an error, for example a link with two parents, a
+zero axis or a number that is not finite. Elements that engines cannot simulate but that have an obvious interpretation
+are repaired in the model's ``xml``, and a note is added to ``RobotModel.notes``. ``frobs_core.models.RULES`` contains
+the rules for repairs.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from frobs_core.models.xmltree import Element, suggestion, to_text
 def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
     """Read a URDF document.
 
-    Mesh paths in ``root`` become absolute.
+    Mesh paths in ``root`` are made absolute.
 
     Raises:
-        ModelFileError: The document is invalid; the message contains the element, the file and the line.
+        ModelFileError: The document is invalid. The message contains the element, the file and the line.
     """
     notes = Notes()
     name = root.get("name", "").strip()
@@ -73,7 +74,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
         joints: Names of the joints.
 
     Raises:
-        ModelFileError: Its type, one of its links, its axis or the joint that it mimics is missing or invalid.
+        ModelFileError: The joint's type, axis, parent link, child link or mimicked joint is missing or invalid.
     """
     name = element.required("name")
     try:
@@ -122,7 +123,7 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
 
 
 def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes) -> Joint:
-    """Return a joint with at most one position. A joint that connects a robot to a world in the file becomes fixed."""
+    """Return a joint with at most one position. A floating joint at the robot's base becomes fixed."""
     if joint.type not in (JointType.FLOATING, JointType.PLANAR):
         return joint
     root = all(other.child != joint.parent for other in joints)

@@ -1,7 +1,8 @@
-"""The parts of URDF that are read, so that all others can be noted.
+"""Elements and attributes of URDF that are read. All other elements and attributes are ignored with a note.
 
-Every element and attribute of a document is checked once. The reader uses those in :data:`_READ`. Those in
-:data:`_LEFT_OUT` are known and ignored by a specific rule. All others are ignored by the rule ``unknown``.
+Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. The elements
+in :data:`_LEFT_OUT` are ignored according to a specific rule. All other elements are ignored according to the rule
+``unknown``.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _READ: dict[str, dict[str, str]] = {
     "geometry": _GEOMETRY,
     "material": {"color": "rgba"},
 }
-"""Children that are read, with their attributes, by parent element."""
+"""Child elements that are read, with their attributes, by parent element."""
 
 _LEFT_OUT = {
     ("robot", "gazebo"): "gazebo",
@@ -55,7 +56,7 @@ _LEFT_OUT = {
     ("joint", "calibration"): "calibration",
     ("material", "texture"): "texture",
 }
-"""Rules for ignored children, by element and child."""
+"""Rules for ignored child elements, by parent and child element."""
 
 
 def note_what_is_left_out(root: Element, notes: Notes) -> None:

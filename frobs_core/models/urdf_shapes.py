@@ -19,7 +19,7 @@ Rgba: TypeAlias = tuple[float, float, float, float]
 
 
 def read_pose(element: Element) -> Pose:
-    """Return the ``<origin>`` of an element."""
+    """Return the pose in the ``<origin>`` of an element."""
     origin = element.child("origin")
     if origin is None:
         return Pose()
@@ -37,12 +37,12 @@ def read_pose(element: Element) -> Pose:
 
 
 class Shapes:
-    """Reads visual and collision elements, and makes their mesh paths absolute.
+    """Reader of visual and collision elements, which makes their mesh paths absolute.
 
     Args:
-        packages: Locations of packages, to find meshes.
+        packages: Locations of ROS packages that contain meshes.
         colours: Colors of the robot's materials.
-        notes: Receives a note about each change.
+        notes: Collection of notes, to which a note about each change is added.
     """
 
     def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: Notes) -> None:
@@ -51,7 +51,7 @@ class Shapes:
         self.notes = notes
 
     def present(self, link: Element, tag: str) -> list[Element]:
-        """Return the ``<visual>`` or ``<collision>`` elements of a link that have an extent."""
+        """Return the ``<visual>`` or ``<collision>`` elements of a link, except spheres with a radius of 0."""
         found = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
@@ -74,7 +74,7 @@ class Shapes:
                     self.notes.add("undefined-material", element, text)
                 rgba = self.colours.get(name)
             else:
-                self.colours.setdefault(name, rgba)  # as in ROS, a material is known after its first definition
+                self.colours.setdefault(name, rgba)  # as in ROS, a material is defined by its first use
         return Visual(self.geometry(element), read_pose(element), rgba)
 
     def collision(self, element: Element) -> Collision:
@@ -82,7 +82,7 @@ class Shapes:
         return Collision(self.geometry(element), read_pose(element))
 
     def geometry(self, element: Element) -> Geometry:
-        """Read the shape of a visual or collision."""
+        """Read the shape of a ``<visual>`` or ``<collision>``."""
         holder = element.child("geometry")
         given = [] if holder is None else list(holder.children())
         shapes = [shape for shape in given if shape.tag in SHAPES] or given
@@ -121,7 +121,7 @@ def _is_zero(text: str) -> bool:
     try:
         return float(text) == 0.0
     except ValueError:
-        return False  # the reader of the number will report it
+        return False  # the number is reported when it is read
 
 
 def _positive(element: Element, number: float) -> float:
@@ -133,7 +133,7 @@ def _length(element: Element, attribute: str) -> float:
 
 
 def read_colour(material: Element, notes: Notes) -> Rgba | None:
-    """Return the color that a ``<material>`` defines, or None if it only refers to one."""
+    """Return the color that a ``<material>`` defines, or None if it only refers to a material by name."""
     colour = material.child("color")
     if colour is None:
         return None

@@ -1,4 +1,4 @@
-"""Helpful messages for xacro's errors: the wrong name, the existing names, and the line."""
+"""Messages for xacro's errors, which contain the wrong name, the existing names and the line."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 from frobs_core.errors import ModelFileError
 from frobs_core.models.xmltree import Element, suggestion
 
-_LONGEST = 2_000  # maximum length of xacro's text, which repeats the file's content at any length
+_LONGEST = 2_000  # maximum length of xacro's message, which may repeat any amount of the file's content
 
 
 class Declarations:
-    """Declarations in the files that were read, for messages that suggest a name and contain a line."""
+    """Declarations in the files that were read, for messages that suggest names and contain line numbers."""
 
     def __init__(self) -> None:
         self.arguments: set[str] = set()
@@ -35,18 +35,18 @@ class Declarations:
                 self.names.update(parameters)
 
     def line(self, file: Path, pattern: str) -> int | None:
-        """Return the first line of a file that matches, because xacro's own errors do not contain lines."""
+        """Return the number of the first line that matches ``pattern``, because xacro does not report line numbers."""
         match = re.search(pattern, self.texts.get(file, ""))
         return self.texts[file].count("\n", 0, match.start()) + 1 if match else None
 
 
 def choices(name: str, available: set[str]) -> str:
-    """Suggest the nearest name, and list all names."""
+    """Return a text that suggests the most similar name and lists all names."""
     return f"{suggestion(name, available)} Available: {', '.join(sorted(available)) or 'none'}."
 
 
 def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
-    """Convert an exception of xacro to an error that contains the solution."""
+    """Convert an exception from xacro to an error whose message explains the fix."""
     cause = getattr(error, "exc", None) or error
     text = str(error)[:_LONGEST].replace("\n", " ").strip() or type(error).__name__
     if isinstance(cause, RecursionError):
@@ -76,7 +76,7 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
 
 
 def _macro_of(error: Exception) -> tuple[str, str]:
-    """Return the name of the macro that caused an error, and a pattern that finds a call of it."""
+    """Return the name of the macro that caused an error, and a pattern that finds a call of the macro."""
     macros = getattr(error, "macros", [])
     name = macros[0].body.getAttribute("name").removeprefix("xacro:") if macros else "?"
     return name, rf"<xacro:{re.escape(name)}\b"

@@ -1,7 +1,7 @@
 """A custom interpreter for xacro's expressions, so that Python never executes text from a file.
 
 This module and :mod:`frobs_core.models.xacro_library` list all syntax, functions and methods that an expression may
-use; everything else is rejected. Values are numbers, strings, lists, mappings and functions. Expressions cannot access
+use. Everything else is rejected. Values are numbers, strings, lists, mappings and functions. Expressions cannot access
 or modify other Python objects.
 """
 
@@ -30,8 +30,8 @@ class Function:
 
     Attributes:
         name: Name for messages.
-        call: Receives the interpreter and the arguments.
-        kind: Python type that it represents in ``isinstance``.
+        call: Python function that receives the interpreter and the arguments.
+        kind: Python type that the function represents in ``isinstance``, or None.
     """
 
     name: str
@@ -120,12 +120,13 @@ Scope = ChainMap[str, Any]
 
 
 class Interpreter:
-    """Evaluates the expressions of one file.
+    """Interpreter for the expressions of one file.
 
     Args:
-        budget: Counts the work.
-        methods: Allowed methods for each type. Each receives the interpreter, the value and the arguments.
-        namespace: Type of the namespaces that ``<xacro:include ns="…">`` creates; their names are read as attributes.
+        budget: Counter for the work.
+        methods: Allowed methods for each type. Each method receives the interpreter, the value and the arguments.
+        namespace: Type of the namespaces that ``<xacro:include ns="…">`` creates. Names in such a namespace are
+            accessed as attributes.
     """
 
     def __init__(
@@ -144,14 +145,14 @@ class Interpreter:
 
         Args:
             expression: Expression in Python syntax.
-            names: Values by name; a missing name raises KeyError.
+            names: Values by name. Looking up a missing name must raise KeyError.
 
         Raises:
             ModelFileError: A limit is exceeded.
             NameError: A name is not defined.
-            SyntaxError: It is not an expression.
-            ValueError: It uses syntax or a name that is not supported.
-            Exception: Raised by the operation itself: TypeError, ZeroDivisionError, …
+            SyntaxError: The text is not an expression.
+            ValueError: The expression uses syntax or a name that is not supported.
+            Exception: An operation in the expression fails, for example with TypeError or ZeroDivisionError.
         """
         text = expression.strip()
         tree = self._trees.get(text)
@@ -184,7 +185,7 @@ class Interpreter:
         raise TypeError(f"{function!r} is not a function")
 
     def items(self, value: Any) -> Iterator[Any]:
-        """Yield the items of a value, and count them."""
+        """Yield the items of a value, and count each item as work."""
         if type(value) not in _ITERABLES:
             raise TypeError(f"{value!r} is not a list")
         for item in value:
@@ -206,7 +207,7 @@ class Interpreter:
         return value
 
     def _raw(self, node: ast.expr, scope: Scope) -> Any:
-        """Return a value, or a namespace, which only supports attribute access."""
+        """Return the value or namespace of a node. Namespaces only support attribute access."""
         self.budget.spend(1)
         evaluator = self._evaluators.get(type(node))
         if evaluator is None:
@@ -214,14 +215,14 @@ class Interpreter:
         return evaluator(node, scope)
 
     def _made(self, value: Any) -> Any:
-        """Check the type and size of a new value, and return it."""
+        """Return a new value after checking its type and size."""
         if type(value) not in _VALUES and not isinstance(value, _FUNCTIONS):
             raise ValueError(f"a {type(value).__name__} is not supported in expressions")
         self.budget.weigh(value)
         return value
 
     def _known(self, value: Any, name: str) -> Any:
-        """Return the value of a name. Blocks of XML and similar objects are not values."""
+        """Return the value of a name. Objects that are not values, such as blocks of XML, are rejected."""
         kind = type(value)
         if kind is int:
             self.budget.weigh(value)
@@ -372,7 +373,7 @@ class Interpreter:
         return self._made(_BINARY[op](left, right))
 
     def _comprehension(self, generators: Sequence[ast.comprehension], scope: Scope) -> Iterator[Scope]:
-        """Yield the scope for each element."""
+        """Yield the scope for each element of a comprehension."""
         if not generators:
             yield scope
             return

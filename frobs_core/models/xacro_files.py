@@ -1,9 +1,9 @@
-"""Xacro without ROS. The PyPI package ``xacro`` expands the macros; evaluation and file access are replaced.
+"""Xacro without ROS. The PyPI package ``xacro`` expands the macros, but its evaluation and file access are replaced.
 
 Only the package's handling of elements, macros and properties is used. Expressions are evaluated by
 :class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by :func:`frobs_core.files.read_limited`, and
-the work is limited. Each file starts with new tables, so that no file affects the expansion of another. A file can read
-environment variables (``$(env …)``) and YAML files.
+the amount of work is limited. Each expansion starts with new symbol tables, so that no file affects the expansion of
+another file. A file can read environment variables (``$(env …)``) and YAML files.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ _MAX_PARAMETERS = 10_000
 _MAX_ENTRIES = 10_000
 """Maximum number of folder entries that one ``<xacro:include filename="*.xacro"/>`` examines."""
 
-_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work for each of them
-_SIBLINGS_PER_UNIT = 12  # number of siblings that a search for a node passes per unit; about three searches are needed
+_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work for each node, attribute and tag
+_SIBLINGS_PER_UNIT = 12  # siblings per unit of work; a replacement searches them about three times
 _BYTES_PER_UNIT = 64
 _PER_MESSAGE = 1_000
 
@@ -58,13 +58,13 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
 
     Args:
         path: The file.
-        arguments: Values of its ``<xacro:arg>``.
+        arguments: Values of the file's ``<xacro:arg>`` elements.
         packages: Locations of packages for ``$(find …)``.
 
     Raises:
-        ModelFileError: The file, or one that it includes, is broken, has a document type, lacks an argument or receives
-            an undeclared one, refers to a macro, parameter, property, package or file that does not exist, uses an
-            unsupported expression, or exceeds a limit.
+        ModelFileError: The file or an included file is broken, has a document type, refers to a macro, parameter,
+            property, package or file that does not exist, uses an unsupported expression, or exceeds a limit. This
+            error is also raised if an argument is missing or not declared.
     """
     import xacro
 
@@ -77,7 +77,7 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
             text = str(document.documentElement.toxml())
         except ModelFileError:
             raise
-        except Exception as error:  # xacro raises many types, including RuntimeError and KeyError
+        except Exception as error:  # xacro raises many types of exceptions, including RuntimeError and KeyError
             where = Path((xacro.filestack or [str(path)])[-1])
             raise explain(error, where, seen) from error
         finally:
@@ -89,12 +89,12 @@ def expand_xacro(path: Path, arguments: Mapping[str, str], packages: Packages) -
 
 
 class _Expansion:
-    """The expansion of one file, including its includes.
+    """Expansion of one file and of the files that it includes.
 
     Args:
         xacro: The xacro module.
         path: The file.
-        seen: Receives the declarations of the files.
+        seen: Object that collects the declarations in the files.
         packages: Locations of packages for ``$(find …)``.
     """
 
@@ -110,7 +110,7 @@ class _Expansion:
 
     @contextmanager
     def installed(self) -> Iterator[None]:
-        """Replace xacro's functions and tables with our own."""
+        """Replace xacro's functions and tables with the attributes of this object while the context is active."""
         from xml.dom import minidom
 
         implementation = minidom.getDOMImplementation()
@@ -139,7 +139,7 @@ class _Expansion:
                 setattr(self._xacro, name, value)
 
     def _parse(self, _: Any, filename: str) -> Any:
-        """Parse a file into a document that counts the nodes copied in it."""
+        """Parse a file into a document that counts its copied nodes."""
         from xml.dom import minidom
 
         file = Path(filename)
@@ -149,20 +149,20 @@ class _Expansion:
             raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
         except OSError as error:
             self._xacro.filestack.pop()
-            # <xacro:include optional="true"> ignores this class with this cause
+            # <xacro:include optional="true"> ignores exceptions of this class with this cause
             raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
         self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
-        self._seen.note(file, parse_xml(text, file), text)  # rejects a document type and reports the line of a mistake
+        self._seen.note(file, parse_xml(text, file), text)  # rejects document types and reports the lines of errors
         document = minidom.parseString(text)
         self._count_copies(document, minidom)
         return document
 
     def _count_copies(self, document: Any, minidom: Any) -> None:
-        """Make a document count its copied nodes, because each call of a macro copies its body."""
+        """Make a document count its copied nodes, because each macro call copies the macro's body."""
         spend = self._budget.spend
 
         class CountedElement(minidom.Element):  # type: ignore[misc]
-            def setAttributeNS(self, *args: Any) -> None:  # noqa: N802 - the name of DOM
+            def setAttributeNS(self, *args: Any) -> None:  # noqa: N802 - name defined by DOM
                 spend(_PER_ATTRIBUTE)
                 super().setAttributeNS(*args)
 
@@ -180,7 +180,10 @@ class _Expansion:
             setattr(document, name, counted(getattr(document, name)))
 
     def _eval_text(self, text: str, symbols: Any) -> Any:
-        """Return a text with its expressions evaluated. A single expression keeps its type."""
+        """Return a text with its expressions evaluated.
+
+        If the text is a single expression, the value keeps its type.
+        """
         self._budget.check_length(len(text))
         results: list[Any] = []
         at = length = 0
@@ -198,7 +201,7 @@ class _Expansion:
             else:
                 value = match["text"]
             if at == len(text) and not results:
-                if isinstance(value, str):  # xacro checks whether it is a number, and copies it into the document
+                if isinstance(value, str):  # xacro checks whether the text is a number, and copies it into the document
                     self._budget.check_length(len(value))
                 return value
             results.append(str(value))
@@ -256,7 +259,7 @@ class _Expansion:
         return self._find(name)
 
     def _eval(self, expression: str) -> str:
-        """Return the value of ``$(eval …)``. Its names are the file's arguments."""
+        """Return the value of ``$(eval …)``, in which the file's arguments can be used as names."""
         names = ChainMap(
             _Converted(self._arguments(), self._converted), self._eval_names
         )  # an argument hides a function
@@ -342,7 +345,7 @@ class _Expansion:
             raise ValueError(f"{file} is not UTF-8 text") from error
 
     def _include_files(self, spec: str, symbols: Any) -> Iterator[str]:
-        """Yield the files of an include, which may be a pattern."""
+        """Yield the paths of the files to include. ``spec`` may be a pattern."""
         name = self._absolute(str(self._eval_text(spec, symbols)))
         if not re.search(r"[*[?]", name):
             yield name
@@ -368,7 +371,7 @@ class _Expansion:
     def _parse_parameter(self, text: str) -> tuple[str, tuple[str | None, str | None] | None, str]:
         """Return the first parameter of a macro, its default, and the rest of the text.
 
-        The regular expression is xacro's, modified so that it cannot backtrack.
+        The regular expression is the same as in xacro, but modified so that it cannot backtrack.
         """
         if len(text) > _MAX_PARAMETERS:
             self._budget.refuse(f"a macro's parameters are longer than the limit of {_MAX_PARAMETERS:,} characters")
@@ -381,7 +384,10 @@ class _Expansion:
         return name, (name if forward else None, default or None), remaining
 
     def _replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
-        """Replace a node with other nodes at once; replacing them one by one takes quadratic time."""
+        """Replace a node with other nodes in one operation.
+
+        Inserting each node separately would take quadratic time.
+        """
         parent = node.parentNode
         siblings = parent.childNodes
         new: list[Any] = []
@@ -412,7 +418,7 @@ class _Converted(dict[str, Any]):
 
     Args:
         values: The arguments.
-        convert: Converts one value.
+        convert: Function that converts a value.
     """
 
     def __init__(self, values: Mapping[str, str], convert: Callable[[str], Any]) -> None:
@@ -437,10 +443,13 @@ def _env(name: str) -> str:
 
 
 def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> tuple[bytes | str, bool]:
-    """Return a model file's text and whether macros generated it. ``.xacro`` files are expanded, others are read.
+    """Return a model file's text, and whether macros generated the text.
+
+    Files with the suffix ``.xacro`` are expanded. All other files are only read.
 
     Raises:
-        ModelFileError: As for :func:`expand_xacro`, or arguments are given for a file that is not a xacro.
+        ModelFileError: The file is invalid (see :func:`expand_xacro`), or arguments are passed for a file that is not a
+            xacro file.
     """
     if path.suffix == ".xacro":
         return expand_xacro(path, arguments, packages), True

@@ -1,4 +1,4 @@
-"""Functions, constants and methods of xacro's expressions: those that xacro documents and that have no side effects.
+"""Functions, constants and methods that xacro documents for expressions and that have no side effects.
 
 ``type``, ``vars``, ``hash``, ``format`` and all methods that modify a value are omitted. Functions that return
 iterators in Python return lists here.
@@ -14,13 +14,13 @@ from typing import Any
 from frobs_core.models.xacro_expressions import Function, Interpreter, Library, YamlDict
 from frobs_core.models.xacro_limits import MAX_ITEMS
 
-_MAX_DIGITS = 400  # of round: a float has no more digits
+_MAX_DIGITS = 400  # limit of round(); a float does not have more digits
 _MAX_FACTORIAL = 20  # 20! is the largest factorial below 2**63
-_MAX_CHOICE = 66  # comb(66, 33) is the largest below 2**63
+_MAX_CHOICE = 66  # comb(66, 33) is the largest central binomial coefficient below 2**63
 
 
 def _simple(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that does not need the interpreter, because its work only depends on its arguments."""
+    """Wrap a function that does not need the interpreter, because its work depends only on its arguments."""
     return lambda _, *args, **keywords: function(*args, **keywords)
 
 
@@ -203,7 +203,7 @@ _BARE_TOO = ("sorted", "range")  # deprecated by xacro
 
 
 def global_names(xacro: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the initial names of every expression ``${…}``, as a new table.
+    """Return a new table of the names that are predefined in expressions ``${…}``.
 
     Args:
         xacro: The namespace ``xacro``.
@@ -219,7 +219,7 @@ def global_names(xacro: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def eval_names() -> dict[str, Any]:
-    """Return the initial names of ``$(eval …)``, as a new table without ``arg``, ``find`` and similar functions."""
+    """Return a new table of the names predefined in ``$(eval …)``, without ``arg``, ``find`` and similar functions."""
     names = ("list", "dict", "map", "str", "float", "int", "bool", "len", "min", "max", "round", "abs")
     return {**MATH, **{name: PYTHON[name] for name in names}, "true": True, "false": False}
 

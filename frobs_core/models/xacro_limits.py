@@ -8,13 +8,14 @@ from typing import Any
 from frobs_core.errors import ModelFileError
 
 MAX_WORK = 400_000
-"""Maximum work for expanding one file with its includes and macros. One unit takes 1 to 2 µs; a PR2 takes 135,000."""
+"""Maximum number of work units for expanding one file. One unit takes 1 to 2 µs. The PR2 robot requires 135,000 units.
+"""
 
 MAX_CHARACTERS = 1_000_000
-"""Maximum length of an expression's value, a property or an attribute."""
+"""Maximum length of an expression's value, a property or an attribute [characters]."""
 
 MAX_ITEMS = 100_000
-"""Maximum number of values in a list or mapping, including nested ones."""
+"""Maximum number of values in a list or mapping, including nested values."""
 
 MAX_INTEGER = 2**63
 """Upper limit of integers in expressions."""
@@ -30,7 +31,7 @@ _CONTAINERS = (list, tuple, set, frozenset, dict)
 
 
 class Budget:
-    """Counts the work of expanding one file.
+    """Counter for the work of expanding one file.
 
     Args:
         file: The file, for messages.
@@ -59,27 +60,27 @@ class Budget:
         raise ModelFileError(self.file, f"xacro: {reason}; simplify its macros and expressions.")
 
     def check_length(self, count: int) -> None:
-        """Check the length of a text before it is built, and add it to the work.
+        """Check the length of a text before building the text, and add the length to the work.
 
         Raises:
-            ModelFileError: It exceeds :data:`MAX_CHARACTERS`.
+            ModelFileError: The length exceeds :data:`MAX_CHARACTERS`.
         """
         if count > MAX_CHARACTERS:
             self.refuse(f"a text has {count:,} characters; the limit is {MAX_CHARACTERS:,}")
         self.spend(count // _CHARACTERS_PER_UNIT)
 
     def check_items(self, count: int) -> None:
-        """Check the number of items before a list is built, and count them.
+        """Check the number of items before building a list, and add the number to the work.
 
         Raises:
-            ModelFileError: It exceeds :data:`MAX_ITEMS`.
+            ModelFileError: The number exceeds :data:`MAX_ITEMS`.
         """
         if count > MAX_ITEMS:
             self.refuse(f"a list has {count:,} values; the limit is {MAX_ITEMS:,}")
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Count and return the size of a value, including nested values.
+        """Return the size of a value, including nested values, and add the size to the work.
 
         Raises:
             ModelFileError: A limit is exceeded.

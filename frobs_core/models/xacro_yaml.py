@@ -1,4 +1,4 @@
-"""YAML files that xacro expressions load: only plain data and xacro's units."""
+"""Loading of YAML files in xacro expressions. Only plain data and xacro's units are supported."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ _MAX_MERGES = 100
 
 
 def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any:
-    """Return the content of a YAML file. Keys of its mappings are also attributes.
+    """Return the content of a YAML file. Keys of mappings can also be accessed as attributes.
 
     Args:
         path: The file.
-        budget: Counts the values.
-        evaluate: Evaluates the expression after a unit tag: ``!degrees 90 / 2``.
+        budget: Counter for the values.
+        evaluate: Function that evaluates the expression after a unit tag: ``!degrees 90 / 2``.
 
     Raises:
         OSError: The file cannot be read, or is larger than the limit.
         ModelFileError: A limit is exceeded.
-        yaml.YAMLError: It is not YAML, or has a tag other than the units.
-        ValueError: It contains only text.
+        yaml.YAMLError: The file is not valid YAML, or has a tag that is not a unit.
+        ValueError: The file contains only text, or a value that is not plain data.
     """
     data = read_limited(path, MAX_YAML_BYTES)
     budget.spend(len(data) // 4)
 
     class Loader(LimitedLoader):
         def flatten_mapping(self, node: yaml.MappingNode) -> None:
-            """Merge ``<<``, which could double a mapping repeatedly."""
+            """Merge ``<<`` keys within limits, because each merge could double the size of a mapping."""
             for key, value in node.value:
                 if key.tag == "tag:yaml.org,2002:merge" and len(getattr(value, "value", ())) > _MAX_MERGES:
                     budget.refuse(f"{path} merges more mappings than the limit of {_MAX_MERGES}")
@@ -70,7 +70,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
 
 
 def _plain(value: Any, budget: Budget, depth: int) -> Any:
-    """Return plain data. Aliases are expanded, so that counting stops an alias bomb."""
+    """Return plain data. Aliases are expanded, so that the budget stops an alias bomb."""
     budget.spend(1)
     if depth > MAX_NESTING:
         budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")

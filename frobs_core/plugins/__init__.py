@@ -1,14 +1,14 @@
-"""Finding, loading and listing plugins, such that a broken plugin does not affect the others.
+"""Discovery, loading and listing of plugins, where a broken plugin does not affect the others.
 
-    discovery.py    reads the entry points of the installed distributions; imports nothing
-    loading.py      imports one plugin, calls its hooks, validates its records
-    known.py        lists which distribution of this project provides which names
-    report.py       result of loading a plugin
-    requirements.py requirements of a distribution, including compatible versions of the core
-    probe.py        imports a plugin in a separate process (child.py) with a time limit
-    collection.py   loads plugins in isolation, stores the reports, and looks names up
+- ``discovery`` reads the entry points of the installed distributions without importing anything.
+- ``loading`` imports one plugin, calls its hooks, and validates its records.
+- ``known`` lists the names that each distribution of this project provides.
+- ``report`` contains the result of loading a plugin.
+- ``requirements`` checks the requirements of a distribution, including the versions of the core that it supports.
+- ``probe`` imports a plugin in a separate process (``child``) with a time limit.
+- ``collection`` loads plugins in isolation, stores the reports, and looks up names.
 
-The functions below use one collection, that of all installed plugins. :func:`isolated` replaces it temporarily.
+The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def reports() -> tuple[PluginReport, ...]:
 
 
 def records(kind: str) -> Mapping[str, Record]:
-    """Return the records of a kind by name. Names that two distributions provide become ``"distribution:name"``.
+    """Return the records of a kind by name. A name that two distributions provide becomes ``"distribution:name"``.
 
     Raises:
         UnknownNameError: The kind does not exist.
@@ -80,7 +80,7 @@ def records(kind: str) -> Mapping[str, Record]:
 
 
 def importable(kind: str) -> list[str]:
-    """Return the names of the records of a kind that can be imported, because their engine is installed.
+    """Return the names of importable records of a kind, such as simulators whose engine is installed.
 
     Raises:
         UnknownNameError: The kind does not exist.
@@ -94,15 +94,15 @@ def importable(kind: str) -> list[str]:
 
 
 def get_record(kind: str, name: str) -> Record:
-    """Return one record by its name or ``"distribution:name"``.
+    """Return the record with a given name or ``"distribution:name"``.
 
     Raises:
-        UnknownNameError: No record of the kind has this name.
+        UnknownNameError: No record of this kind has the given name.
         AmbiguousNameError: Two distributions provide the name.
     """
     return _active.get_record(kind, name)
 
 
 def get_report(kind: str, name: str) -> PluginReport:
-    """Return the report of the plugin that provides a record; see :func:`get_record` for arguments and errors."""
+    """Return the report of the plugin that provides a record. See :func:`get_record` for arguments and errors."""
     return _active.get_report(kind, name)

@@ -1,6 +1,6 @@
 """Main module of the separate process in which :mod:`.probe` examines one plugin.
 
-Nothing is printed here, so that all output on stdout and stderr comes from the plugin. The findings go to a file.
+This module prints nothing, so all output on stdout and stderr comes from the plugin. Findings are written to a file.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _OPENS = {"socket.connect": "the network", "subprocess.Popen": "another program"
 
 
 def state() -> dict[str, object]:
-    """Return the global state of the process in a form that can be compared."""
+    """Return the process's global state in a comparable form."""
     return {
         "working directory": os.getcwd(),
         "environment": dict(os.environ),
-        "random state": [repr(random.getstate()), repr(np.random.get_state())],  # noqa: NPY002 - it is everybody's
+        "random state": [repr(random.getstate()), repr(np.random.get_state())],  # noqa: NPY002 - the global state
         "warning filters": [repr(warnings.filters), warnings.showwarning],
         "signal handlers": [signal.getsignal(number) for number in signal.valid_signals()],
         "numpy error state": repr(np.geterr()),
@@ -60,11 +60,11 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
     """Import a plugin, call its hooks, and write the findings.
 
     Args:
-        module: Module that its entry point names.
+        module: Module that the plugin's entry point names.
         key: ``"distribution:name"``.
-        findings: JSON file to write. If the import hangs, the stack is written to the same path with the suffix
+        findings: JSON file to write. If the import hangs, its stack trace is written to the same path with the suffix
             ``.hangs``.
-        seconds: Time limit, after which the process writes its stack and ends.
+        seconds: Time limit [s], after which the process writes its stack trace and exits.
     """
     acts: list[str] = []
     importing = True
@@ -122,4 +122,4 @@ if __name__ == "__main__":
     main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), float(sys.argv[4]))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)  # does not wait for threads of the plugin or run its exit handlers
+    os._exit(0)  # neither waits for the plugin's threads nor runs its exit handlers

@@ -1,4 +1,4 @@
-"""The collection of plugins: loads each plugin in isolation, stores the reports, and looks names up."""
+"""Collections of plugins, which load each plugin in isolation, store the reports, and look up names."""
 
 from __future__ import annotations
 
@@ -25,23 +25,25 @@ from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.specs import RECORDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
-"""Environment variable: unless empty, 0, false, no or off, a broken plugin raises an error."""
+"""Environment variable that turns a broken plugin into an error, unless the value is empty, 0, false, no or off."""
 
 DISABLE = "FROBS_DISABLE_PLUGINS"
-"""Environment variable: comma-separated entry points, distributions or ``distribution:name`` to disable."""
+"""Environment variable with a comma-separated list of the entry points, distributions or ``distribution:name`` to
+disable.
+"""
 
 _log = logging.getLogger("frobs")
 
 
 class Plugins:
-    """The plugins of some distributions, loaded when they are first needed.
+    """The plugins of a set of distributions, which are loaded when they are first needed.
 
-    For each broken plugin, one line is logged to the logger ``frobs``, and :meth:`reports` contains the details.
+    For each broken plugin, the logger ``frobs`` logs one line, and :meth:`reports` returns the details.
 
     Args:
-        distributions: Distributions to search; None: all that are installed.
-        strict: Whether a broken plugin raises an error; None: use ``FROBS_STRICT_PLUGINS``.
-        disabled: Entry points, distributions or ``distribution:name`` that must not be imported; None: use
+        distributions: Distributions to search, or None to search all installed distributions.
+        strict: Whether a broken plugin raises an error, or None to use ``FROBS_STRICT_PLUGINS``.
+        disabled: Entry points, distributions or ``distribution:name`` that must not be imported, or None to use
             ``FROBS_DISABLE_PLUGINS``.
         slow_seconds: Loading time after which a plugin is reported on stderr [s].
     """
@@ -64,10 +66,10 @@ class Plugins:
         self._offers: Mapping[str, Mapping[str, Mapping[str, PluginReport]]] = {}
 
     def reports(self) -> tuple[PluginReport, ...]:
-        """Return the report of each plugin, by distribution and name. The first call loads the plugins.
+        """Return the report of each plugin, sorted by distribution and name. The first call loads the plugins.
 
         Raises:
-            PluginLoadError: A plugin is broken, and ``strict`` is set.
+            PluginLoadError: A plugin is broken and ``strict`` is set.
         """
         if self._reports is None:
             with self._lock:
@@ -85,7 +87,7 @@ class Plugins:
         return self._reports
 
     def records(self, kind: str) -> Mapping[str, Record]:
-        """Return the records of a kind by name. Names that two distributions provide become ``"distribution:name"``.
+        """Return the records of a kind by name. A name that two distributions provide becomes ``"distribution:name"``.
 
         Raises:
             UnknownNameError: The kind does not exist.
@@ -98,16 +100,16 @@ class Plugins:
         return MappingProxyType(dict(sorted(found.items())))
 
     def get_record(self, kind: str, name: str) -> Record:
-        """Return one record by its name or ``"distribution:name"``.
+        """Return the record with a given name or ``"distribution:name"``.
 
         Raises:
-            UnknownNameError: No record of the kind has this name.
+            UnknownNameError: No record of this kind has the given name.
             AmbiguousNameError: Two distributions provide the name.
         """
         return _record(self.get_report(kind, name), kind, name.rpartition(":")[2])
 
     def get_report(self, kind: str, name: str) -> PluginReport:
-        """Return the report of the plugin that provides a record; see :meth:`get_record` for arguments and errors."""
+        """Return the report of the plugin that provides a record. See :meth:`get_record` for arguments and errors."""
         distribution, _, bare = name.rpartition(":")
         offers = self._offers_of(kind).get(bare, {})
         if distribution:
@@ -119,14 +121,14 @@ class Plugins:
         return next(iter(offers.values()))
 
     def install_hint(self, kind: str, name: str) -> str:
-        """Return the command that installs a name of this project.
+        """Return the installation command for the distribution of this project that provides a name.
 
         Args:
             kind: A kind of record, or ``"environment"``.
-            name: Name of the record, or the ID.
+            name: Name of the record, or ID of the environment.
 
         Returns:
-            The command; an empty string if the name is unknown, or if a plugin of its distribution is installed.
+            The command, or an empty string if the name is unknown or a plugin of its distribution is installed.
         """
         package = known().get(kind, {}).get(name, "")
         if any(normalize(report.distribution) == package for report in self.reports()):
@@ -134,22 +136,22 @@ class Plugins:
         return install_command(kind, name)
 
     def failures(self) -> tuple[str, ...]:
-        """Return one line for each plugin that is not loaded: name, distribution, version and cause."""
+        """Return one line for each plugin that is not loaded, with its name, distribution, version and cause."""
         return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
 
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
-        """Return the distributions that provide each name of a kind, with their records."""
+        """Return the reports of the plugins that provide each name of a kind, by name and distribution."""
         if kind not in RECORDS:
             raise UnknownNameError("kind", kind, RECORDS)
         self.reports()
         return self._offers[kind]
 
     def candidates(self) -> list[Candidate]:
-        """Return the entry points of all plugins, by distribution and name, without importing them."""
+        """Return the entry points of all plugins, sorted by distribution and name, without importing them."""
         return find_candidates(installed_distributions() if self._distributions is None else self._distributions)
 
     def disabled(self) -> set[str]:
-        """Return the ``"distribution:name"`` of the disabled plugins."""
+        """Return the ``"distribution:name"`` of each disabled plugin."""
         return match_disabled(self.candidates(), self._disabled_words())[0]
 
     def _load(self) -> None:
@@ -181,7 +183,7 @@ class Plugins:
         try:
             if candidate.problem:
                 raise PluginError(candidate.problem)
-            # stdout belongs to the program that imports FRobs, such as a command that writes JSON
+            # stdout is reserved for the program that imports FRobs, such as a command that writes JSON.
             with redirect_stdout(sys.stderr), watch.over(candidate, origin):
                 module = import_plugin(candidate.value)
                 seconds = perf_counter() - start
@@ -189,7 +191,7 @@ class Plugins:
             _refuse_second_offers(candidate, records, others)
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # including SystemExit, and exceptions with which test frameworks skip and abort
+        except BaseException as error:  # including SystemExit and the exceptions of test frameworks, such as skips
             cause = _one_line(error)
             if not is_made_for(made_for, __version__):
                 cause += f"; it requires frobs-core {made_for}, but {__version__} is installed"
@@ -223,9 +225,10 @@ class Plugins:
 
 
 class _Watch:
-    """Reports slow plugins on stderr, because an import that hangs cannot be stopped from inside.
+    """Thread that reports slow plugins on stderr, because a hanging import cannot be stopped from within the process.
 
-    It uses one thread for all plugins: on a busy machine, one thread per plugin would take longer than their imports.
+    A single thread watches all plugins. On a busy machine, starting one thread per plugin would take longer than the
+    imports.
 
     Args:
         seconds: Loading time after which a plugin is reported [s].
@@ -267,7 +270,7 @@ class _Watch:
 
 
 def warn(line: str) -> None:
-    """Log a warning, except in a worker process, whose parent has already logged it."""
+    """Log a warning, or only a debug message in a worker process, whose parent has already logged the warning."""
     _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
 
 
@@ -278,7 +281,7 @@ def _record(report: PluginReport, kind: str, name: str) -> Record:
 def _refuse_second_offers(
     candidate: Candidate, records: Mapping[str, tuple[Record, ...]], others: Iterable[PluginReport]
 ) -> None:
-    """Reject names that another plugin of the distribution provides: ``distribution:name`` must be unique."""
+    """Reject names that another plugin of the distribution provides, because ``distribution:name`` must be unique."""
     for other in others:
         if other.distribution == candidate.distribution:
             taken = [(kind, record.name) for kind in RECORDS for record in other.records[kind]]
@@ -291,7 +294,7 @@ def _refuse_second_offers(
 
 
 def _one_line(error: BaseException) -> str:
-    """Return the class and the first line of an exception, shortened."""
+    """Return an exception's class and the first line of its message, shortened."""
     try:
         text = next(iter(str(error).strip().splitlines()), "")
     except Exception:  # a broken __str__

@@ -8,20 +8,20 @@ from dataclasses import dataclass
 from importlib.metadata import Distribution
 
 GROUP = "frobs"
-"""The entry-point group that makes a module a plugin."""
+"""Entry-point group of plugin modules."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An entry point of the group that is not imported yet.
+    """A plugin's entry point, before the plugin is imported.
 
     Attributes:
         name: The entry point's name.
-        distribution: Name of the pip package that holds it.
+        distribution: Name of the pip package that contains the entry point.
         version: Version of the distribution.
         value: Value of the entry point.
-        problem: Reason why there is nothing to import; usually empty.
-        requirements: Requirements in the metadata of the distribution.
+        problem: Reason why the plugin cannot be imported, or empty if there is no problem.
+        requirements: Requirements listed in the distribution's metadata.
     """
 
     name: str
@@ -43,9 +43,9 @@ def normalize(distribution: str) -> str:
 
 
 def find_candidates(distributions: Iterable[Distribution]) -> list[Candidate]:
-    """Return all entry points of the group, sorted by distribution and name.
+    """Return all plugin entry points, sorted by distribution and name.
 
-    If a distribution is found twice, the first one counts, as it does for ``import``.
+    If a distribution is found twice, the first occurrence is used, as ``import`` does.
     """
     found: dict[str, list[Candidate]] = {}
     for distribution in distributions:
@@ -62,7 +62,7 @@ def match_disabled(candidates: Iterable[Candidate], disabled: Iterable[str]) -> 
     """Match entry point names, distribution names or ``distribution:name`` against candidates.
 
     Returns:
-        The keys of the matching candidates, and the words that match none.
+        The keys of the matching candidates, and the words that do not match any candidate.
     """
     keys: dict[str, set[str]] = {}
     for candidate in candidates:
@@ -94,7 +94,7 @@ def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
         name = metadata["Name"] or "(unnamed distribution)"
         version = metadata["Version"] or "(no version)"
         requirements = tuple(metadata.get_all("Requires-Dist") or ())
-    except Exception:  # a damaged METADATA file can raise anything in the standard library
+    except Exception:  # a damaged METADATA file can cause any exception in the standard library
         name, version, requirements = "(unnamed distribution)", "(no version)", ()
     try:
         points = list(distribution.entry_points.select(group=GROUP))

@@ -1,4 +1,4 @@
-"""Names that the distributions of this project provide, so that failed look-ups can suggest an installation.
+"""Names that the distributions of this project provide, so that failed look-ups can suggest an installation command.
 
 ``.ci/known_names.py`` generates ``known.json``.
 """
@@ -15,7 +15,10 @@ FILE = Path(__file__).with_name("known.json")
 
 @cache
 def known() -> Mapping[str, Mapping[str, str]]:
-    """Return the distribution of each name, by kind. Additional kinds are ``"environment"`` and ``"command"``."""
+    """Return the distribution that provides each name, by kind.
+
+    In addition to the kinds of records, the kinds include ``"environment"`` and ``"command"``.
+    """
     names: Mapping[str, Mapping[str, str]] = json.loads(FILE.read_text("utf-8"))
     return names
 

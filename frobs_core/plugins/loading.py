@@ -1,6 +1,6 @@
-"""Importing a plugin, calling its hooks and validating its records.
+"""Functions to import a plugin, call its hooks, and validate its records.
 
-All functions raise the errors they encounter; :class:`frobs_core.plugins.Plugins` catches them.
+Errors are handled by :class:`frobs_core.plugins.Plugins`, not by these functions.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frobs_core.specs import RECORDS, AbilityRecord, EnvironmentRecord, Paramete
 HOOKS: Mapping[str, str] = {
     f"frobs_{kind[:-1]}ies" if kind.endswith("y") else f"frobs_{kind}s": kind for kind in RECORDS
 }
-"""The kind that each hook provides."""
+"""Kind of the records that each hook returns."""
 
 _PROJECT = hookspecs.hookimpl.project_name
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
@@ -34,7 +34,7 @@ def import_plugin(value: str) -> ModuleType:
 
     Raises:
         PluginError: The entry point does not name a module.
-        BaseException: Any exception of the import.
+        BaseException: Any exception that the import raises.
     """
     if not _MODULE.fullmatch(value):
         raise PluginError(f"the entry point must name a module, as in 'package.plugin', not '{value}'")
@@ -43,8 +43,8 @@ def import_plugin(value: str) -> ModuleType:
         raise PluginError(f"'{value}' replaced its module with {_article(module)}")
     spec = module.__spec__
     if getattr(spec, "_initializing", False) and spec is not None and spec.loader is not None:
-        # The plugin's module was imported before FRobs, and its own import of FRobs led here, before it has defined its
-        # hooks. It cannot be completed now, so its records are read from a second copy.
+        # The plugin's module was imported before FRobs and imported FRobs before defining its hooks.
+        # The import of the module cannot be completed now, so the records are read from a second copy.
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
     return module
@@ -58,11 +58,11 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
         key: ``"distribution:name"``.
 
     Raises:
-        PluginError: A hook is misspelled, or its result is invalid.
-        BaseException: Any exception of a hook.
+        PluginError: The name of a hook is misspelled, or the result of a hook is invalid.
+        BaseException: Any exception that a hook raises.
     """
-    # Each plugin gets its own manager. If it fails, pluggy keeps no state of it, hook wrappers do not affect other
-    # plugins' hooks, and equal entry-point names do not collide.
+    # With a separate manager for each plugin, a failed plugin leaves no state in pluggy.
+    # In addition, hook wrappers do not affect other plugins' hooks, and equal entry-point names do not collide.
     manager = pluggy.PluginManager(_PROJECT)
     manager.add_hookspecs(hookspecs)
     manager.register(_only_hooks(module), name=key)
@@ -81,9 +81,9 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
 
 
 def _only_hooks(module: ModuleType) -> ModuleType:
-    """Return a module that contains only the marked functions.
+    """Return a module that contains only the functions marked as hooks.
 
-    pluggy inspects every attribute that ``dir`` lists, which would import all of a package with lazy attributes.
+    pluggy inspects every attribute that ``dir`` lists, and would thereby import all lazy attributes of a package.
     """
     hooks = ModuleType(module.__name__)
     for name, value in list(vars(module).items()):

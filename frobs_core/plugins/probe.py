@@ -18,10 +18,10 @@ from typing import IO, Any
 from frobs_core.plugins.discovery import Candidate
 
 NO_PLUGINS = "FROBS_NO_PLUGINS"
-"""Environment variable: if it is set, importing :mod:`frobs_core` does not load plugins."""
+"""Environment variable that, if set, prevents :mod:`frobs_core` from loading plugins when it is imported."""
 
 GRACE = 10.0
-"""Additional time for the process to start and to end by itself [s]."""
+"""Additional time for the process to start and exit [s]."""
 
 _TORCH = "import torch; print(torch.get_num_threads())"
 
@@ -32,17 +32,17 @@ class Probe:
 
     Attributes:
         state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"`` (the process died).
-        cause: Reason why it is not loaded, in one line.
-        traceback: Traceback of the failure, or stack at which it hangs.
-        import_seconds: Duration of its import [s].
-        records: Names of its records, by kind.
-        environment_ids: Environment IDs of its tasks.
-        stdout: Its output on stdout.
-        stderr: Its output on stderr.
-        changed: Global state that it changed: ``"working directory"``, ``"random state"``, …
-        modules: Top-level modules that it imported.
-        warnings: Warnings that it caused: category, message, file and line.
-        missing_module: Module that it could not import.
+        cause: One-line reason why the plugin is not loaded.
+        traceback: Traceback of the failure, or stack trace of the hanging import.
+        import_seconds: Duration of the plugin's import [s].
+        records: Names of the plugin's records, by kind.
+        environment_ids: Environment IDs of the plugin's tasks.
+        stdout: The plugin's output on stdout.
+        stderr: The plugin's output on stderr.
+        changed: Global state that the plugin changed: ``"working directory"``, ``"random state"``, …
+        modules: Top-level modules that the plugin imported.
+        warnings: Warnings that the plugin caused, each with category, message, file and line.
+        missing_module: Module that the plugin could not import.
     """
 
     state: str
@@ -88,7 +88,7 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
 
 
 def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], err: IO[bytes]) -> int | None:
-    """Run the child process; return its exit code, or None if it had to be killed."""
+    """Run the child process and return its exit code, or None if the process had to be killed."""
     command = [sys.executable, "-m", "frobs_core.plugins.child"]
     environment = {
         **os.environ,
@@ -109,7 +109,7 @@ def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], e
         return None
     finally:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(child.pid, signal.SIGKILL)  # including all processes that it has started
+            os.killpg(child.pid, signal.SIGKILL)  # including all processes that the child started
         child.wait()
 
 

@@ -18,16 +18,17 @@ class PluginReport:
 
     Attributes:
         name: The entry point's name.
-        distribution: The pip package that holds it.
+        distribution: Name of the pip package that contains the entry point.
         version: Version of the distribution.
         module: Module that the entry point names.
         state: ``"loaded"``, ``"failed"`` or ``"disabled"``.
-        cause: Reason why it is not loaded, in one line.
+        cause: One-line reason why the plugin is not loaded.
         traceback: Traceback of the failure.
-        import_seconds: Duration of its import [s].
-        records: Its records, by kind; contains all kinds.
-        made_for: Versions of the core that its distribution requires, ``">=0.2,<0.3"``; empty: not specified.
-        warning: One line about a non-fatal problem of a loaded plugin; usually empty.
+        import_seconds: Duration of the plugin's import [s].
+        records: The plugin's records, by kind. The mapping contains all kinds.
+        made_for: Versions of the core that the distribution requires, such as ``">=0.2,<0.3"``, or empty if not
+            specified.
+        warning: One-line description of a non-fatal problem with a loaded plugin, or empty if there is no problem.
     """
 
     name: str
@@ -49,7 +50,7 @@ class PluginReport:
 
     @property
     def environment_ids(self) -> tuple[str, ...]:
-        """The Gymnasium IDs of its tasks."""
+        """The Gymnasium IDs of the plugin's tasks."""
         return environment_ids(self.records)
 
     @classmethod
@@ -65,7 +66,7 @@ class PluginReport:
         made_for: str = "",
         warning: str = "",
     ) -> PluginReport:
-        """Return the report of an entry point."""
+        """Return the report for an entry point."""
         return cls(
             name=candidate.name,
             distribution=candidate.distribution,
@@ -82,5 +83,5 @@ class PluginReport:
 
 
 def environment_ids(records: Mapping[str, tuple[Record, ...]]) -> tuple[str, ...]:
-    """Return the Gymnasium IDs of the tasks among records."""
+    """Return the Gymnasium IDs of all tasks in the given records."""
     return tuple(e.id for task in records["task"] if isinstance(task, TaskRecord) for e in task.environments)

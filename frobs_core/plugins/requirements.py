@@ -1,4 +1,4 @@
-"""Requirements of a distribution, read from the metadata that pip itself uses."""
+"""Requirements of a distribution, read from the same metadata that pip uses."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Missing:
     """A requirement that is not met.
 
     Attributes:
-        requirement: Requirement in the distribution's metadata: ``"mujoco>=4.0"``.
-        installed: Installed version, or ``""``.
+        requirement: Requirement in the distribution's metadata, such as ``"mujoco>=4.0"``.
+        installed: Installed version, or ``""`` if the package is not installed.
     """
 
     requirement: str
@@ -25,14 +25,14 @@ class Missing:
 
     @property
     def command(self) -> str:
-        """Command that installs it."""
+        """Command that installs the required version."""
         if self.installed:
             return f"pip install --upgrade '{self.requirement}'"
         return local_install_hint(f"pip install '{self.requirement}'")
 
 
 def core_versions(requirements: Iterable[str]) -> str:
-    """Return the versions of the core that a distribution supports: ``">=0.2,<0.3"``; empty if not specified."""
+    """Return the core versions that a distribution supports, such as ``">=0.2,<0.3"``, or ``""`` if not specified."""
     for line in requirements:
         found = _CORE_LINE.match(line)
         if found:
@@ -48,17 +48,17 @@ def is_made_for(specifier: str, version: str) -> bool:
 
     try:
         return SpecifierSet(specifier).contains(version, prereleases=True)
-    except InvalidSpecifier:  # pip would not have installed it either
+    except InvalidSpecifier:  # pip would not have installed such a distribution
         return True
 
 
 def has_upper_bound(specifier: str) -> bool:
-    """Return whether later versions are excluded."""
+    """Return whether a version specifier has an upper bound."""
     return not is_made_for(specifier, "9999999")
 
 
 def missing(requirements: Iterable[str]) -> list[Missing]:
-    """Return the requirements that are not met, ignoring extras."""
+    """Return the requirements that are not met, ignoring the requirements of extras."""
     from importlib.metadata import PackageNotFoundError, version
 
     from packaging.requirements import InvalidRequirement, Requirement

@@ -1,4 +1,4 @@
-"""Domain randomization: differences between environments and episodes, as data on the environment."""
+"""Domain randomization: random differences between environments and episodes, defined by settings."""
 
 from frobs_core.randomization.randomization import Randomization
 from frobs_core.randomization.settings import Setting, Settings, physical_parameters, read_settings

@@ -15,18 +15,18 @@ from frobs_core.randomization.settings import Setting
 
 
 class ActionDelay:
-    """Delays commands to the robots by some control steps.
+    """Delay of all robot commands by a random number of control steps.
 
-    Until the first command arrives, the drives hold: the joint positions at reset, zero velocity, or zero effort.
+    Until the first command arrives, the drives hold the joint positions at reset, zero velocity or zero effort.
     Commands are delayed instead of actions, because not every controller has a neutral action.
 
     Args:
-        setting: Distribution of the number of control steps; the same for all robots.
+        setting: Setting that defines the number of control steps, which is the same for all robots.
         control: The controllers and their robots.
         control_timestep: [s]
 
     Raises:
-        RandomizationError: A controller commands every physics step.
+        RandomizationError: A controller computes a new command in every physics step.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
@@ -40,18 +40,24 @@ class ActionDelay:
         steps = np.zeros(num_envs)
         self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
         depth = int(setting.distribution.high) + 1
-        # Newest first. One row for each physics step if the controller provides them.
+        # Commands from newest to oldest, with one row for each physics step if the controller provides such rows.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
         self._each = np.arange(num_envs)
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw for new episodes and let their drives hold. Call it after the task has placed the robots."""
+        """Draw delays for new episodes and command the drives to hold.
+
+        Call this method after the task has placed the robots.
+        """
         self.draw.begin(rng, mask)
         for robot, history in zip(self._robots, self._histories, strict=True):
             history[mask] = robot.holding_command(robot.joint_positions[mask])[:, None, None]
 
     def apply(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Store new commands and return those that arrive now, (num_envs, dof) or (num_envs, decimation, dof) each."""
+        """Store new commands and return the commands that arrive now.
+
+        The returned commands are (num_envs, dof) or (num_envs, decimation, dof) each.
+        """
         if self.draw.changes_in_episode:
             self.draw.step(rng)
         return [self._delayed(number, command) for number, command in enumerate(commands)]
@@ -66,7 +72,7 @@ class ActionDelay:
         return arriving[:, 0] if arriving.shape[1] == 1 else arriving
 
     def snapshot(self) -> Snapshot:
-        """Return the commands that have not arrived yet."""
+        """Return the commands that have not arrived yet, and the current delays."""
         histories = zip(self._names, self._histories, strict=True)
         return {**{f"action_delay/{name}": history.copy() for name, history in histories}, **self.draw.snapshot()}
 
@@ -77,7 +83,7 @@ class ActionDelay:
 
 
 def whole_steps(distribution: Distribution) -> Sample:
-    """Return a function that draws a delay, (n,) whole numbers of control steps, as floats."""
+    """Return a function that draws delays, (n,) float64, as whole numbers of control steps."""
     low, high = int(distribution.low), int(distribution.high)
 
     def sample(rng: RandomSource, stream: str, mask: Mask | None) -> Floats:

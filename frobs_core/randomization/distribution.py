@@ -22,12 +22,12 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Distribution:
-    """A distribution for random draws. Each bound is one number, or (k,) with one for each component.
+    """A distribution for random draws. Each parameter is one number, or (k,) with one number for each component.
 
     Attributes:
-        shape: Its shape.
-        low: Lower bound; the value of a constant.
-        high: Upper bound; the value of a constant.
+        shape: Shape of the distribution.
+        low: Lower bound, or the value of a constant distribution.
+        high: Upper bound, or the value of a constant distribution.
         mean: Mean of the normal distribution before clipping.
         std: Standard deviation of the normal distribution before clipping.
     """
@@ -40,17 +40,17 @@ class Distribution:
 
     @property
     def width(self) -> int:
-        """Number of components; 1 for scalars."""
+        """Number of components, which is 1 for scalars."""
         return max(array.size for array in (self.low, self.high, self.mean, self.std))
 
     def draw(self, rng: RandomSource, stream: str, width: int, mask: Mask | None) -> Floats:
-        """Draw for the n environments of the mask.
+        """Draw numbers for the n environments selected by ``mask``.
 
         Args:
             rng: Random source of the environment.
-            stream: Name of the stream.
+            stream: Name of the random stream.
             width: Number of values for each environment.
-            mask: The n environments.
+            mask: Mask of the n environments.
 
         Returns:
             (n, width)

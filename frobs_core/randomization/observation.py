@@ -24,8 +24,7 @@ from frobs_core.randomization.targets import matches
 class ObservedArray:
     """One array of an observation with noise and delay. Noise is added before the delay.
 
-    Because observations are taken from a history and not drawn again, a reset of some environments does not affect the
-    others.
+    Observations are read from a history and not drawn again, so resetting some environments does not affect the others.
 
     Args:
         key: Name of the array.
@@ -43,20 +42,20 @@ class ObservedArray:
         self._each = np.arange(num_envs)
 
     def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
-        """Add numbers of a draw to some columns."""
+        """Add the numbers of a draw to some columns."""
         self._noise.append((columns, draw, numbers))
 
     def add_delay(self, columns: slice, draw: Draw) -> None:
-        """Delay some columns."""
+        """Delay some columns by the numbers of steps in a draw."""
         self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-        """Clear the history of starting episodes, and return the observations of all environments."""
+        """Clear the history in the environments of ``mask``, and return the observations of all environments."""
         self._history[mask] = self._measure(true, mask)[:, None]
         return self.observed()
 
     def step(self, true: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Measure, and return the observations."""
+        """Store a new measurement and return the current observations."""
         history = self._history
         if history.shape[1] > 1:
             history[:, 1:] = history[:, :-1].copy()
@@ -77,7 +76,7 @@ class ObservedArray:
         measured = true[rows].astype(np.float64)
         for columns, draw, numbers in self._noise:
             measured[:, columns] += draw.numbers[rows, numbers]
-        for columns, _, _ in self._noise:  # a sensor does not exceed its range
+        for columns, _, _ in self._noise:  # a measurement must not exceed the range of the sensor
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
@@ -119,7 +118,7 @@ class ObservedArrays:
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
-        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that stay constant for a while and are reported
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that stay constant in an episode and are reported
         for setting in noise:
             self._add_noise(setting)
         for setting in delays:
@@ -128,17 +127,17 @@ class ObservedArrays:
 
     @property
     def terms(self) -> set[str]:
-        """The affected keys; ``"observation"`` if the observation is one array."""
+        """Keys of the affected arrays. If the observation is a single array, its key is ``"observation"``."""
         return set(self.arrays)
 
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
-        """Return the observations when episodes begin in the environments of ``mask``."""
+        """Begin episodes in the environments of ``mask``, and return the observations."""
         for draw in self.draws:
             draw.begin(rng, mask)
         return self._each(true, lambda array, values: array.begin(values, mask))
 
     def step(self, rng: RandomSource, true: Observation) -> Observation:
-        """Return the observations after a step."""
+        """Advance by one step and return the observations."""
         for draw in self._changing:
             draw.step(rng)
         return self._each(true, ObservedArray.step)

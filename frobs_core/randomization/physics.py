@@ -18,13 +18,15 @@ from frobs_core.randomization.settings import CAPABILITY, Setting
 from frobs_core.randomization.targets import find_units, matches
 
 _LEAST = {"mass": 0.01, "size": 0.01}
-"""Minimum fraction of its nominal mass or size that a body keeps under an unbounded distribution."""
+"""Minimum mass and size of a body, as fractions of its nominal mass and size."""
 
 _VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
-"""Parameters with an array for each target: (n, dof) or (n, 3). All others have one number for each target."""
+"""Parameters with an array for each target: (n, dof) or (n, 3). All other parameters have one number for each
+target.
+"""
 
 _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
-"""Parameters that, by default, change only robots."""
+"""Parameters that are randomized only for robots by default."""
 
 _WITHOUT_EFFECT = {
     ("stiffness", CommandMode.VELOCITY): "velocities, which the drives follow by their damping",
@@ -34,20 +36,21 @@ _WITHOUT_EFFECT = {
 
 
 class PhysicalParameter:
-    """One physical parameter, of all objects that have it.
+    """Randomization of one physical parameter for all objects that have this parameter.
 
-    Settings are applied in order, each to the result of the previous ones; the first to the nominal value.
+    Settings are applied in order. The first setting changes the nominal value, and each subsequent setting changes the
+    result of the previous one.
 
     Args:
         name: Name of the parameter in :meth:`frobs_core.interfaces.Simulation.parameter`.
         settings: Settings of this parameter.
         simulation: Simulation to write to.
-        robots: Names of the robots with controllers. By default, only their links and joints change.
+        robots: Names of the robots with controllers. By default, only the links and joints of these robots change.
         control_timestep: [s]
 
     Raises:
         UnknownNameError: A target does not exist.
-        ConfigurationError: A value could become impossible, or a setting would have no effect.
+        ConfigurationError: A value could become physically impossible, or a setting would have no effect.
     """
 
     def __init__(
@@ -75,7 +78,7 @@ class PhysicalParameter:
             columns = np.array(self._columns(setting), np.intp)
             self._changes.append((setting.change, columns, self._draw(setting, columns, control_timestep)))
         self.touched = sorted({int(column) for _, columns, _ in self._changes for column in columns})
-        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns of its value
+        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns that contain its value
         start = 0
         for unit in units:
             stop = start + len(unit.names)
@@ -87,11 +90,11 @@ class PhysicalParameter:
 
     @property
     def draws(self) -> list[Draw]:
-        """Draws of this parameter."""
+        """All draws for this parameter."""
         return [draw for _, _, draw in self._changes]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw and write for the episodes that begin in ``mask``, (num_envs,) bool."""
+        """Draw and write values for the episodes that begin in ``mask``, (num_envs,) bool."""
         drawn = np.zeros_like(mask)
         for _, _, draw in self._changes:
             drawn |= draw.begin(rng, mask)
@@ -99,14 +102,17 @@ class PhysicalParameter:
             self._write(drawn)
 
     def step(self, rng: RandomSource) -> None:
-        """Draw and write if an interval has elapsed."""
+        """Draw and write new values in the environments whose interval has elapsed."""
         for draw in self._changing:
             drawn = draw.step(rng)
             if drawn is not None:
                 self._write(drawn)
 
     def values(self) -> Iterator[tuple[str, Floats]]:
-        """Yield the name and current values, (num_envs,), of all randomized quantities. Gravity is one of them."""
+        """Yield the name and the current values of each randomized quantity.
+
+        The values are (num_envs,), or (num_envs, 3) for gravity.
+        """
         if self._name == "gravity":
             yield "gravity", self.current.copy()
             return
@@ -118,7 +124,7 @@ class PhysicalParameter:
         return {f"{self._name}/current": self.current.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot. The simulation restores the written parameters itself."""
+        """Restore a snapshot. The simulation itself restores the written parameters."""
         self.current[:] = snapshot[f"{self._name}/current"]
 
     def _columns(self, setting: Setting) -> list[int]:
@@ -166,7 +172,7 @@ class PhysicalParameter:
     def _floor(self, settings: Sequence[Setting]) -> Floats | None:
         """Return the minimum values, (num_envs, columns), and reject bounded draws that could fall below them.
 
-        Draws from an unbounded distribution are clipped to them instead.
+        Draws from an unbounded distribution are clipped to the minimum values instead.
         """
         if self._name == "gravity" or self._name not in CAPABILITY:
             return None
@@ -176,7 +182,7 @@ class PhysicalParameter:
             low = setting.distribution.low
             match change:
                 case "scale":
-                    # Unbounded ends, and the results of negative factors, are clipped to the minimum.
+                    # Unbounded distributions pass this check, because their draws are later clipped.
                     value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] * low)
                 case "add":
                     value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] + low)

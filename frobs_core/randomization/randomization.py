@@ -1,4 +1,4 @@
-"""All randomization of an environment, and its place in a step."""
+"""The randomization of an environment, with methods for each part of a step."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from frobs_core.randomization.settings import Settings, physical_parameters
 
 
 class Randomization:
-    """Differences between environments and episodes.
+    """Random differences between environments and episodes.
 
-    The draws of an environment depend on its seed, its episode, its step, and the setting's own stream, but not on
-    other environments or settings.
+    An environment's draws depend on its seed, episode and step and on the setting's own stream, but not on other
+    environments or settings.
 
     Args:
         settings: The user's settings.
         simulation: Simulation to write to.
         control: Controllers whose commands may be delayed.
-        observations: Terms that may get noise or delays.
+        observations: Observation terms to which noise or delays may be added.
         control_timestep: [s]
 
     Attributes:
@@ -40,7 +40,7 @@ class Randomization:
 
     Raises:
         UnknownNameError: A target does not exist.
-        ConfigurationError: A setting cannot be used here.
+        ConfigurationError: A setting cannot be used with this environment.
     """
 
     def __init__(
@@ -69,21 +69,21 @@ class Randomization:
         self._changing = [part for part in self._physics if any(draw.changes_in_episode for draw in part.draws)]
 
     def begin_physics(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Draw and write physical parameters for new episodes. Call it before the simulation is reset."""
+        """Draw and write physical parameters for new episodes. Call this method before the simulation is reset."""
         rows = self._all if mask is None else mask
         for parameter in self._physics:
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Begin delays and noise of an episode, after the robot is placed.
+        """Begin the delays and noise of new episodes. Call this method after the robot is placed.
 
         Args:
             rng: Random source of the environment.
-            observation: (num_envs, …) true observation of all environments.
+            observation: True observation of all environments, (num_envs, …).
             mask: Environments in which an episode begins.
 
         Returns:
-            The observations of all environments. Those outside of the mask do not change.
+            The observations of all environments. Observations outside of the mask do not change.
         """
         rows = self._all if mask is None else mask
         if self._delay is not None:
@@ -97,12 +97,12 @@ class Randomization:
         return commands if self._delay is None else self._delay.apply(rng, commands)
 
     def observe(self, rng: RandomSource, observation: Observation) -> Observation:
-        """Return the observations after a step, from the true ones."""
+        """Return the observations after a step, given the true observations."""
         return observation if self._observed is None else self._observed.step(rng, observation)
 
     @property
     def values(self) -> dict[str, Floats]:
-        """Current values, (num_envs, …) each, by parameter and target: ``"mass/robot/link_1"`` [kg].
+        """Current values, (num_envs, …) each, by parameter and target, such as ``"mass/robot/link_1"`` [kg].
 
         Noise that is drawn in each step is omitted.
         """
@@ -120,7 +120,7 @@ class Randomization:
 
     @cached_property
     def observed_keys(self) -> frozenset[str]:
-        """Keys of a dictionary observation that have noise or delay; ``"observation"`` if it is one array."""
+        """Keys of a dictionary observation that have noise or delay, or ``"observation"`` for a single array."""
         return frozenset(() if self._observed is None else self._observed.arrays)
 
     def snapshot(self) -> Snapshot:
@@ -138,7 +138,7 @@ class Randomization:
         """Restore a snapshot.
 
         Raises:
-            ConfigurationError: The snapshot is from an environment with a different randomization.
+            ConfigurationError: The snapshot is from an environment with different randomization settings.
         """
         mine = self.snapshot().keys()
         if mine != snapshot.keys():

@@ -1,4 +1,4 @@
-"""Parsing the parts of a setting: distributions, times, targets."""
+"""Parsers for the parts of a setting: distributions, times and targets."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from frobs_core.randomization.distribution import Distribution, Shape
 from frobs_core.randomization.schedule import Schedule, When
 
 Keys = tuple[str | int, ...]
-"""Position of a setting below ``randomize``."""
+"""Position of a setting under ``randomize``, as mapping keys and list indices."""
 
 
-class Problem(Exception):  # noqa: N818 - it never leaves this package
-    """A setting is invalid.
+class Problem(Exception):  # noqa: N818 - never leaves this package
+    """Raised if a setting is invalid.
 
     Args:
         keys: Position of the setting.
-        reason: What is wrong and what to do, or the error itself.
+        reason: Description of the problem and its solution, or the error for the user.
     """
 
     def __init__(self, keys: Keys, reason: str | ConfigurationError) -> None:
@@ -47,7 +47,7 @@ def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribu
     Args:
         keys: Position of the distribution.
         given: ``1.2``, ``[0.8, 1.2]`` or ``{normal: 0.1}``, …
-        neutral: Default mean of a normal distribution; None: the mean is required.
+        neutral: Default mean of a normal distribution, or None if the mean is required.
     """
     if not isinstance(given, Mapping):
         pair = isinstance(given, Sequence) and not isinstance(given, str)
@@ -107,7 +107,7 @@ def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) 
     Args:
         keys: Position of the setting.
         mapping: The setting.
-        default: Result if neither is set; None: in each step.
+        default: Time of the draws if neither key is set, or None to draw in each step.
     """
     if "when" in mapping and "every" in mapping:
         raise Problem(keys, "'when' and 'every' cannot be combined; choose one.")
@@ -157,7 +157,7 @@ def _range(keys: Keys, given: Any) -> tuple[Floats, Floats]:
 
 
 def _number(keys: Keys, given: Any) -> Floats:
-    """Return a finite number, (), or a list of them, (k,)."""
+    """Return a finite number, (), or a list of finite numbers, (k,), as an array."""
     items = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     for item in items:
         if isinstance(item, bool) or not isinstance(item, int | float | np.number) or not np.isfinite(item):

@@ -1,4 +1,4 @@
-"""Schedules of random draws, and the current numbers."""
+"""Schedules of random draws, and the numbers that were drawn last."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_core.interfaces.simulation import Snapshot
 from frobs_core.random import RandomSource
 
 Sample = Callable[[RandomSource, str, Mask | None], Floats]
-"""Function that draws (n, …) from a stream for the n environments of a mask."""
+"""Function that draws numbers, (n, …), from a stream for the n environments selected by a mask."""
 
 
 class When(StrEnum):
@@ -27,12 +27,12 @@ class When(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """Times at which a number is drawn.
+    """Schedule of the times at which a number is drawn.
 
     Attributes:
-        when: ``start``: in the first episode after seeding; ``reset``: in each episode; ``interval``: in each episode,
-            and repeatedly during it.
-        interval: Shortest and longest time between two draws: [control steps], or [s] if ``in_seconds``.
+        when: ``start`` for a draw in the first episode after seeding, ``reset`` for a draw in each episode, or
+            ``interval`` for repeated draws in each episode.
+        interval: Shortest and longest time between two draws, in control steps, or in seconds if ``in_seconds`` is set.
         in_seconds: Whether the interval is in seconds.
     """
 
@@ -45,7 +45,7 @@ class Schedule:
 
         Args:
             control_timestep: [s]
-            place: Position of the setting, for the message.
+            place: Position of the setting, for the error message.
 
         Raises:
             ConfigurationError: A time is not a multiple of the control timestep.
@@ -64,19 +64,19 @@ class Schedule:
 
 
 class Draw:
-    """Numbers that are drawn repeatedly and stay constant in between.
+    """Numbers that are drawn repeatedly and stay constant between draws.
 
     Args:
-        stream: Name of the stream, and of the numbers in a snapshot.
+        stream: Name of the random stream, which also identifies the numbers in a snapshot.
         schedule: Times of the draws.
-        sample: Draws the numbers.
-        numbers: (num_envs, …) values before the first draw.
+        sample: Function that draws the numbers.
+        numbers: Values before the first draw, (num_envs, …).
         control_timestep: [s]
 
     Attributes:
-        stream: Name of the stream.
-        numbers: (num_envs, …) current values.
-        changes_in_episode: Whether :meth:`step` may draw.
+        stream: Name of the random stream.
+        numbers: Current values, (num_envs, …).
+        changes_in_episode: Whether :meth:`step` may draw new numbers.
     """
 
     def __init__(
@@ -91,14 +91,14 @@ class Draw:
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw for the episodes that begin in ``mask``; return the environments that drew, (num_envs,) bool."""
+        """Draw for episodes that begin in ``mask``, and return a (num_envs,) bool mask of affected environments."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw in environments that are due; return them, (num_envs,) bool, or None."""
+        """Draw numbers where they are due, and return a (num_envs,) bool mask of these environments, or None."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None

@@ -1,4 +1,4 @@
-"""The user's settings under ``randomize``, validated before anything is built.
+"""The user's settings under ``randomize``, validated before the environment is built.
 
 ::
 
@@ -36,17 +36,17 @@ CAPABILITY: Mapping[str, str] = {
     "joint_damping": "randomize_joint_damping",
     "gravity": "randomize_gravity",
 }
-"""The physical parameters of the core, each with the ability that it requires of the simulator."""
+"""Simulator ability that each physical parameter of the core requires."""
 
 
 def physical_parameters() -> Mapping[str, str]:
-    """Return the physical parameters of the core and of plugins, each with the ability that it requires."""
+    """Return the physical parameters of the core and of plugins, each with the simulator ability that it requires."""
     added = {name: cast(ParameterRecord, record).ability for name, record in plugins.records("parameter").items()}
     return {**added, **CAPABILITY}
 
 
 CHANGES = ("scale", "add", "set")
-"""Effect of a drawn number: it multiplies the value, is added to it, or replaces it."""
+"""Effects of a drawn number, which multiplies the value, is added to the value, or replaces the value."""
 
 _WHOLE = ("scale", "add", "set", "target", "when", "every", "shared")
 _NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
@@ -59,10 +59,10 @@ class Setting:
     Attributes:
         parameter: The randomized quantity: ``"mass"``, ``"action_delay"``, …
         place: Position of the setting, for messages: ``"randomize.mass"``.
-        stream: Stream of the random source, and name in a snapshot.
-        targets: Name patterns of the targets; empty: the parameter's default.
+        stream: Name of the random stream, which also identifies the numbers in a snapshot.
+        targets: Name patterns of the targets, or empty for the parameter's default targets.
         change: ``scale``, ``add`` or ``set``.
-        distribution: Distribution of the draws; whole numbers of steps for a delay.
+        distribution: Distribution of the draws, which are whole numbers of control steps for a delay.
         schedule: Times of the draws.
         shared: Whether all targets get the same number.
     """
@@ -83,7 +83,7 @@ class Settings:
 
     Attributes:
         given: The settings as plain dictionaries and lists.
-        items: One for each randomized quantity, in the user's order.
+        items: One setting for each randomized quantity, in the user's order.
     """
 
     given: dict[str, Any]
@@ -105,9 +105,9 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
         The settings, or None if nothing is randomized.
 
     Raises:
-        UnknownParameterError: A parameter or key is unknown; the message suggests the nearest one.
+        UnknownParameterError: A parameter or key is unknown. The message suggests the most similar valid name.
         ConfigurationError: A value is invalid.
-        ConfigFileError: As above, if it was read from a file.
+        ConfigFileError: One of the errors above, if the settings were read from a file.
     """
     if not given:
         return None
@@ -205,7 +205,7 @@ _READERS = {"action_delay": _read_delay, "observation_delay": _read_delay, "obse
 def _each(
     keys: tuple[str | int, ...], entry: Any, stream: str
 ) -> list[tuple[tuple[str | int, ...], Mapping[str, Any], str]]:
-    """Return the mappings of an entry, which is one or a list of them, each with its position and its stream."""
+    """Return the mappings of an entry, which is one mapping or a list of mappings, with their positions and streams."""
     many = isinstance(entry, Sequence) and not isinstance(entry, str)
     found = []
     for number, mapping in enumerate(entry if many else [entry]):

@@ -1,4 +1,4 @@
-"""Targets of physical parameters, and the patterns that select them."""
+"""Targets of physical parameters, and patterns that select targets."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ ROBOT = "robot"
 
 @dataclass(frozen=True, eq=False)
 class Unit:
-    """Values that are read and written in one call.
+    """A group of values that are read and written in one call.
 
     Attributes:
         target: Name of the target in the simulation.
-        names: Owner of each value.
-        nominal: (num_envs, len(names)) nominal values of the model.
+        names: Name of each value's owner.
+        nominal: Nominal values of the model, (num_envs, len(names)).
     """
 
     target: str
@@ -32,9 +32,9 @@ class Unit:
 
 
 def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
-    """Return everything in a simulation that has a physical parameter.
+    """Return all units in a simulation that have a given physical parameter.
 
-    This omits links without a mass, and bodies that do not collide.
+    For ``mass``, links without a mass are omitted. For ``friction``, bodies that do not collide are omitted.
     """
     match parameter:
         case "gravity":
@@ -45,7 +45,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
             for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
                 try:
                     unit = _read(simulation, parameter, target, (target,))
-                except (UnknownNameError, ConfigurationError):  # merged with another link, or not relevant here
+                except (UnknownNameError, ConfigurationError):  # merged with another link, or without this parameter
                     continue
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)
@@ -61,12 +61,12 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
 
 
 def matches(patterns: Sequence[str], names: Sequence[str], what: str) -> list[int]:
-    """Return the names that match the patterns, in their original order.
+    """Return the indices of the names that match the patterns, in ascending order.
 
     Args:
-        patterns: Patterns with ``*`` and ``?``; ``"robot/"`` may be omitted.
+        patterns: Patterns with ``*`` and ``?``, in which the prefix ``"robot/"`` may be omitted.
         names: Existing names.
-        what: Description for the message: ``"target of randomize.mass"``.
+        what: Description of the names for the error message, such as ``"target of randomize.mass"``.
 
     Raises:
         UnknownNameError: A pattern does not match any name.

@@ -1,14 +1,15 @@
 """Readings of a robot's sensors: the true values with each sensor's noise, delay and losses.
 
-A task creates :class:`Sensors` in ``bind``, resets and advances it together with itself, and reads sensors by name.
-Users can change the sensors with the environment's keyword ``sensors``::
+A task creates a :class:`Sensors` object in ``bind``, calls the object's methods in its own ``reset`` and ``advance``,
+and reads sensors by name. Users can change the sensors with the environment's keyword ``sensors``::
 
     sensors:
       lidar: {rays: 36, noise: 0.01}    # overrides these fields of the robot's sensor
       bumper: null                      # removes the sensor
       scan: {type: lidar, frame: base_link, rays: 8, range_min: 0.1, range_max: 5.0}    # adds a sensor
 
-    sensors.py · timing.py · channel.py · instrument.py · lidar.py · bumper.py · imu.py · force_torque.py · settings.py · contacts.py
+The package contains the modules ``sensors``, ``timing``, ``channel``, ``instrument``, ``lidar``, ``bumper``, ``imu``,
+``force_torque``, ``settings`` and ``contacts``.
 """
 
 from frobs_core.sensors.contacts import with_contacts

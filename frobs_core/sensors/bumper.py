@@ -1,4 +1,4 @@
-"""Bumpers: contacts that the simulation monitors over the whole control step."""
+"""Bumpers, whose contacts the simulation monitors over the whole control step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class BumperInstrument(Instrument):
-    """Measures whether one of its links touched something, as 0.0 or 1.0."""
+    """Instrument that measures whether one of a bumper's links touched something, as 0.0 or 1.0."""
 
     def __init__(
         self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
@@ -23,12 +23,12 @@ class BumperInstrument(Instrument):
 
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
-        """Return one contact for each link. Without a floor, there is no floor contact to ignore."""
+        """Return one contact for each link. In a scene without a floor, no contact ignores ``"floor"``."""
         there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
         return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
 
     def measure(self) -> Floats:
-        """Return (num_envs, 1)."""
+        """Return the state of the switch, (num_envs, 1)."""
         touched = self.simulation.contact(self._contacts[0])
         for name in self._contacts[1:]:
             touched = touched | self.simulation.contact(name)

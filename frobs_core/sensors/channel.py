@@ -10,18 +10,18 @@ from frobs_core.random import RandomSource
 
 
 class Channel:
-    """Samples of one sensor, including those that have not arrived yet.
+    """Samples of one sensor, including samples that have not arrived yet.
 
-    Samples are taken in a reset and every ``period`` control steps after it; each is read ``delay`` steps later. Until
-    the first sample of an episode arrives, it is already returned, as if the robot had been in this state for a long
-    time.
+    Samples are taken at a reset and every ``period`` control steps after the reset. Each sample is read ``delay`` steps
+    after it was taken. The first sample of an episode is returned until later samples arrive, as if the robot had been
+    in the same state for a long time.
 
     Args:
-        stream: Stream of the random source; unique for each sensor.
+        stream: Name of the random stream, which must be unique for each sensor.
         sensor: Description of the sensor.
         num_envs: ≥ 1.
         period: Number of control steps between two samples.
-        delay: Number of control steps until a sample is read.
+        delay: Number of control steps between taking a sample and reading it.
     """
 
     def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:
@@ -29,7 +29,7 @@ class Channel:
         self._sensor, self._period = sensor, period
         (self._low, self._high), self._lost = sensor.bounds, sensor.lost
         self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
-        # Safe divisor for the resolution; the quotient is not used if there is none.
+        # Divisor that is never 0. The quotient is not used for elements without a resolution.
         self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
         self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
         self._newest = 0
@@ -37,7 +37,7 @@ class Channel:
 
     @property
     def reading(self) -> Floats:
-        """(num_envs, width): the sample that arrives now."""
+        """The sample that arrives now, (num_envs, width)."""
         found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
         return found
 
@@ -53,8 +53,8 @@ class Channel:
 
         Args:
             rng: Random source of the task's reset.
-            true: (num_envs, width) true values.
-            mask: The environments.
+            true: True values, (num_envs, width).
+            mask: The environments to reset.
         """
         sample = self._spoil(rng, true[mask], mask)
         if self._sensor.dropout and self._lost is not None:
@@ -66,7 +66,7 @@ class Channel:
 
         Args:
             rng: Random source of the task's step.
-            true: (num_envs, width) true values; None if no environment takes a sample.
+            true: True values, (num_envs, width), or None if no environment takes a sample.
             due: Environments that take a sample.
         """
         last = self._samples[self._newest]
@@ -86,7 +86,7 @@ class Channel:
         now[due] = sample
 
     def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
-        """Return samples (n, width) with noise, rounded to the resolution and clipped to the range."""
+        """Return samples, (n, width), with noise, rounded to the resolution and clipped to the range."""
         if not self._noise.any() and not self._resolution.any():
             return true
         sample = true
@@ -98,7 +98,7 @@ class Channel:
         return sample if self._lost is None else np.where(true == self._lost, true, sample)
 
     def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
-        """Return samples (n, width) in which each element may be lost individually."""
+        """Return samples, (n, width), in which each element may be lost individually."""
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 

@@ -1,4 +1,4 @@
-"""Contacts that a simulation monitors for the sensors of its robots."""
+"""Contacts that a simulation monitors for its robots' sensors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_core.sensors.instrument import instrument_of
 
 
 def with_contacts(scene: Scene, robots: Mapping[str, Placement]) -> Scene:
-    """Return a scene with the contacts that the sensors of its robots require.
+    """Return a copy of a scene that includes the contacts required by its robots' sensors.
 
     Args:
         scene: Scene of the task.

@@ -1,4 +1,4 @@
-"""Force-torque sensors, which the simulation measures."""
+"""Force-torque sensors, whose readings come from the simulation."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class ForceTorqueInstrument(Instrument):
-    """Measures the wrench in a joint, in the sensor's frame."""
+    """Instrument that measures the wrench in a joint, in the sensor's frame."""
 
     def measure(self) -> Floats:
-        """Return (num_envs, 6): force [N] and torque [N·m]."""
+        """Return force [N] and torque [N·m], (num_envs, 6)."""
         return self.simulation.sensor_wrench(self.robot.name, self.name)

@@ -13,7 +13,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class ImuInstrument(Instrument):
-    """Measures angular velocity [rad/s] and specific force [m/s²], in the frame of the link."""
+    """Instrument that measures angular velocity [rad/s] and specific force [m/s²] in the link's frame."""
 
     def __init__(
         self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
@@ -39,7 +39,7 @@ class ImuInstrument(Instrument):
         self._velocity = velocity
 
     def measure(self) -> Floats:
-        """Return (num_envs, 6): ang_vel and specific force, both (3,) in the link's frame."""
+        """Return angular velocity and specific force, both in the link's frame, (num_envs, 6)."""
         _, quat = self.robot.frame_pose(self._frame)
         _, ang_vel_world = self.robot.frame_velocity(self._frame)
         into = quat_conjugate(quat)

@@ -13,7 +13,9 @@ from frobs_core.interfaces import Contact, RobotHandle, Scene, Sensor, Simulatio
 
 
 class Instrument(ABC):
-    """Measures true values in batches. Imperfections are added elsewhere.
+    """Base class of instruments, which measure true values in batches.
+
+    Noise, delay and other imperfections are added elsewhere.
 
     Args:
         name: Name of the sensor.
@@ -42,17 +44,17 @@ class Instrument(ABC):
         return {}
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode in the environments of ``mask``; the robot has been placed."""
+        """Begin an episode in the environments of ``mask``, after the robot has been placed."""
 
     def advance(self) -> None:
         """Process the changes of a control step."""
 
     @abstractmethod
     def measure(self) -> Floats:
-        """Return (num_envs, width): the current reading of a perfect sensor."""
+        """Return the current reading of a perfect sensor, (num_envs, width)."""
 
     def snapshot(self) -> Snapshot:
-        """Return the state that is kept between steps."""
+        """Return the state that the instrument stores between steps."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:

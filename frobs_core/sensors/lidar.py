@@ -7,8 +7,8 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class LidarInstrument(Instrument):
-    """Measures the distance along each ray [m]."""
+    """Instrument that measures the distance along each ray [m]."""
 
     def measure(self) -> Floats:
-        """Return (num_envs, rays) [m]."""
+        """Return the distances, (num_envs, rays) [m]."""
         return self.robot.lidar(self.name)

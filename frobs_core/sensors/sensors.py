@@ -18,20 +18,21 @@ from frobs_core.sensors.timing import count_delay, count_period
 
 
 class Sensors:
-    """The sensors of a robot, batched. Environment *i* of a vector reads the same values as a single environment.
+    """The sensors of a robot in all environments.
 
-    A task creates it in ``bind``, calls :meth:`reset` at the end of its own reset, when everything is in place, calls
-    :meth:`advance` in its own advance, and includes its snapshot in its own. Readings refer to the time of the last of
-    these calls, so read them before you move anything.
+    A task creates a ``Sensors`` object in ``bind``. The task calls :meth:`reset` at the end of its own ``reset``, when
+    the robot and the scene are in place, calls :meth:`advance` in its own ``advance``, and includes :meth:`snapshot` in
+    its own snapshot. Readings refer to the time of the last :meth:`reset` or :meth:`advance`, so read the sensors
+    before you move any object. An environment in a vector environment reads the same values as a single environment.
 
-    An ideal sensor (no noise, resolution, delay or dropout, a sample in each control step) adds no cost to the
-    simulation's own reading, and is only measured when it is read.
+    An ideal sensor has no noise, resolution, delay or dropout, and takes a sample in each control step. Such a sensor
+    is measured only when it is read, at no additional cost.
 
     Args:
         simulation: Simulation to measure in.
         control_timestep: [s]
         robot: Name of the robot in the simulation.
-        names: Sensors that the task reads; None: all sensors of the robot.
+        names: Sensors that the task reads, or None for all sensors of the robot.
 
     Raises:
         UnknownNameError: The robot or a sensor does not exist.
@@ -84,7 +85,7 @@ class Sensors:
         return ObservationTerm(read=lambda: self.read(name), low=space.low, high=space.high, unit=unit)
 
     def space(self, name: str) -> gym.spaces.Box:
-        """Return the space of a sensor's reading in one environment: (width,) float32, in its unit.
+        """Return the space of a sensor's reading in one environment: (width,) float32, in the sensor's unit.
 
         Raises:
             UnknownNameError: The sensor does not exist.
@@ -97,7 +98,7 @@ class Sensors:
         """Take the first samples of an episode. The robot and the scene must be in place.
 
         Args:
-            mask: The environments.
+            mask: The environments to reset.
             rng: Random source of the task's reset.
         """
         self._readings.clear()
@@ -108,7 +109,7 @@ class Sensors:
                 self._channels[name].reset(rng, instrument.measure(), rows)
 
     def advance(self, rng: RandomSource) -> None:
-        """Advance by one control step. Call it after the simulation has stepped.
+        """Advance by one control step. Call this method after the simulation has stepped.
 
         Args:
             rng: Random source of the task's step.
@@ -122,7 +123,9 @@ class Sensors:
                 channel.advance(rng, instrument.measure() if due.any() else None, due)
 
     def read(self, name: str) -> Floats:
-        """Return the reading of a sensor, (num_envs, width) float64 in its unit; read-only, valid until the next step.
+        """Return a sensor's reading in the sensor's unit, (num_envs, width) float64.
+
+        The array is read-only and valid until the next step.
 
         Raises:
             UnknownNameError: The sensor does not exist.
@@ -142,7 +145,7 @@ class Sensors:
         return self._sensors[name]
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the sensors keep between steps, for the task's own snapshot."""
+        """Return the state that the sensors store between steps, for use in the task's own snapshot."""
         return {
             f"sensor/{name}/{key}": value
             for name, stateful in self._stateful.items()

@@ -1,4 +1,4 @@
-"""Applies the user's settings under ``sensors`` to the sensors of a robot; see :mod:`frobs_core.sensors`."""
+"""Applies the user's settings under ``sensors`` to a robot's sensors, as described in :mod:`frobs_core.sensors`."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from frobs_core.yaml import find_origin
 
 
 def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> dict[str, Sensor]:
-    """Return the sensors of a robot with the user's changes.
+    """Return a robot's sensors with the user's changes applied.
 
     Args:
         sensors: Sensors of the robot.
-        given: Changes by name: fields that replace those of the sensor, the fields of a new sensor including ``type``,
-            or a complete :class:`frobs_core.interfaces.Sensor`; None removes the sensor. If this is a
+        given: Changes by sensor name: the fields to replace, the fields of a new sensor including ``type``, a complete
+            :class:`frobs_core.interfaces.Sensor`, or None to remove the sensor. If ``given`` is a
             :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Raises:
-        UnknownNameError: The robot has no such sensor; the message suggests the nearest one.
-        UnknownParameterError: A sensor has no such field; the message suggests the nearest one.
+        UnknownNameError: The robot has no such sensor. The message suggests the most similar name.
+        UnknownParameterError: A sensor has no such field. The message suggests the most similar field.
         ConfigurationError: A value is invalid.
-        ConfigFileError: One of the last two, if it was read from a file.
+        ConfigFileError: One of the last two errors, if the settings were read from a file.
     """
     if not isinstance(given, Mapping):
         raise ParameterValueError(

@@ -11,7 +11,8 @@ _CLOSE = 1e-6
 def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     """Return the number of control steps from one sample to the next.
 
-    If a sensor takes a whole number of samples in each control step, the latest one is read, so the period is 1.
+    If a sensor takes a whole number of samples in each control step, the period is 1, because only the latest sample is
+    read.
 
     Args:
         name: Name of the sensor, for the message.
@@ -19,7 +20,7 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: Samples and control steps do not coincide; the message contains the nearest valid rates.
+        ConfigurationError: Samples and control steps do not coincide. The message contains the nearest valid rates.
     """
     if sensor.rate is None:
         return 1
@@ -43,7 +44,7 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
 
 
 def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the number of control steps from a sample until it is read.
+    """Return the number of control steps between taking a sample and reading it.
 
     Args:
         name: Name of the sensor, for the message.
@@ -51,7 +52,8 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: The delay is not a multiple of the control timestep; the message contains the nearest ones.
+        ConfigurationError: The delay is not a multiple of the control timestep. The message contains the nearest valid
+            delays.
     """
     steps = sensor.delay / control_timestep
     whole = round(steps)

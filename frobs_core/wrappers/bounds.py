@@ -1,4 +1,4 @@
-"""Bounds of spaces for the two normalizing wrappers."""
+"""Bounds of spaces, for the two normalization wrappers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Float
     """Return the bounds of a Box as new float64 arrays of the same shape.
 
     Args:
-        wrapper: The wrapper's name, for the message.
-        kind: ``"action"`` or ``"observation"``, for the message.
+        wrapper: Name of the wrapper, for the error message.
+        kind: ``"action"`` or ``"observation"``, for the error message.
         space: The space.
 
     Raises:
-        ConfigurationError: The space is not a Box, or has a component without bounds.
+        ConfigurationError: The space is not a Box or has an unbounded component.
     """
     if not isinstance(space, gym.spaces.Box):
         raise IncompatibleSpaceError(

@@ -1,4 +1,4 @@
-"""Scales actions to [−1, 1] for any environment with a bounded Box action space."""
+"""Normalizes actions to [−1, 1] for any environment with a bounded Box action space."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from frobs_core.wrappers.bounds import finite_bounds
 
 
 class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArray[Any]], RecordConstructorArgs):
-    """Lets the agent act in [−1, 1] and rescales its actions to the bounds of the environment.
+    """Wrapper that accepts actions in [−1, 1] and rescales them to the bounds of the environment's action space.
 
     Args:
-        env: The environment. Its own action space does not change.
-        clip: Whether to clip actions to [−1, 1]; otherwise, actions outside are rescaled too.
+        env: The environment to wrap, whose own action space does not change.
+        clip: Whether to clip actions to [−1, 1]. If False, actions outside of this range are also rescaled.
 
     Raises:
-        ConfigurationError: The action space is not a Box, or has a component without bounds.
+        ConfigurationError: The action space is not a Box or has an unbounded component.
     """
 
     def __init__(self, env: gym.Env[Any, npt.NDArray[Any]], clip: bool = False) -> None:
@@ -35,17 +35,17 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
         self.action_space = gym.spaces.Box(-1.0, 1.0, self._middle.shape, np.float32)
 
     def action(self, action: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the action for the wrapped environment."""
+        """Return the rescaled action for the wrapped environment."""
         return self.rescale_action(action)
 
     def rescale_action(self, scaled_action: npt.ArrayLike) -> npt.NDArray[Any]:
-        """Rescale from [−1, 1] to [low, high]: low + 0.5 · (a + 1) · (high − low).
+        """Rescale an action from [−1, 1] to [low, high]: low + 0.5 · (a + 1) · (high − low).
 
         Args:
-            scaled_action: Array in the action space's shape.
+            scaled_action: Array with the shape of the action space.
 
         Returns:
-            Array of the same shape, in the dtype of the environment's own action space.
+            Array of the same shape, with the dtype of the environment's action space.
 
         Raises:
             InvalidActionError: The shape is wrong.

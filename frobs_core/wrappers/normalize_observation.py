@@ -1,4 +1,4 @@
-"""Scales observations to [−1, 1] for any environment with a bounded Box observation space."""
+"""Normalizes observations to [−1, 1] for any environment with a bounded Box observation space."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_core.wrappers.bounds import finite_bounds
 class NormalizeObservationWrapper(
     gym.ObservationWrapper[npt.NDArray[np.float32], Any, npt.NDArray[Any]], RecordConstructorArgs
 ):
-    """Scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
+    """Wrapper that scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
 
     Args:
-        env: The environment. Its own observation space does not change.
+        env: The environment to wrap, whose own observation space does not change.
         clip: Whether to clip observations outside the environment's bounds to [−1, 1].
 
     Raises:
-        ConfigurationError: The observation space is not a Box, or has a component without bounds.
+        ConfigurationError: The observation space is not a Box or has an unbounded component.
     """
 
     def __init__(self, env: gym.Env[npt.NDArray[Any], Any], clip: bool = False) -> None:
@@ -41,10 +41,10 @@ class NormalizeObservationWrapper(
         return self.scale_observation(observation)
 
     def scale_observation(self, observation: npt.ArrayLike) -> npt.NDArray[np.float32]:
-        """Scale from [low, high] to [−1, 1].
+        """Scale an observation from [low, high] to [−1, 1].
 
         Args:
-            observation: Array in the observation space's shape.
+            observation: Array with the shape of the observation space.
 
         Returns:
             Array of the same shape, float32.

@@ -12,16 +12,17 @@ from frobs_core.errors import ParameterValueError, ResetNeededError
 
 
 class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
-    """Truncates an episode after a number of steps.
+    """Wrapper that truncates an episode after a number of steps.
 
-    The info of an episode's last step contains ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0). The
-    latter is the environment's own value, even in the very last step, or 0.0 if the environment does not report it.
+    The info of an episode's last step contains ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0).
+    ``is_success`` is the environment's own value, even if the limit is reached in the same step, or 0.0 if the
+    environment does not report success.
 
     Args:
         env: The environment.
-        max_steps: Steps per episode, ≥ 1.
-        legacy: Whether to behave like FRobs_RL: the limit also sets ``terminated``, so an agent learns that the last
-            state has no value.
+        max_steps: Maximum number of steps per episode, ≥ 1.
+        legacy: Whether to behave like FRobs_RL, where the limit also sets ``terminated``, so an agent learns that the
+            last state has no value.
 
     Raises:
         ConfigurationError: ``max_steps`` is not a whole number ≥ 1.
@@ -42,7 +43,7 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         return self.env.reset(seed=seed, options=options)
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Step, and truncate at the limit.
+        """Take a step, and truncate the episode at the limit.
 
         Raises:
             ResetNeededError: ``reset`` has not been called yet.

@@ -13,11 +13,11 @@ from frobs_algos_sb3.settings import Fraction, Schedule
 
 
 class A2CConfig(OnPolicyConfig):
-    """Settings of A2C; the defaults are those of stable-baselines3.
+    """Settings of A2C, with the defaults of stable-baselines3.
 
     Attributes:
-        use_rms_prop: Whether the optimizer is RMSprop, unless ``policy_kwargs`` names another one.
-        rms_prop_eps: Constant that is added to RMSprop's denominator.
+        use_rms_prop: Whether to use the RMSprop optimizer, unless ``policy_kwargs`` specifies another optimizer.
+        rms_prop_eps: Constant added to RMSprop's denominator.
     """
 
     learning_rate: Schedule = 7e-4
@@ -29,7 +29,7 @@ class A2CConfig(OnPolicyConfig):
 
 
 class A2C(SB3Algorithm):
-    """Advantage actor-critic, synchronous (Mnih et al. 2016)."""
+    """Synchronous advantage actor-critic (Mnih et al. 2016)."""
 
     name: ClassVar[str] = "a2c"
     config_model: ClassVar[type[SB3Config]] = A2CConfig

@@ -1,4 +1,4 @@
-"""The base class of all algorithms of stable-baselines3."""
+"""The base class of all algorithms from stable-baselines3."""
 
 from __future__ import annotations
 
@@ -35,22 +35,23 @@ _FIXED = (
     *("policy_kwargs", "scale_observation", "normalize_observation", "normalize_reward", "use_sde"),
     *("buffer_size", "replay_buffer", "optimize_memory_usage", "n_steps"),
 )
-"""Settings on which networks, optimizers or buffers depend, so that they cannot change during training."""
+"""Settings that cannot change during training, because networks, optimizers or buffers depend on them."""
 
 FORMAT = 2
 """Version of the file format that :meth:`SB3Algorithm.save` writes."""
 
 
 class SB3Algorithm(Algorithm):
-    """Base class; a subclass sets the model's class and its settings.
+    """Base class of all algorithms, whose subclasses set ``model_class`` and ``config_model``.
 
     Attributes:
         name: Name in the algorithm's record.
-        config_model: Model of the accepted settings.
-        model_class: Class in stable-baselines3.
-        model: Instance of that class.
-        venv: The environment as stable-baselines3 sees it, before normalization.
-        normalizer: Wrapper that normalizes observations and rewards; None: the settings request no normalization.
+        config_model: Pydantic model of the accepted settings.
+        model_class: Class of the model in stable-baselines3.
+        model: Instance of ``model_class``.
+        venv: Environment adapted to stable-baselines3, before normalization.
+        normalizer: Wrapper that normalizes observations and rewards, or None if the settings do not request
+            normalization.
     """
 
     name: ClassVar[str]
@@ -72,11 +73,11 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Validate settings and add the defaults."""
+        """Return validated settings with all defaults added."""
         return cls._settings(config).model_dump(mode="json")
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until ``steps`` environment steps were taken."""
+        """Train until the total number of environment steps reaches ``steps``."""
         if not self.venv.can_step:
             raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
         left = steps - self.model.num_timesteps
@@ -125,7 +126,7 @@ class SB3Algorithm(Algorithm):
             self._restore_draws(training)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write the policy, and everything that is needed to continue training."""
+        """Save the policy, and all data that is needed to continue training."""
         at_start = self._callback is not None and self._callback.at_start
         pause = self._pause or state.Pause(self._draws(), at_start)
         self._write_policy(folder, pause.at_start)
@@ -137,14 +138,14 @@ class SB3Algorithm(Algorithm):
             replay.write(buffer, folder / "replay", None if previous is None else previous / "replay")
 
     def save_policy(self, folder: Path) -> None:
-        """Write the policy only: ``algorithm.json``, the networks and the normalizer."""
+        """Save only the policy: ``algorithm.json``, the networks and the normalizer."""
         self._write_policy(folder, at_start=False)
 
     def forget_episodes(self) -> None:
         """Discard data about unfinished episodes, so that training begins with a reset."""
         self.model._last_obs = None
         truncate = getattr(getattr(self.model, "replay_buffer", None), "truncate_last_trajectory", None)
-        if truncate is not None:  # hindsight replay: end its unfinished episodes here
+        if truncate is not None:  # end the unfinished episodes of hindsight replay
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 truncate()
@@ -171,12 +172,12 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read a folder that :meth:`save` wrote; with an environment, training can continue."""
+        """Load an algorithm from a folder that :meth:`save` wrote. With an environment, training can continue."""
         return cls._load(folder, env, None)
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Read a folder that :meth:`save` wrote, to continue with other settings for the same networks."""
+        """Load an algorithm from a folder that :meth:`save` wrote, with other settings for the same networks."""
         return cls._load(folder, env, config)
 
     @classmethod
@@ -206,7 +207,7 @@ class SB3Algorithm(Algorithm):
         return algorithm
 
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods that ``frobs bench ID --training`` times, by part of a training run."""
+        """Return the methods of each part of a training run, to be timed by ``frobs bench ID --training``."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy
@@ -220,7 +221,7 @@ class SB3Algorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # deferred: importing the tracer is slow
+        from frobs_algos_sb3.onnx import export_graph  # imported here because importing the tracer is slow
 
         return export_graph(self._policy_graph, self.model.device)
 
@@ -254,7 +255,7 @@ class SB3Algorithm(Algorithm):
                 clip_reward=config.clip_reward,
                 gamma=config.gamma,
             )
-        # Do not pass the seed to the model: the model would also seed the environment with it.
+        # Do not pass the seed to the model, because the model would also seed the environment.
         set_random_seed(seed, using_cuda=config.device != "cpu")
         self.action_space.seed(seed)
         self._env = self.normalizer or adapted
@@ -275,7 +276,7 @@ class SB3Algorithm(Algorithm):
         th.set_num_threads(config.torch_threads)
 
     def _model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the model's class, except policy and environment."""
+        """Return the keyword arguments of the model's class, except for the policy and the environment."""
         kwargs = self._config.model_kwargs()
         if self._scale is not None and self._config.policy_kwargs.features_extractor_class in (
             None,
@@ -288,7 +289,7 @@ class SB3Algorithm(Algorithm):
         return kwargs
 
     def _seen(self, observation: Observation) -> Observation:
-        """Convert observations of the environment to those that the policy receives."""
+        """Convert the environment's observations to the observations that the policy receives."""
         return observation if self.normalizer is None else self.normalizer.normalize_obs(observation)
 
     def _draws(self) -> state.Arrays:
@@ -302,18 +303,18 @@ class SB3Algorithm(Algorithm):
         storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
 
     def _read_networks(self, folder: Path) -> None:
-        """Load the weights, or raise CheckpointError if the file is damaged or does not fit."""
+        """Load the weights, or raise CheckpointError if the file is damaged or does not match the settings."""
         try:
             self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
         except RuntimeError as error:
             raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
 
     def _write_learning(self, folder: Path) -> None:
-        """Write the optimizers, and learned values that are not part of the policy."""
+        """Write the states of the optimizers, and learned values that are not part of the policy."""
         storage.write_tensors(folder / "optimizers.pt", state.learning(self.model))
 
     def _read_learning(self, folder: Path) -> None:
-        """Load the optimizers, or raise CheckpointError if the file is damaged or does not fit."""
+        """Load the optimizers, or raise CheckpointError if the file is damaged or does not match the settings."""
         try:
             state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
         except (RuntimeError, ValueError) as error:
@@ -348,7 +349,7 @@ class SB3Algorithm(Algorithm):
                 replay.read(buffer, folder / "replay")
 
     def _begin(self) -> None:
-        """Restore the random state when training starts, after everything that uses random numbers was built."""
+        """Restore the random state when training starts, after all objects that draw random numbers were built."""
         if self._pause is not None:
             self._restore_draws(self._pause.arrays)
             self._pause = None

@@ -1,4 +1,4 @@
-"""Reports the progress of training to the monitor of a run."""
+"""Reports training progress to the run's monitor."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from frobs_core.interfaces import TrainingMonitor
 
 
 class Stopped(Exception):  # noqa: N818  # not an error: the monitor ended training
-    """Ends ``learn`` at the start of a rollout, where the algorithm could continue exactly."""
+    """Raised to end ``learn`` at the start of a rollout, from which training could continue exactly."""
 
 
 class MonitorCallback(BaseCallback):
-    """Reports to the monitor at the start of each rollout, the only moment at which a model can be saved exactly.
+    """Callback that reports to the monitor at the start of each rollout.
+
+    Exact continuation is only possible from a model that was saved at the start of a rollout.
 
     Args:
         name: Name of the algorithm.
         monitor: The monitor of the run.
-        begin: Called once at the start of the first rollout, before any random number is drawn.
+        begin: Function that is called once, at the start of the first rollout, before any random number is drawn.
         save: The ``save`` method of the algorithm.
 
     Attributes:
@@ -60,7 +62,7 @@ class MonitorCallback(BaseCallback):
         return True
 
     def report(self) -> bool:
-        """Report the metrics since the last call; return whether to continue."""
+        """Report the metrics since the last call, and return whether to continue."""
         self._reported = self.model.num_timesteps
         values = self.model.logger.name_to_value
         metrics = {f"{self._name}/{key.partition('/')[2]}": float(value) for key, value in values.items()}

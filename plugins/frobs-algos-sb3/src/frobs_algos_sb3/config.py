@@ -1,4 +1,4 @@
-"""Settings that the algorithms of stable-baselines3 share."""
+"""Settings shared by the algorithms of stable-baselines3."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ class SB3Config(Settings):
 
     Attributes:
         learning_rate: Learning rate of every optimizer.
-        gamma: Discount per control step.
+        gamma: Discount factor per control step.
         policy_kwargs: Settings of the networks.
-        scale_observation: Whether to multiply observations by the task's suggested factors, if it suggests any and
-            observations are not normalized.
-        normalize_observation: Whether to normalize observations by their running mean and deviation.
-        normalize_reward: Whether to divide rewards by the running deviation of the discounted return.
-        clip_observation: Limit of the absolute values of normalized observations.
-        clip_reward: Limit of the absolute values of normalized rewards.
-        torch_threads: Number of threads of PyTorch, and of JAX for the algorithms of sbx. One is fastest for small
-            networks and does not compete with the simulator.
+        scale_observation: Whether to multiply observations by the scale factors that the task suggests, if any, unless
+            observations are normalized.
+        normalize_observation: Whether to normalize observations by their running mean and standard deviation.
+        normalize_reward: Whether to divide rewards by the running standard deviation of the discounted return.
+        clip_observation: Maximum absolute value of normalized observations.
+        clip_reward: Maximum absolute value of normalized rewards.
+        torch_threads: Number of threads for PyTorch, and for JAX in the algorithms of sbx. One thread is fastest for
+            small networks and does not compete with the simulator.
         device: Device of the networks: ``cpu``, ``cuda``, …
     """
 
@@ -40,7 +40,7 @@ class SB3Config(Settings):
     device: str = "cpu"
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the algorithm's class in stable-baselines3."""
+        """Return the keyword arguments of the algorithm's class in stable-baselines3."""
         return {key: value for key, value in self.model_dump().items() if key not in _OURS} | {
             "learning_rate": schedule(self.learning_rate),
             "policy_kwargs": self.policy_kwargs.to_kwargs(),
@@ -61,14 +61,15 @@ class OnPolicyConfig(SB3Config):
     """Settings that every on-policy algorithm accepts.
 
     Attributes:
-        n_steps: Steps of each environment per iteration.
-        gae_lambda: Weight between one-step advantages (0) and whole returns (1).
+        n_steps: Number of steps that each environment takes per iteration.
+        gae_lambda: Trade-off between one-step advantages (0) and full returns (1).
         normalize_advantage: Whether to normalize the advantages of each batch.
         ent_coef: Weight of the entropy in the loss.
         vf_coef: Weight of the value loss.
-        max_grad_norm: Norm to which gradients are clipped.
+        max_grad_norm: Maximum norm of the gradients.
         use_sde: Whether to use state-dependent exploration (gSDE).
-        sde_sample_freq: Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration.
+        sde_sample_freq: Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start
+            of an iteration.
         policy_kwargs: Settings of the networks.
     """
 

@@ -1,4 +1,4 @@
-"""CrossQ: batch normalization instead of target networks."""
+"""CrossQ, which uses batch normalization instead of target networks."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from frobs_core.errors import IncompatibleSpaceError
 
 
 class CrossQConfig(EntropyConfig, OffPolicyConfig):
-    """Settings of CrossQ; the defaults are those of sb3-contrib.
+    """Settings of CrossQ, with the defaults of sb3-contrib.
 
     Attributes:
-        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
-        action_noise: Noise that is added to actions during data collection; None: no noise.
+        policy_delay: Number of critic gradient steps per actor gradient step.
+        action_noise: Noise that is added to actions during data collection, or None for no noise.
         policy_kwargs: Settings of the networks.
     """
 

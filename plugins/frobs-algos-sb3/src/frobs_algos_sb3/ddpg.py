@@ -13,7 +13,7 @@ from frobs_algos_sb3.settings import Schedule
 
 
 class DDPGConfig(ContinuousConfig):
-    """Settings of DDPG; the defaults are those of stable-baselines3."""
+    """Settings of DDPG, with the defaults of stable-baselines3."""
 
     learning_rate: Schedule = 1e-3
     policy_kwargs: DeterministicConfig = DeterministicConfig(n_critics=1)

@@ -14,15 +14,15 @@ from frobs_algos_sb3.settings import Fraction, Schedule
 
 
 class DQNConfig(OffPolicyConfig):
-    """Settings of DQN; the defaults are those of stable-baselines3.
+    """Settings of DQN, with the defaults of stable-baselines3.
 
     Attributes:
-        tau: Share of the new weights in an update of the target network.
-        target_update_interval: Steps, over all environments, between updates of the target network.
+        tau: Interpolation factor for updates of the target network, where 1 copies the new weights.
+        target_update_interval: Number of steps, over all environments, between updates of the target network.
         exploration_fraction: Fraction of the training steps during which the probability of random actions decreases.
         exploration_initial_eps: Probability of a random action at the start.
-        exploration_final_eps: Probability of a random action after that.
-        max_grad_norm: Norm to which gradients are clipped.
+        exploration_final_eps: Probability of a random action after the decrease.
+        max_grad_norm: Maximum norm of the gradients.
         policy_kwargs: Settings of the network.
     """
 

@@ -10,7 +10,7 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 
 class ScaledFlattenExtractor(FlattenExtractor):
-    """Multiplies a flat observation, (k,), by k constants, which are saved with the policy."""
+    """Features extractor that multiplies a flat observation, (k,), by k constants, which are saved with the policy."""
 
     def __init__(self, observation_space: gym.Space[th.Tensor], scale: Sequence[float]) -> None:
         super().__init__(observation_space)

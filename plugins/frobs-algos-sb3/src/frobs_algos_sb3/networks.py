@@ -33,11 +33,12 @@ class NetworkConfig(Settings):
     Attributes:
         net_arch: Widths of the hidden layers.
         activation_fn: Activation function between the layers.
-        features_extractor_class: Features extractor in front of the layers; None: the default for the observation
-            space.
+        features_extractor_class: Features extractor in front of the layers, or None for the observation space's
+            default.
         normalize_images: Whether to divide pixels by 255.
-        optimizer_class: PyTorch's name of the optimizer; None: the default of stable-baselines3, usually Adam.
-        optimizer_kwargs: Other settings of the optimizer: ``eps``, ``weight_decay``, ``betas``, …; None: the defaults.
+        optimizer_class: PyTorch's name of the optimizer, or None for stable-baselines3's default, usually Adam.
+        optimizer_kwargs: Other settings of the optimizer (``eps``, ``weight_decay``, ``betas``, …), or None for the
+            defaults.
     """
 
     net_arch: Any = None
@@ -48,7 +49,7 @@ class NetworkConfig(Settings):
     optimizer_kwargs: dict[str, bool | float | list[float]] | None = None
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of stable-baselines3."""
+        """Return ``policy_kwargs`` for stable-baselines3."""
         from stable_baselines3.common import torch_layers
         from torch import nn, optim
 
@@ -65,15 +66,15 @@ class ActorCriticConfig(NetworkConfig):
     """Settings of the networks of an on-policy algorithm.
 
     Attributes:
-        net_arch: Widths of the hidden layers, for both networks or as a mapping (``pi``, ``vf``).
+        net_arch: Widths of the hidden layers: a list for both networks, or a mapping with the keys ``pi`` and ``vf``.
         activation_fn: Activation function between the layers.
-        share_features_extractor: Whether actor and critic share the features extractor.
+        share_features_extractor: Whether the actor and the critic share the features extractor.
         ortho_init: Whether the initial weights are orthogonal matrices.
         log_std_init: Logarithm of the initial standard deviation of the actions.
-        full_std: With state-dependent exploration: one deviation per pair of feature and action instead of one per
-            feature.
-        use_expln: With state-dependent exploration: limit the growth of deviations.
-        squash_output: With state-dependent exploration: apply tanh to the actions.
+        full_std: Whether state-dependent exploration uses one standard deviation per pair of feature and action,
+            instead of one per feature.
+        use_expln: Whether to limit the growth of standard deviations in state-dependent exploration.
+        squash_output: Whether to apply tanh to the actions in state-dependent exploration.
     """
 
     net_arch: Widths | dict[Literal["pi", "vf"], Widths] = Field(default=[64, 64])
@@ -92,7 +93,7 @@ class RecurrentActorCriticConfig(ActorCriticConfig):
     Attributes:
         lstm_hidden_size: Width of the recurrent layers.
         n_lstm_layers: Number of recurrent layers.
-        shared_lstm: Whether the critic uses the actor's recurrent layers; requires ``enable_critic_lstm: false``.
+        shared_lstm: Whether the critic uses the actor's recurrent layers, which requires ``enable_critic_lstm: false``.
         enable_critic_lstm: Whether the critic has its own recurrent layers.
     """
 
@@ -118,9 +119,9 @@ class DeterministicConfig(NetworkConfig):
     """Settings of the networks of DDPG and TD3.
 
     Attributes:
-        net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
+        net_arch: Widths of the hidden layers: a list for all networks, or a mapping with the keys ``pi`` and ``qf``.
         n_critics: Number of critics.
-        share_features_extractor: Whether actor and critics share the features extractor.
+        share_features_extractor: Whether the actor and the critics share the features extractor.
     """
 
     net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[400, 300])
@@ -132,9 +133,9 @@ class SquashedGaussianConfig(DeterministicConfig):
     """Settings of the networks of SAC.
 
     Attributes:
-        log_std_init: With state-dependent exploration: logarithm of the initial standard deviation.
-        use_expln: With state-dependent exploration: limit the growth of deviations.
-        clip_mean: With state-dependent exploration: limit of the absolute mean of the actions before tanh.
+        log_std_init: Logarithm of the initial standard deviation in state-dependent exploration.
+        use_expln: Whether to limit the growth of standard deviations in state-dependent exploration.
+        clip_mean: Maximum absolute mean of the actions before tanh, in state-dependent exploration.
     """
 
     net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=[256, 256])
@@ -147,7 +148,7 @@ class QuantileConfig(SquashedGaussianConfig):
     """Settings of the networks of TQC.
 
     Attributes:
-        n_quantiles: Number of quantiles of the return per critic.
+        n_quantiles: Number of return quantiles per critic.
     """
 
     n_quantiles: PositiveInt = 25
@@ -157,11 +158,11 @@ class BatchNormConfig(SquashedGaussianConfig):
     """Settings of the networks of CrossQ.
 
     Attributes:
-        net_arch: Widths of the hidden layers, for all networks or as a mapping (``pi``, ``qf``).
+        net_arch: Widths of the hidden layers: a list for all networks, or a mapping with the keys ``pi`` and ``qf``.
         batch_norm: Whether to normalize the inputs of the layers.
-        batch_norm_momentum: Share of the new batch in an update of the running statistics.
-        batch_norm_eps: Constant that is added to variances.
-        renorm_warmup_steps: Gradient steps before the running statistics are used.
+        batch_norm_momentum: Weight of the new batch in updates of the running statistics.
+        batch_norm_eps: Constant added to variances.
+        renorm_warmup_steps: Number of gradient steps before the running statistics are used.
     """
 
     net_arch: Widths | dict[Literal["pi", "qf"], Widths] = Field(default=_CROSSQ)

@@ -23,12 +23,12 @@ class ActionNoiseConfig(Settings):
     """Settings of the noise on actions, which are scaled to [−1, 1].
 
     Attributes:
-        type: ``normal``: independent in each step; ``ornstein_uhlenbeck``: correlated in time, and reset in each
-            episode.
-        mean: Mean, one for all action components or one per component.
-        sigma: Standard deviation, one for all action components or one per component.
-        theta: Rate at which ``ornstein_uhlenbeck`` returns to the mean.
-        dt: Time step of ``ornstein_uhlenbeck``.
+        type: ``normal`` for noise that is independent in each step, or ``ornstein_uhlenbeck`` for noise that is
+            correlated in time and reset in each episode.
+        mean: Mean of the noise: one number for all action components, or one per component.
+        sigma: Standard deviation of the noise: one number for all action components, or one per component.
+        theta: Rate at which ``ornstein_uhlenbeck`` noise returns to the mean.
+        dt: Time step of ``ornstein_uhlenbeck`` noise.
     """
 
     type: Literal["normal", "ornstein_uhlenbeck"] = "normal"
@@ -60,7 +60,7 @@ class ActionNoiseConfig(Settings):
 
 
 class BatchedNormal(VectorizedActionNoise):
-    """Normal noise for all environments in one draw; mean and deviation are (k,)."""
+    """Normal noise for all environments in one draw, with a mean and a standard deviation of the shape (k,)."""
 
     def __init__(self, base_noise: ActionNoise, n_envs: int, mean: Floats, sigma: Floats) -> None:
         super().__init__(base_noise, n_envs)
@@ -72,7 +72,7 @@ class BatchedNormal(VectorizedActionNoise):
         return drawn.astype(np.float32)
 
     def reset(self, indices: Iterable[int] | None = None) -> None:
-        """Do nothing: the noise has no state."""
+        """Do nothing, because the noise has no state."""
 
 
 def noise_state(noise: ActionNoise | None) -> Floats | None:

@@ -1,4 +1,4 @@
-"""Settings, action noise and replay buffer that the off-policy algorithms share."""
+"""Settings, action noise and replay buffer shared by the off-policy algorithms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class TrainFrequency(Settings):
 
     Attributes:
         frequency: Number of steps or episodes.
-        unit: ``step``: steps of every environment; ``episode``: episodes, only with one environment.
+        unit: ``step`` for steps of every environment, or ``episode`` for episodes, which requires a single environment.
     """
 
     frequency: PositiveInt = 1
@@ -36,12 +36,13 @@ class ReplayBufferConfig(Settings):
     """Settings of the replay buffer.
 
     Attributes:
-        type: ``standard``, or ``her``: hindsight replay, for goal-conditioned environments; None: hindsight replay if
-            the environment can compute the reward of another goal.
-        handle_timeout_termination: Whether to bootstrap the final value of episodes that a time limit ends.
-        n_sampled_goal: With hindsight replay: number of steps with another goal per step with the original goal.
-        goal_selection_strategy: With hindsight replay: which goals of the episode are used: later ones, the last, or
-            any.
+        type: ``standard``, or ``her`` for hindsight replay in goal-conditioned environments. If None, hindsight replay
+            is used if the environment can compute the rewards for other goals.
+        handle_timeout_termination: Whether to bootstrap the final value of episodes that end because of a time limit.
+        n_sampled_goal: In hindsight replay, the number of steps with a substituted goal per step with the original
+            goal.
+        goal_selection_strategy: Goals of the episode that hindsight replay uses: later goals (``future``), the last
+            goal (``final``) or any goal (``episode``).
     """
 
     type: Literal["standard", "her"] | None = None
@@ -54,15 +55,15 @@ class OffPolicyConfig(SB3Config):
     """Settings that every off-policy algorithm accepts.
 
     Attributes:
-        buffer_size: Number of steps that the replay buffer holds, over all environments.
-        learning_starts: Steps with random actions before learning, over all environments. With hindsight replay,
-            learning never starts before the first episodes can have ended.
-        batch_size: Steps per gradient step.
-        train_freq: Steps of every environment between two rounds of learning, or ``{frequency, unit}``.
-        gradient_steps: Gradient steps per round of learning; −1: as many as steps were collected, over all
-            environments.
-        n_steps: Number of rewards that are summed before the value of the next state is added.
-        optimize_memory_usage: Whether to store each observation only once; requires ``handle_timeout_termination:
+        buffer_size: Capacity of the replay buffer, in steps over all environments.
+        learning_starts: Number of steps with random actions before learning starts, over all environments. With
+            hindsight replay, learning never starts before the first episodes have ended.
+        batch_size: Number of samples per gradient step.
+        train_freq: Number of steps of every environment between two rounds of learning, or ``{frequency, unit}``.
+        gradient_steps: Number of gradient steps per round of learning, or −1 for one gradient step per collected step,
+            over all environments.
+        n_steps: Number of rewards that are summed before the value of the following state is added.
+        optimize_memory_usage: Whether to store each observation only once, which requires ``handle_timeout_termination:
             false``.
         replay_buffer: Settings of the replay buffer.
     """
@@ -83,7 +84,7 @@ class OffPolicyConfig(SB3Config):
         return self
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the algorithm's class in stable-baselines3, except noise and replay buffer."""
+        """Return the keyword arguments of the algorithm's class, except for noise and the replay buffer."""
         kwargs = super().model_kwargs()
         del kwargs["replay_buffer"]
         kwargs.pop("action_noise", None)
@@ -96,8 +97,8 @@ class ContinuousConfig(OffPolicyConfig):
     """Settings that the off-policy algorithms with continuous actions accept.
 
     Attributes:
-        tau: Share of the new weights in an update of the target networks.
-        action_noise: Noise that is added to actions during data collection; None: no noise.
+        tau: Interpolation factor for updates of the target networks, where 1 copies the new weights.
+        action_noise: Noise that is added to actions during data collection, or None for no noise.
         policy_kwargs: Settings of the networks.
     """
 
@@ -111,7 +112,8 @@ class ExploringConfig(Settings):
 
     Attributes:
         use_sde: Whether to use gSDE.
-        sde_sample_freq: Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration.
+        sde_sample_freq: Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start
+            of an iteration.
         use_sde_at_warmup: Whether to use gSDE instead of random actions before learning starts.
     """
 
@@ -144,7 +146,7 @@ class OffPolicy(SB3Algorithm):
             }
             kwargs["learning_starts"] = max(kwargs["learning_starts"], self._first_episodes())
         with warnings.catch_warnings():
-            # There are more environments than steps between target updates. One update per step is the maximum.
+            # With more environments than steps between target updates, the target is updated in every step.
             warnings.filterwarnings("ignore", "The number of environments used is greater than the target")
             return super()._make_model(policy, **kwargs)  # type: ignore[return-value]
 
@@ -180,11 +182,11 @@ class OffPolicy(SB3Algorithm):
         return possible and chosen != "standard"
 
     def _first_episodes(self) -> int:
-        """Return after how many steps, over all environments, the first episodes have ended; 0: unknown."""
+        """Return the number of steps, over all environments, until the first episodes have ended, or 0 if unknown."""
         longest = self.venv.max_episode_steps
         if longest is None:
             return 0
-        # An episode can be sampled from its end until its first step is overwritten.
+        # An episode can be sampled after it has ended, until its first step is overwritten.
         if self._config.buffer_size // self.venv.num_envs < 2 * longest:
             raise ParameterValueError(
                 "buffer_size",

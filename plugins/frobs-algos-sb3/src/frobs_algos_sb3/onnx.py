@@ -1,4 +1,4 @@
-"""Export policies of stable-baselines3 as ONNX graphs, from the raw observation to the environment's action."""
+"""Exports stable-baselines3's policies as ONNX graphs that map the raw observation to the environment's action."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     import onnx
 
 OPSET = 18
-"""Version of ONNX's operator set: supported by runtimes on robots, and with all operators that are needed here."""
+"""Version of ONNX's operator set, which runtimes on robots support and which contains all required operators."""
 
 _NEEDED = ("onnx", "onnxscript")
-_BATCH = 2  # batch size of the example; the tracer treats 0 and 1 specially
+_BATCH = 2  # batch size of the example, neither 0 nor 1 because the tracer treats these specially
 
 
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
-    """Return the graph of a model's deterministic policy; the same model yields the same bytes.
+    """Return the graph of a model's deterministic policy. The same model always yields the same bytes.
 
-    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. Of the model, only the
-    training mode changes.
+    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. The export changes only the
+    training mode of the model.
 
     Args:
         model: The model.
@@ -47,7 +47,7 @@ def export_graph(build: Callable[[], PolicyGraph], device: th.device | None = No
 
     Args:
         build: Function that returns the policy as a module.
-        device: Device to which the networks return afterwards; None: CPU.
+        device: Device to which the networks are moved after the export, or None for the CPU.
 
     Raises:
         MissingDependencyError: ONNX is not installed.
@@ -73,7 +73,7 @@ def policy_graph(model: BaseAlgorithm, normalizer: VecNormalize | None, space: s
 def observation_inputs(
     model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]
 ) -> dict[str, ObservationInput]:
-    """Return the preprocessing of each part of the observation by its key; ``""`` if the observation is one array."""
+    """Return the preprocessing of each part of the observation by key. The key of a single array is ``""``."""
     seen = model.policy.observation_space
     if isinstance(space, spaces.Dict):
         assert isinstance(seen, spaces.Dict)
@@ -90,7 +90,7 @@ def _trace(graph: PolicyGraph) -> onnx.ModelProto:
             tuple(examples.values()),
             input_names=list(examples),
             output_names=graph.output_names(),
-            # The graph takes *args. The tracer sees them as one argument: a tuple with a shape for each member.
+            # The graph accepts *args, which the tracer sees as one argument: a tuple with a shape for each member.
             dynamic_shapes=(tuple({0: batch} for _ in examples),),
             opset_version=OPSET,
             dynamo=True,
@@ -103,7 +103,7 @@ def _trace(graph: PolicyGraph) -> onnx.ModelProto:
 
 
 def _clean(proto: onnx.ModelProto) -> bytes:
-    """Return the bytes of a graph, without the tracer's notes about the machine on which it ran."""
+    """Return the bytes of a graph, without the tracer's metadata about the machine."""
     import onnx
 
     for owner in (proto, proto.graph, *proto.graph.node, *proto.graph.input, *proto.graph.output):
@@ -119,7 +119,7 @@ def _clean(proto: onnx.ModelProto) -> bytes:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Suppress the tracer's messages about optional packages and deprecated Python."""
+    """Suppress the tracer's messages about optional packages and deprecated Python features."""
     logger = logging.getLogger("torch.onnx")
     others = [logger, logging.getLogger("onnxscript"), logging.getLogger("onnx_ir")]
     before = [(other, other.level) for other in others]

@@ -11,7 +11,7 @@ from frobs_core.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):
-    """Advances the state of an LSTM by one step; the state is zero at the start of an episode."""
+    """Module that advances the state of an LSTM by one step, where the state is zero at the start of an episode."""
 
     def __init__(self, lstm: nn.LSTM) -> None:
         super().__init__()
@@ -26,12 +26,12 @@ class LstmStep(nn.Module):
             self.recurrences.append(_linear(lstm, f"hh_l{layer}"))
 
     def forward(self, features: th.Tensor, hidden: th.Tensor, cell: th.Tensor, start: th.Tensor) -> Any:
-        """Return the output (batch, hidden_size), and the next hidden and cell state.
+        """Return the output, (batch, hidden_size), and the next hidden and cell states.
 
         Args:
-            features: (batch, …) inputs.
-            hidden: (batch, layers, hidden_size) hidden state.
-            cell: (batch, layers, hidden_size) cell state.
+            features: Inputs, (batch, …).
+            hidden: Hidden state, (batch, layers, hidden_size).
+            cell: Cell state, (batch, layers, hidden_size).
             start: (batch,) bool, True at the start of an episode.
         """
         kept = 1.0 - start.float()[:, None]
@@ -47,7 +47,7 @@ class LstmStep(nn.Module):
 
 
 def _linear(lstm: nn.LSTM, name: str) -> nn.Linear:
-    """Return the multiplication by one of the LSTM's matrices, and its bias, as a layer."""
+    """Return a linear layer with one of the LSTM's weight matrices and its bias."""
     weight = getattr(lstm, f"weight_{name}")
     layer = nn.Linear(weight.shape[1], weight.shape[0], bias=lstm.bias)
     layer.weight = weight

@@ -1,4 +1,4 @@
-"""Preprocessing of observations as part of the graph."""
+"""Preprocessing of observations as part of an ONNX graph."""
 
 from __future__ import annotations
 
@@ -25,16 +25,17 @@ _TYPES = {
 
 
 class ObservationInput(nn.Module):
-    """Normalizes one part of an observation and converts it to the floats that a network takes.
+    """Module that normalizes one part of an observation and converts it to the floats that a network accepts.
 
-    It repeats ``VecNormalize.normalize_obs``, ``obs_to_tensor`` and ``preprocess_obs`` of stable-baselines3 in the same
-    order and precision. Their own code cannot be traced, because it depends on values.
+    The module performs the operations of stable-baselines3's ``VecNormalize.normalize_obs``, ``obs_to_tensor`` and
+    ``preprocess_obs`` in the same order and precision. The original code cannot be traced, because it depends on
+    values.
 
     Args:
-        space: Space in the environment.
-        seen: Space that the policy sees: the same, or with the channels of an image first.
+        space: Space of this part in the environment.
+        seen: Space that the policy sees, which equals ``space`` or has the channels of an image first.
         normalizer: Normalizer of the observations, if any.
-        key: Key of the part; ``""`` if the observation is one array.
+        key: Key of the part, or ``""`` if the observation is a single array.
     """
 
     def __init__(
@@ -52,14 +53,14 @@ class ObservationInput(nn.Module):
             self.clip = float(normalizer.clip_obs)
 
     def example(self, batch: int) -> th.Tensor:
-        """Return an input of the right shape and type, (batch, …)."""
+        """Return an example input of the correct shape and type, (batch, …)."""
         dtype = self.space.dtype
         assert dtype is not None
         return th.zeros((batch, *(self.space.shape or ())), dtype=_TYPES[np.dtype(dtype)])
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
         """Return floats, (batch, …)."""
-        if self.normalized:  # double precision like NumPy: a mean may be large relative to its deviation
+        if self.normalized:  # in double precision, because a mean may be large relative to its deviation
             assert isinstance(self.mean, th.Tensor)
             assert isinstance(self.deviation, th.Tensor)
             scaled = (observation.double() - self.mean) / self.deviation
@@ -75,7 +76,7 @@ class ObservationInput(nn.Module):
 
 
 def one_hot(index: th.Tensor, n: int) -> th.Tensor:
-    """Return (batch, n) floats: 1 in the column whose number equals the row's index, else 0."""
+    """Return a one-hot encoding of the indices, (batch, n) floats."""
     return (index.long().unsqueeze(-1) == th.arange(n)).float()
 
 

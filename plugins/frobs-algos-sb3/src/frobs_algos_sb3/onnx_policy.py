@@ -17,10 +17,11 @@ from frobs_core.errors import PolicyExportError
 
 
 class PolicyGraph(nn.Module):
-    """A policy from observation to action.
+    """A policy that maps an observation to an action.
 
     Args:
-        network: Network from the preprocessed observation to the mode of the action or the scores of choices.
+        network: Network that maps the preprocessed observation to the mode of the action or to the scores of discrete
+            choices.
         inputs: Preprocessing of each part of the observation, by key.
         action_space: Action space of the environment.
         squashed: Whether the network's output is in [−1, 1] and must be scaled to the bounds of the action.
@@ -43,12 +44,12 @@ class PolicyGraph(nn.Module):
 
     @property
     def lstm(self) -> LstmStep | None:
-        """The LSTM step that updates the policy's state; None: the policy is not recurrent."""
+        """The LSTM step that updates the policy's state, or None if the policy is not recurrent."""
         found = getattr(self.network, "lstm", None)
         return found if isinstance(found, LstmStep) else None
 
     def examples(self, batch: int) -> dict[str, th.Tensor]:
-        """Return inputs with the right shapes and types, by name."""
+        """Return example inputs of the correct shapes and types, by name."""
         found: dict[str, th.Tensor] = {}
         for key, part in zip(self.keys, self.observation_inputs, strict=True):
             assert isinstance(part, ObservationInput)
@@ -89,7 +90,7 @@ class PolicyGraph(nn.Module):
 
 
 class ActorCritic(nn.Module):
-    """The mode of an on-policy policy: means, or the scores of choices."""
+    """The mode of an on-policy algorithm's policy: the means, or the scores of discrete choices."""
 
     def __init__(self, policy: ActorCriticPolicy) -> None:
         super().__init__()
@@ -122,7 +123,7 @@ class StochasticActor(nn.Module):
 
 
 class Features(nn.Module):
-    """A features extractor followed by a network: the actor of TD3, the values of DQN."""
+    """A features extractor followed by a network, such as TD3's actor or DQN's network of action values."""
 
     def __init__(self, features: nn.Module, network: nn.Module) -> None:
         super().__init__()
@@ -134,7 +135,7 @@ class Features(nn.Module):
 
 
 def network_of(model: BaseAlgorithm) -> nn.Module:
-    """Return the network that selects actions, found by the policy's parts; raise PolicyExportError if unknown."""
+    """Return the network that selects actions, or raise PolicyExportError if the policy's structure is unknown."""
     policy: Any = model.policy
     if isinstance(policy, ActorCriticPolicy):
         return ActorCritic(policy)

@@ -17,12 +17,12 @@ _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
 def _for_arms(**files: str) -> dict[str, str]:
-    """Return the files of manipulation tasks by ID; they are the same for all arms."""
+    """Return the tuned files of manipulation tasks by ID, which are the same for all arms."""
     return {f"{arm}{task}": file for task, file in files.items() for arm in _ARMS_WITH_GRIPPERS}
 
 
 def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **tuned: str) -> AlgorithmRecord:
-    """Return a record; ``tuned`` maps an ID without ``frobs/`` and ``-v0`` to a file in the folder ``tuned``."""
+    """Return a record. ``tuned`` maps IDs without ``frobs/`` and ``-v0`` to files in the folder ``tuned``."""
     return AlgorithmRecord(
         name=name,
         summary=summary,

@@ -16,14 +16,14 @@ from frobs_core.errors import ParameterValueError
 
 
 class PPOConfig(OnPolicyConfig):
-    """Settings of PPO; the defaults are those of stable-baselines3.
+    """Settings of PPO, with the defaults of stable-baselines3.
 
     Attributes:
-        batch_size: Steps per gradient step.
+        batch_size: Number of samples per gradient step.
         n_epochs: Number of passes over the steps of an iteration.
-        clip_range: Range around 1 in which the ratio of probabilities is not clipped.
-        clip_range_vf: Range to which the change of values is clipped; None: no clipping.
-        target_kl: Divergence at which the updates of an iteration end early; None: never.
+        clip_range: Half-width of the range around 1 in which the probability ratio is not clipped.
+        clip_range_vf: Maximum change of the predicted values, or None for no clipping.
+        target_kl: KL divergence at which the updates of an iteration end early, or None to perform all updates.
     """
 
     batch_size: Annotated[int, Field(ge=2)] = 64
@@ -33,7 +33,7 @@ class PPOConfig(OnPolicyConfig):
     target_kl: PositiveFloat | None = None
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of stable-baselines3's PPO."""
+        """Return the keyword arguments of stable-baselines3's PPO."""
         return super().model_kwargs() | {
             "clip_range": schedule(self.clip_range),
             "clip_range_vf": None if self.clip_range_vf is None else schedule(self.clip_range_vf),
@@ -52,5 +52,5 @@ class PPO(SB3Algorithm):
         if steps < 2:
             raise ParameterValueError("num_envs × n_steps", 1, "at least 2", f"algorithm '{self.name}'")
         with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "You have specified a mini-batch size")  # the last batch is just smaller
+            warnings.filterwarnings("ignore", "You have specified a mini-batch size")  # the last batch may be smaller
             return super()._make_model(policy, **kwargs)

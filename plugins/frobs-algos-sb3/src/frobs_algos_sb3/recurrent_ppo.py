@@ -13,7 +13,7 @@ from frobs_algos_sb3.ppo import PPO, PPOConfig
 
 
 class RecurrentPPOConfig(PPOConfig):
-    """Settings of recurrent PPO; the defaults are those of sb3-contrib."""
+    """Settings of recurrent PPO, with the defaults of sb3-contrib."""
 
     n_steps: PositiveInt = 128
     batch_size: Annotated[int, Field(ge=2)] = 128
@@ -21,7 +21,7 @@ class RecurrentPPOConfig(PPOConfig):
 
 
 class RecurrentPPO(PPO):
-    """PPO with recurrent layers; pass ``predict`` the state and the starts of episodes."""
+    """PPO with recurrent layers. Pass the state and the starts of episodes to ``predict``."""
 
     name: ClassVar[str] = "recurrent_ppo"
     config_model: ClassVar[type[SB3Config]] = RecurrentPPOConfig

@@ -1,4 +1,4 @@
-"""Replay buffers on disk, in blocks: unchanged blocks are not written again."""
+"""Replay buffers on disk, stored in blocks so that unchanged blocks need not be written again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BLOCK_STEPS = 16_384
 """Steps per block, over all environments."""
 
 BLOCK_BYTES = 2**25
-"""Maximum size of a block, which matters if steps are large, such as images."""
+"""Maximum size of a block, which applies if steps are large, for example because they contain images."""
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
@@ -27,7 +27,8 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> None:
     """Write a replay buffer into a new folder: ``index.json`` and one file per block.
 
-    Blocks that equal those in ``previous`` become hard links, or copies if the file system does not support links.
+    Blocks that have not changed since ``previous`` become hard links, or copies if the file system does not support
+    links.
     """
     folder.mkdir()
     arrays = _arrays(buffer)
@@ -53,7 +54,7 @@ def write(buffer: ReplayBuffer, folder: Path, previous: Path | None = None) -> N
 
 
 def read(buffer: ReplayBuffer, folder: Path) -> None:
-    """Fill a replay buffer block by block; raise CheckpointError if a file is damaged or does not fit."""
+    """Fill a replay buffer block by block, or raise CheckpointError if a file is damaged or does not match."""
     index_file = storage.read_json(folder / "index.json")
     arrays = _arrays(buffer)
     try:
@@ -80,7 +81,7 @@ def _arrays(buffer: ReplayBuffer) -> Arrays:
     if isinstance(buffer, HerReplayBuffer):
         names += ["ep_start", "ep_length"]
     for name in names:
-        value = getattr(buffer, name, None)  # with optimized memory usage there are no next observations
+        value = getattr(buffer, name, None)  # with optimized memory usage, there are no next observations
         if isinstance(value, dict):
             found |= {f"{name}/{key}": array for key, array in value.items()}
         elif value is not None:
@@ -122,7 +123,7 @@ def _known_blocks(previous: Path) -> dict[int, str]:
 
 
 def _link(source: Path, target: Path) -> bool:
-    """Make ``target`` a hard link to ``source`` or a copy; return whether this succeeded."""
+    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether this succeeded."""
     try:
         os.link(source, target)
     except OSError:

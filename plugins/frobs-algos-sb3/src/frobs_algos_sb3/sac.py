@@ -25,15 +25,17 @@ def _check_coefficient(value: float | str) -> float | str:
 
 
 EntropyCoefficient = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_coefficient)]
-"""A number, or ``"auto"``: learned, starting at 1; ``"auto_0.1"``: learned, starting at 0.1."""
+"""A fixed number, ``"auto"`` to learn the coefficient starting at 1, or ``"auto_0.1"`` to learn it starting at 0.1."""
 
 
 class EntropyConfig(ExploringConfig):
-    """Settings of the entropy of an off-policy algorithm.
+    """Entropy settings of an off-policy algorithm.
 
     Attributes:
-        ent_coef: Weight of the entropy; ``auto``: learned, starting at 1; ``auto_0.1``: learned, starting at 0.1.
-        target_entropy: Entropy for which the weight is learned; ``auto``: minus the number of action components.
+        ent_coef: Weight of the entropy: a fixed number, ``auto`` to learn the weight starting at 1, or ``auto_0.1`` to
+            learn it starting at 0.1.
+        target_entropy: Entropy that the learned weight should achieve, or ``auto`` for minus the number of action
+            components.
     """
 
     ent_coef: EntropyCoefficient = "auto"
@@ -41,10 +43,10 @@ class EntropyConfig(ExploringConfig):
 
 
 class SACConfig(EntropyConfig, ContinuousConfig):
-    """Settings of SAC; the defaults are those of stable-baselines3.
+    """Settings of SAC, with the defaults of stable-baselines3.
 
     Attributes:
-        target_update_interval: Gradient steps between updates of the target networks.
+        target_update_interval: Number of gradient steps between updates of the target networks.
     """
 
     target_update_interval: PositiveInt = 1

@@ -1,4 +1,4 @@
-"""Building blocks of settings: the base class, schedules, fractions."""
+"""Building blocks of settings: the base class, schedules and fractions."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def _check_schedule(value: float | str) -> float | str:
 
 
 Schedule = Annotated[float | str, Field(union_mode="left_to_right"), AfterValidator(_check_schedule)]
-"""A positive number, or ``"lin_3e-4"``: a number that decreases linearly to 0 during training."""
+"""A positive number, or text such as ``"lin_3e-4"`` for a number that decreases linearly to 0 during training."""
 
 Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 SampleFrequency = Annotated[int, Field(ge=-1)]
-"""Steps after which gSDE draws a new noise matrix; −1: only at the start of an iteration."""
+"""Number of steps after which gSDE draws a new noise matrix, or −1 to draw one only at the start of an iteration."""
 
 
 def schedule(value: float | str) -> float | Callable[[float], float]:
-    """Return a schedule for stable-baselines3: a number, or a function of the remaining progress, from 1 to 0."""
+    """Return a schedule for stable-baselines3: a number, or a function of the remaining progress (from 1 to 0)."""
     if isinstance(value, str):
         start = float(value.removeprefix("lin_"))
         return lambda remaining: start * remaining
@@ -43,6 +43,6 @@ def schedule(value: float | str) -> float | Callable[[float], float]:
 
 
 class Settings(BaseModel):
-    """Base class: frozen; unknown keys raise errors."""
+    """Base class of immutable settings that reject unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -12,7 +12,7 @@ from frobs_core.errors import CheckpointError, IncompatibleSpaceError
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
-    """Return a space as JSON, or raise IncompatibleSpaceError if no algorithm here supports its type."""
+    """Return a space as JSON, or raise IncompatibleSpaceError if the algorithms do not support its type."""
     dtype = None if space.dtype is None else np.dtype(space.dtype).name
     if isinstance(space, spaces.Box):
         return {"type": "Box", "low": space.low.tolist(), "high": space.high.tolist(), "dtype": dtype}
@@ -32,7 +32,7 @@ def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
-    """Return the space that :func:`space_to_json` described, or raise CheckpointError."""
+    """Convert the output of :func:`space_to_json` back to a space, or raise CheckpointError."""
     try:
         kind = data["type"]
         dtype: Any = np.dtype(data["dtype"]) if data.get("dtype") else None
@@ -52,7 +52,7 @@ def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
 
 
 def suggested_scale(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[float] | None:
-    """Return the factors for a flat observation that the observation terms suggest, or None."""
+    """Return the scale factors that the observation terms suggest for a flat observation, or None."""
     scale = getattr(getattr(env.unwrapped, "observations", None), "scale", None)
     if scale is None or np.shape(scale) != env.single_observation_space.shape:
         return None

@@ -1,4 +1,4 @@
-"""The state of a stable-baselines3 model other than its networks, as arrays and numbers."""
+"""The state of a stable-baselines3 model, except for its networks, as arrays and numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _COUNTERS = (
     "_current_progress_remaining",
     "exploration_rate",
 )
-"""Counters of a model; not every model has all of them."""
+"""Counters of a model. Not every model has all of these counters."""
 
 _LAST = ("_last_obs", "_last_original_obs", "_last_episode_starts")
 
@@ -73,7 +73,7 @@ class Pause:
     """State of all random number generators at the point where training continues."""
 
     arrays: Arrays  # generators, action noise, and matrices of state-dependent exploration
-    at_start: bool  # whether it was taken at the start of a rollout, after the matrices were drawn
+    at_start: bool  # whether this state is from the start of a rollout, after the matrices were drawn
 
 
 def draws(model: BaseAlgorithm) -> Arrays:
@@ -85,7 +85,7 @@ def draws(model: BaseAlgorithm) -> Arrays:
 
 
 def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
-    """Restore the random number generators; draw nothing between this call and the continuation."""
+    """Restore the random number generators. Draw no numbers between this call and the continuation of training."""
     for owner, name in _exploration(model):
         setattr(owner, name, th.from_numpy(arrays[name].copy()).to(model.device))
     if "action_noise" in arrays:
@@ -124,7 +124,7 @@ def _restore_generator(generator: np.random.Generator, words: np.ndarray[Any, An
 def generators() -> Arrays:
     """Return the states of Python's, NumPy's and PyTorch's global generators."""
     version, words, gauss = random.getstate()
-    name, keys, position, has_gauss, cached = np.random.get_state(legacy=True)  # noqa: NPY002  # SB3 draws from it
+    name, keys, position, has_gauss, cached = np.random.get_state(legacy=True)  # noqa: NPY002  # SB3 uses it
     assert name == "MT19937"
     return {
         "python": np.array([version, *words], np.int64),
@@ -136,7 +136,7 @@ def generators() -> Arrays:
 
 
 def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Restore the global generators; draw nothing between this call and the continuation."""
+    """Restore the global generators. Draw no numbers between this call and the continuation of training."""
     version, *words = arrays["python"].tolist()
     gauss = arrays["python_gauss"].tolist()
     random.setstate((version, tuple(words), gauss[0] if gauss else None))
@@ -148,7 +148,7 @@ def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
 
 
 def last_step(model: BaseAlgorithm) -> Arrays:
-    """Return the data that a model keeps from its last steps: observations, recurrent states, episodes."""
+    """Return the data that a model stores about its last steps: observations, recurrent states and episodes."""
     arrays: Arrays = {}
     for name in _LAST:
         value = getattr(model, name)
@@ -168,7 +168,7 @@ def last_step(model: BaseAlgorithm) -> Arrays:
 
 
 def restore_last_step(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Restore the data that a model kept from its last steps."""
+    """Restore the data that a model stored about its last steps."""
     for name in _LAST:
         items = {key.partition("/")[2]: value for key, value in arrays.items() if key.startswith(f"{name}/")}
         setattr(model, name, items or arrays.get(name))

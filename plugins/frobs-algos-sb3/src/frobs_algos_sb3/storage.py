@@ -1,4 +1,4 @@
-"""Read and write state as tensors, plain arrays and JSON, so that no file can execute code."""
+"""Reads and writes state as tensors, plain arrays and JSON, so that files cannot execute code."""
 
 from __future__ import annotations
 
@@ -33,14 +33,20 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def write_tensors(path: Path, value: Any) -> None:
-    """Write nested dictionaries of tensors and numbers, via memory because PyTorch hides errors of a full disk."""
+    """Write nested dictionaries of tensors and numbers.
+
+    The data is serialized in memory first, because PyTorch does not report errors if the disk is full.
+    """
     buffer = io.BytesIO()
     th.save(value, buffer)
     path.write_bytes(buffer.getbuffer())
 
 
 def read_tensors(path: Path) -> Any:
-    """Read tensors from a file; raise UntrustedFileError for other objects, CheckpointError for damage."""
+    """Read tensors from a file.
+
+    UntrustedFileError is raised if the file contains other objects, and CheckpointError if the file is damaged.
+    """
     data = _read_zip(path)
     try:
         return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
@@ -57,7 +63,10 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read arrays from a file; raise UntrustedFileError for Python objects, CheckpointError for damage."""
+    """Read arrays from a file.
+
+    UntrustedFileError is raised if the file contains Python objects, and CheckpointError if the file is damaged.
+    """
     data = _read_zip(path)
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:

@@ -13,12 +13,12 @@ from frobs_algos_sb3.settings import Schedule
 
 
 class TD3Config(ContinuousConfig):
-    """Settings of TD3; the defaults are those of stable-baselines3.
+    """Settings of TD3, with the defaults of stable-baselines3.
 
     Attributes:
-        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
+        policy_delay: Number of critic gradient steps per actor gradient step.
         target_policy_noise: Standard deviation of the noise on target actions.
-        target_noise_clip: Limit of the absolute value of this noise.
+        target_noise_clip: Maximum absolute value of the noise on target actions.
     """
 
     learning_rate: Schedule = 1e-3

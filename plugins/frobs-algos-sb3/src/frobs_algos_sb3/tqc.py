@@ -14,10 +14,10 @@ from frobs_algos_sb3.sac import SACConfig
 
 
 class TQCConfig(SACConfig):
-    """Settings of TQC; the defaults are those of sb3-contrib.
+    """Settings of TQC, with the defaults of sb3-contrib.
 
     Attributes:
-        top_quantiles_to_drop_per_net: Number of each critic's highest quantiles that are dropped.
+        top_quantiles_to_drop_per_net: Number of highest quantiles to drop per critic.
     """
 
     top_quantiles_to_drop_per_net: NonNegativeInt = 2

@@ -1,4 +1,4 @@
-"""Adapter from Gymnasium's vector environments to those of stable-baselines3, without copies per environment."""
+"""Adapter from Gymnasium's vector environments to stable-baselines3's, without copies for each environment."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from frobs_core.errors import ConfigurationError
 
 _NOTHING: dict[str, Any] = {}
-"""Info of every environment whose episode continues. It is shared, so do not write to it."""
+"""Info of every environment whose episode continues. This dictionary is shared, so do not write to it."""
 
 
 class VectorEnvAdapter(VecEnv):
-    """A ``gymnasium.vector.VectorEnv`` with same-step autoreset as a vector environment of stable-baselines3.
+    """Adapter that turns a vector environment of Gymnasium into one of stable-baselines3.
 
-    Batched arrays are passed on without a copy. Only environments whose episode has ended get their own info. It has
-    ``terminal_observation``, ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success``
-    and ``episode`` if the environment provides them.
+    The wrapped ``gymnasium.vector.VectorEnv`` must use same-step autoreset. Batched arrays are passed on without being
+    copied. Only environments whose episode has ended have their own info, which contains ``terminal_observation``,
+    ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success`` and ``episode`` if the
+    environment provides them.
 
     The seed of the last reset stays in effect. To change it, call :meth:`seed` before :meth:`reset`.
     """
@@ -42,19 +43,19 @@ class VectorEnvAdapter(VecEnv):
 
     @property
     def can_step(self) -> bool:
-        """Whether there is an environment, not only its spaces."""
+        """Whether the adapter contains an environment and not only its spaces."""
         return not isinstance(self.env, NoEnvironment)
 
     @property
     def computes_reward(self) -> bool:
-        """Whether the environment can compute the reward of another goal, as hindsight replay requires."""
+        """Whether the environment can compute rewards for other goals, as hindsight replay requires."""
         single = self._single()
         owner = self._base if single is None else single[0].unwrapped
         return hasattr(owner, "compute_reward") or hasattr(getattr(owner, "task", None), "compute_reward")
 
     @property
     def max_episode_steps(self) -> int | None:
-        """Maximum number of steps per episode; None: unknown."""
+        """Maximum number of steps per episode, or None if unknown."""
         longest = getattr(self._base, "max_episode_steps", None)
         if longest is None and self._base.spec is not None:
             longest = self._base.spec.max_episode_steps
@@ -76,7 +77,7 @@ class VectorEnvAdapter(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all environments with these actions."""
+        """Step all environments with the stored actions."""
         observation, rewards, terminated, truncated, info = self.env.step(self._actions)
         done = terminated | truncated
         infos = self._infos
@@ -92,14 +93,14 @@ class VectorEnvAdapter(VecEnv):
         self.env.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of each environment; in a native batch, all share one value."""
+        """Return an attribute of each environment. In a native batch, all environments share one value."""
         single = self._single()
         if single is None:
             return [getattr(self._base, attr_name)] * len(self._ids(indices))
         return [single[index].get_wrapper_attr(attr_name) for index in self._ids(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute of each environment; in a native batch, of all at once."""
+        """Set an attribute of each environment, or of a native batch as a whole."""
         single = self._single()
         if single is None:
             setattr(self._base, attr_name, value)
@@ -110,7 +111,7 @@ class VectorEnvAdapter(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of each environment; in a native batch once, with one result for all.
+        """Call a method of each environment. In a native batch, the method is called only once, for all environments.
 
         ``compute_reward``, which hindsight replay calls with a batch of goals, is a method of the task.
         """
@@ -140,7 +141,7 @@ class VectorEnvAdapter(VecEnv):
         return images or []
 
     def _single(self) -> Sequence[gym.Env[Any, Any]] | None:
-        """Return the environments of a vector that steps them one by one, or None for a native batch."""
+        """Return the individual environments of a vector environment, or None for a native batch."""
         return getattr(self._base, "envs", None)
 
     def _ids(self, indices: VecEnvIndices) -> Sequence[int]:
@@ -165,7 +166,7 @@ class VectorEnvAdapter(VecEnv):
 
 
 class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
-    """An environment's spaces alone, for a policy that only predicts."""
+    """Placeholder for an environment, with its spaces, for policies that are used only for predictions."""
 
     def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}

@@ -1,1 +1,1 @@
-"""Algorithms of sbx for FRobs: those of stable-baselines3 in JAX."""
+"""Integration of sbx into FRobs. The library sbx implements stable-baselines3's algorithms in JAX."""

@@ -1,4 +1,4 @@
-"""The base classes of all algorithms of sbx: stable-baselines3's, with networks in JAX."""
+"""The base classes for sbx's algorithms, which implement stable-baselines3's algorithms in JAX."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from frobs_core.interfaces import Observation
 
 
 class JaxAlgorithm(SB3Algorithm):
-    """Base class of the algorithms of sbx."""
+    """Base class for sbx's algorithms."""
 
     _flat: FlatObservations | None
 
@@ -34,7 +34,7 @@ class JaxAlgorithm(SB3Algorithm):
         return venv if self._flat is None else self._flat
 
     def _set_threads(self, config: SB3Config) -> None:
-        super()._set_threads(config)  # stable-baselines3's buffers use PyTorch
+        super()._set_threads(config)  # because stable-baselines3's buffers use PyTorch
         set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:
@@ -86,7 +86,7 @@ class JaxAlgorithm(SB3Algorithm):
 
 
 class JaxOffPolicy(JaxAlgorithm, OffPolicy):
-    """Base class of the off-policy algorithms of sbx."""
+    """Base class for sbx's off-policy algorithms."""
 
     def _make_model(self, policy: str, **kwargs: Any) -> OffPolicyAlgorithm:
         model = super()._make_model(policy, **kwargs)

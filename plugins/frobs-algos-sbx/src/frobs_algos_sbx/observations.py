@@ -1,4 +1,4 @@
-"""Conversion of observations to one flat array of float32, which the networks of sbx require."""
+"""Conversion of observations to flat float32 arrays, which sbx's networks require."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from frobs_core.errors import IncompatibleSpaceError
 
 
 class FlatObservations(VecEnvWrapper):
-    """Joins the parts of an observation into one array, and multiplies it by constants.
+    """Wrapper that joins the parts of an observation into one array and multiplies the array by constants.
 
     Args:
         venv: The environments.
-        scale: (k,) factors; None: no scaling.
+        scale: Constant factors (k,), or None for no scaling.
     """
 
     def __init__(self, venv: VecEnv, scale: Sequence[float] | None) -> None:
@@ -29,11 +29,11 @@ class FlatObservations(VecEnvWrapper):
         super().__init__(venv, space)
 
     def reset(self) -> VecEnvObs:
-        """Reset all environments."""
+        """Reset all environments and return flat observations."""
         return self.flatten(self.venv.reset())
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Return the result of the step, and flat observations."""
+        """Return the results of the step with flat observations."""
         observation, rewards, dones, infos = self.venv.step_wait()
         for i in np.flatnonzero(dones):
             final = infos[i]["terminal_observation"]
@@ -42,7 +42,7 @@ class FlatObservations(VecEnvWrapper):
         return self.flatten(observation), rewards, dones, infos
 
     def flatten(self, observation: Any) -> np.ndarray[Any, Any]:
-        """Return a batch of observations as (n, k) float32."""
+        """Return a batch of observations as a float32 array (n, k)."""
         parts = [observation] if self._keys is None else [observation[key] for key in self._keys]
         flat = [np.asarray(part, np.float32).reshape(len(part), -1) for part in parts]
         joined = flat[0] if len(flat) == 1 else np.concatenate(flat, axis=1)
@@ -53,7 +53,7 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
     """Return the space of flat observations.
 
     Raises:
-        IncompatibleSpaceError: A part is an image, or is not an array of numbers.
+        IncompatibleSpaceError: A part of the space is an image, or is not an array of numbers.
     """
     parts = list(space.spaces.values()) if isinstance(space, spaces.Dict) else [space]
     size = 0

@@ -1,4 +1,4 @@
-"""The off-policy algorithms of sbx."""
+"""Off-policy algorithms from sbx."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SHARED = "policy_kwargs.share_features_extractor"
 _MEMORY = "optimize_memory_usage"
 _EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
 _EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
-"""Settings of gSDE that sbx rejects. It draws new noise in each step, so exploration would not depend on the state."""
+"""Rejected gSDE settings. In sbx, noise is sampled anew in each step, so exploration would not depend on the state."""
 
 
 def _in_network(*names: str) -> tuple[str, ...]:
@@ -38,44 +38,45 @@ def _in_network(*names: str) -> tuple[str, ...]:
 
 
 class JaxDeterministicConfig(DeterministicConfig, JaxNetworkConfig):
-    """Settings of the networks of TD3."""
+    """Settings of TD3's networks."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor",)
     fixed_rate: ClassVar[bool] = True
 
 
 class JaxSquashedGaussianConfig(SquashedGaussianConfig, JaxNetworkConfig):
-    """Settings of the networks of SAC."""
+    """Settings of SAC's networks."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
 class JaxQuantileConfig(QuantileConfig, JaxNetworkConfig):
-    """Settings of the networks of TQC."""
+    """Settings of TQC's networks."""
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", *_EXPLORATION_NETWORK)
 
 
 class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
-    """Settings of the networks of CrossQ.
+    """Settings of CrossQ's networks.
 
     Attributes:
-        batch_norm_momentum: Share of the new batch in an update of the running statistics, as in the torch family.
+        batch_norm_momentum: Weight of the new batch in each update of the running statistics, as in
+            ``frobs-algos-sb3``.
     """
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "batch_norm_eps", *_EXPLORATION_NETWORK)
     fixed_rate: ClassVar[bool] = True
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of sbx, whose momentum is the share of the old statistics."""
+        """Return sbx's ``policy_kwargs``, in which the momentum is the weight of the old statistics."""
         kwargs = {**super().to_kwargs(), "batch_norm_momentum": 1.0 - self.batch_norm_momentum}
         if self.optimizer_class in (None, "Adam", "AdamW"):
-            kwargs.setdefault("optimizer_kwargs", {"b1": 0.5})  # the default of both libraries
+            kwargs.setdefault("optimizer_kwargs", {"b1": 0.5})  # the default value in both libraries
         return kwargs
 
 
 class JaxQNetworkConfig(QNetworkConfig, JaxNetworkConfig):
-    """Settings of the network of DQN.
+    """Settings of DQN's network.
 
     Attributes:
         net_arch: Widths of the two hidden layers, which must be equal.
@@ -92,10 +93,10 @@ class JaxQNetworkConfig(QNetworkConfig, JaxNetworkConfig):
 
 
 class SbxSACConfig(SACConfig, JaxConfig):
-    """Settings of SAC; the defaults are those of the torch family.
+    """Settings of SAC. The defaults match those of ``frobs-algos-sb3``.
 
     Attributes:
-        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
+        policy_delay: Number of critic gradient steps per actor gradient step.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = (
@@ -110,10 +111,10 @@ class SbxSACConfig(SACConfig, JaxConfig):
 
 
 class SbxTQCConfig(TQCConfig, JaxConfig):
-    """Settings of TQC; the defaults are those of the torch family.
+    """Settings of TQC. The defaults match those of ``frobs-algos-sb3``.
 
     Attributes:
-        policy_delay: Number of gradient steps of the critics per gradient step of the actor.
+        policy_delay: Number of critic gradient steps per actor gradient step.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = SbxSACConfig.unsupported
@@ -128,14 +129,14 @@ class SbxTQCConfig(TQCConfig, JaxConfig):
 
 
 class SbxTD3Config(TD3Config, JaxConfig):
-    """Settings of TD3; the defaults are those of the torch family."""
+    """Settings of TD3. The defaults match those of ``frobs-algos-sb3``."""
 
     unsupported: ClassVar[tuple[str, ...]] = (_MEMORY, _SHARED)
     policy_kwargs: JaxDeterministicConfig = JaxDeterministicConfig()
 
 
 class SbxCrossQConfig(CrossQConfig, JaxConfig):
-    """Settings of CrossQ; the defaults are those of the torch family."""
+    """Settings of CrossQ. The defaults match those of ``frobs-algos-sb3``."""
 
     unsupported: ClassVar[tuple[str, ...]] = (
         _MEMORY,
@@ -147,14 +148,14 @@ class SbxCrossQConfig(CrossQConfig, JaxConfig):
 
 
 class SbxDQNConfig(DQNConfig, JaxConfig):
-    """Settings of DQN; the defaults are those of the torch family, except that gradients are not clipped."""
+    """Settings of DQN. The defaults match those of ``frobs-algos-sb3``, except that gradients are not clipped."""
 
     unsupported: ClassVar[tuple[str, ...]] = ("max_grad_norm",)
     policy_kwargs: JaxQNetworkConfig = JaxQNetworkConfig()
 
 
 class ScheduledTD3(sbx.TD3):
-    """TD3 whose learning rate follows its schedule; in sbx's class the initial value stays."""
+    """TD3 whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
 
     def train(self, gradient_steps: int, batch_size: int) -> None:
         """Train on samples from the replay buffer."""
@@ -163,7 +164,7 @@ class ScheduledTD3(sbx.TD3):
 
 
 class ScheduledCrossQ(sbx.CrossQ):
-    """CrossQ whose learning rate follows its schedule; in sbx's class the initial value stays."""
+    """CrossQ whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
 
     def train(self, gradient_steps: int, batch_size: int) -> None:
         """Train on samples from the replay buffer."""
@@ -172,7 +173,7 @@ class ScheduledCrossQ(sbx.CrossQ):
 
 
 class ScheduledDQN(sbx.DQN):
-    """DQN whose learning rate follows its schedule; in sbx's class the initial value stays."""
+    """DQN whose learning rate follows its schedule. In sbx's class, the learning rate keeps its initial value."""
 
     def train(self, batch_size: int, gradient_steps: int) -> None:  # type: ignore[override]
         """Train on samples from the replay buffer."""
@@ -220,7 +221,7 @@ class SbxCrossQ(JaxOffPolicy):
 
 
 class SbxDQN(JaxOffPolicy):
-    """Deep Q network (Mnih et al. 2015)."""
+    """Deep Q-network (Mnih et al. 2015)."""
 
     name: ClassVar[str] = "sbx_dqn"
     config_model: ClassVar[type[SB3Config]] = SbxDQNConfig

@@ -1,4 +1,4 @@
-"""Policies of sbx as PyTorch modules, which the torch family exports as ONNX graphs."""
+"""Converts sbx's policies to PyTorch modules that ``frobs-algos-sb3`` can export as ONNX graphs."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def policy_graph(
     space: spaces.Space[Any],
     activation: str,
 ) -> PolicyGraph:
-    """Return a model's deterministic policy as a module.
+    """Return a model's deterministic policy as a PyTorch module.
 
     Args:
         model: The model.
-        normalizer: Normalizer of the observations, if any.
-        flat: Wrapper that joins the parts of an observation; None: the policy joins them.
+        normalizer: Normalizer of the observations, or None.
+        flat: Wrapper that joins the parts of an observation, or None if the policy joins the parts.
         space: Observation space of the environment.
         activation: Name of the activation function.
     """
@@ -43,7 +43,7 @@ def policy_graph(
 
 
 class Network(nn.Module):
-    """Joins, scales and normalizes an observation, and passes it to the layers."""
+    """Module that joins, scales and normalizes an observation, and passes the result to the layers."""
 
     def __init__(
         self, layers: nn.Module, flat: FlatObservations | None, normalizer: VecNormalize | None, joins: bool
@@ -61,7 +61,7 @@ class Network(nn.Module):
             )
 
     def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
-        """Return the mode of the action, or the scores of choices."""
+        """Return the most probable actions, or the scores of discrete actions."""
         parts = list(observation.values()) if self.joins else [observation]
         joined = th.cat([part.flatten(1) for part in parts], dim=1)
         if self.scaled:
@@ -71,13 +71,13 @@ class Network(nn.Module):
 
 
 def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
-    """Return the layers of the policy, from the observation to the mode."""
+    """Return the policy's layers from observations to the most probable actions, or to scores of discrete actions."""
     policy: Any = model.policy
     state = getattr(policy, "actor_state", None) or policy.qf_state
     statistics: Mapping[str, Any] = getattr(state, "batch_stats", {})
     params: Mapping[str, Any] = state.params if statistics else state.params["params"]
     dense = [name for name in params if name.startswith("Dense_")]
-    # The last layer computes the mean. In SAC and related algorithms, a layer for the deviation follows.
+    # The last layer computes the mean. In SAC and related algorithms, a layer for the standard deviation follows.
     hidden = len(dense) - (2 if _has_deviation(policy) else 1)
     layers: list[nn.Module] = []
     normalizes = bool(statistics) and policy.batch_norm_actor

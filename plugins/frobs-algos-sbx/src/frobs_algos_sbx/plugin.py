@@ -14,12 +14,12 @@ _CLASSES = {
     "crossq": "off_policy:SbxCrossQ",
     "dqn": "off_policy:SbxDQN",
 }
-"""Modules and classes, by the name of the PyTorch algorithm."""
+"""Module and class of each algorithm, by the name of the equivalent PyTorch algorithm."""
 
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Return the records of the algorithms, with the tuned settings and search spaces of those in PyTorch."""
+    """Return the algorithms' records with the tuned settings and search spaces of the PyTorch algorithms."""
     return [
         replace(
             record,

@@ -23,15 +23,16 @@ _NETWORK = ("share_features_extractor", "full_std", "use_expln", "squash_output"
 
 
 class JaxActorCriticConfig(ActorCriticConfig, JaxNetworkConfig):
-    """Settings of the networks of PPO."""
+    """Settings of PPO's networks."""
 
     unused: ClassVar[tuple[str, ...]] = _NETWORK
 
 
 class SbxPPOConfig(PPOConfig, JaxConfig):
-    """Settings of PPO; the defaults are those of the torch family.
+    """Settings of PPO. The defaults match those of ``frobs-algos-sb3``.
 
-    Gradients of the policy and of the values are clipped separately, because their networks are separate.
+    The gradients of the policy network and the value network are clipped separately, because the networks are
+    separate.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = (
@@ -43,7 +44,7 @@ class SbxPPOConfig(PPOConfig, JaxConfig):
 
 
 class Rollout(NamedTuple):
-    """Steps of a rollout, n rows each."""
+    """Steps of a rollout, as arrays with n rows."""
 
     observations: Any
     actions: Any
@@ -54,7 +55,7 @@ class Rollout(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Sums over gradient steps, and the number of steps."""
+    """Sums of metrics over gradient steps, and the number of gradient steps."""
 
     steps: Any
     policy_loss: Any
@@ -65,19 +66,19 @@ class Sums(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Parameters of an update that may change between updates."""
+    """Parameters of the update function that may change between updates."""
 
     clip_range: Any
-    clip_range_vf: Any  # infinite: values are not clipped
-    target_kl: Any  # infinite: an update never ends early
+    clip_range_vf: Any  # infinite if values are not clipped
+    target_kl: Any  # infinite if updates never stop early
     ent_coef: Any
     vf_coef: Any
 
 
 class CompiledPPO(sbx.PPO):
-    """sbx's PPO with another update: all epochs and minibatches in one compiled function.
+    """sbx's PPO with a different update, which runs all epochs and minibatches in one compiled function.
 
-    The update is equivalent to that of stable-baselines3, including the early end at ``target_kl``.
+    The update is equivalent to stable-baselines3's update, including early stopping at ``target_kl``.
     """
 
     def __init__(self, *args: Any, target_kl: float | None = None, clip_range_vf: Any = None, **kwargs: Any) -> None:
@@ -97,7 +98,7 @@ class CompiledPPO(sbx.PPO):
         arrays = (buffer.observations, actions, buffer.advantages, buffer.returns, buffer.values, buffer.log_probs)
         rollout = Rollout(*(array.reshape(-1, *array.shape[2:]) for array in arrays))
         n = len(rollout.returns)
-        order = np.stack([np.random.permutation(n) for _ in range(self.n_epochs)])  # noqa: NPY002  # SB3 draws from it
+        order = np.stack([np.random.permutation(n) for _ in range(self.n_epochs)])  # noqa: NPY002  # SB3 uses it
         limits = Limits(
             self.clip_range_schedule(progress),
             np.inf if self._value_range is None else self._value_range(progress),
@@ -143,16 +144,16 @@ def update(
     batch_size: int,
     normalize: bool,
 ) -> tuple[TrainState, TrainState, Sums]:
-    """Return the networks after all epochs.
+    """Run all epochs of an update, and return the updated networks and the sums of the metrics.
 
     Args:
         actor: State of the policy network.
         critic: State of the value network.
-        rollout: n steps.
-        order: (epochs, n) a permutation of the steps for each epoch.
+        rollout: The n steps on which to train.
+        order: Permutation of the steps for each epoch (epochs, n).
         limits: Coefficients and bounds.
-        batch_size: Steps per gradient step; the last one of an epoch may have fewer.
-        normalize: Whether to normalize the advantages of each batch.
+        batch_size: Number of rollout steps in each minibatch. The last minibatch of an epoch may be smaller.
+        normalize: Whether to normalize the advantages in each minibatch.
     """
 
     def step(carry: Any, rows: jax.Array) -> tuple[Any, None]:
@@ -183,7 +184,7 @@ def update(
 def _gradients(
     actor: TrainState, critic: TrainState, batch: Rollout, limits: Limits, normalize: bool
 ) -> tuple[tuple[Any, Any], Sums]:
-    """Return the gradients of both networks for a batch, and the sums for the log."""
+    """Return the gradients of both networks for a batch, and the metrics to log."""
     advantages = batch.advantages
     if normalize and len(advantages) > 1:
         advantages = (advantages - advantages.mean()) / (advantages.std(ddof=1) + 1e-8)

@@ -1,4 +1,4 @@
-"""Settings of the algorithms of sbx: those of the torch family, except unsupported ones, which are rejected."""
+"""Settings of sbx's algorithms. Settings of ``frobs-algos-sb3`` that sbx does not support are rejected."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ALL = ("device", "policy_kwargs.features_extractor_class", "policy_kwargs.norma
 
 
 class JaxConfig(SB3Config):
-    """Settings that every algorithm of sbx accepts.
+    """Settings that all of sbx's algorithms accept.
 
     Attributes:
-        unsupported: Settings of the torch family that sbx does not support. They must keep their defaults.
+        unsupported: Settings of ``frobs-algos-sb3`` that sbx does not support. These settings must keep their defaults.
     """
 
     unsupported: ClassVar[tuple[str, ...]] = ()
@@ -37,31 +37,33 @@ class JaxConfig(SB3Config):
         return self
 
     def model_kwargs(self) -> dict[str, Any]:
-        """Return the keywords of the algorithm's class in sbx."""
+        """Return the keyword arguments for the algorithm's class in sbx."""
         kwargs = super().model_kwargs()
         return {key: value for key, value in kwargs.items() if key not in (*_ALL, *self.unsupported)}
 
 
 class JaxNetworkConfig(NetworkConfig):
-    """Settings of the networks (flax) and optimizer (optax, whose names ``optimizer_kwargs`` uses: ``b1``, ``eps``, …).
+    """Settings of the networks in flax and of the optimizer in optax.
+
+    The keys of ``optimizer_kwargs`` are optax's names, such as ``b1`` and ``eps``.
 
     Attributes:
-        unused: Settings that the policies of sbx do not accept.
-        fixed_rate: Whether sbx would fix the learning rate when it builds the optimizer.
+        unused: Settings that sbx's policies do not accept.
+        fixed_rate: Whether sbx itself would build the optimizer with a fixed learning rate.
     """
 
     unused: ClassVar[tuple[str, ...]] = ()
     fixed_rate: ClassVar[bool] = False
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of sbx."""
+        """Return sbx's ``policy_kwargs``."""
         import optax
         from flax import linen
 
         left_out = ("features_extractor_class", "normalize_images", *self.unused)
         kwargs = {key: value for key, value in self.model_dump().items() if value is not None and key not in left_out}
         name = self.activation_fn
-        # flax approximates this function by default; torch does not.
+        # By default, flax approximates GELU, but PyTorch does not.
         kwargs["activation_fn"] = partial(linen.gelu, approximate=False) if name == "gelu" else getattr(linen, name)
         if self.optimizer_class is not None:
             kwargs["optimizer_class"] = getattr(optax, _OPTIMIZERS[self.optimizer_class])

@@ -1,4 +1,4 @@
-"""The learned state of an sbx model, as arrays by name."""
+"""Conversion of an sbx model's learned state to named arrays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_core.errors import CheckpointError
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 _PREDICTING = ("params", "target_params", "batch_stats")
-"""Fields of a train state that belong to the networks; the others belong to training."""
+"""Fields of a train state that belong to the networks. All other fields are used only for training."""
 
 _KEYS = ("key", "noise_key")
 
@@ -28,9 +28,10 @@ def networks(model: BaseAlgorithm) -> Arrays:
 
 
 def initial_networks(model: BaseAlgorithm, seed: int) -> Arrays:
-    """Draw initial weights as PyTorch does: uniform in ±1/√(inputs of the layer), biases included.
+    """Sample initial weights and biases as PyTorch does, uniformly in ±1/√n for a layer with n inputs.
 
-    The initial weights of flax are 1.7 times as wide. With them, SAC succeeds less often and varies more between seeds.
+    The standard deviation of flax's initial weights is 1.7 times as large. With flax's weights, SAC succeeds less often
+    and varies more between seeds.
     """
     generator, old = np.random.default_rng(seed), networks(model)
     new: Arrays = {}
@@ -46,15 +47,15 @@ def initial_networks(model: BaseAlgorithm, seed: int) -> Arrays:
 
 
 def learning(model: BaseAlgorithm) -> Arrays:
-    """Return the states of a model's optimizers, and learned values that are not part of its policy."""
+    """Return the states of a model's optimizers, and learned values that are not part of the model's policy."""
     return {name: leaf for name, leaf in _leaves(model).items() if not _predicts(name)}
 
 
 def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Restore the arrays that :func:`networks` or :func:`learning` returned; all other values stay the same.
+    """Restore arrays that :func:`networks` or :func:`learning` returned, without changing any other values.
 
     Raises:
-        CheckpointError: An array has another shape.
+        CheckpointError: The shape of an array does not match the model.
     """
     for owner, attribute, state in _states(model):
         paths, structure = tree_flatten_with_path(state)
@@ -100,7 +101,7 @@ def _states(model: BaseAlgorithm) -> list[tuple[Any, str, TrainState]]:
 
 def _leaves(model: BaseAlgorithm) -> Arrays:
     return {
-        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # numbers get JAX types, as after a load
+        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # converts numbers to JAX types, as loading does
         for _, attribute, state in _states(model)
         for path, leaf in tree_flatten_with_path(state)[0]
     }

@@ -1,4 +1,4 @@
-"""The number of threads on which JAX computes."""
+"""Configuration of the number of threads that JAX uses."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ import jax
 
 _log = logging.getLogger("frobs")
 _VARIABLE = "NPROC"
-"""Environment variable from which XLA takes the size of its thread pool, once for each process."""
+"""Environment variable from which XLA reads the size of its thread pool, once per process."""
 
 _chosen: int | None = None
 
 
 def set_threads(count: int) -> None:
-    """Make JAX compute on ``count`` threads of this process's processors.
+    """Make JAX use ``count`` threads in this process.
 
-    Without a limit, XLA uses as many threads as there are processors when it starts. Their number affects the rounding
-    of matrix products, so a training run that continues on another machine would differ. XLA starts once per process.
-    If it already runs with another number of threads, a warning is logged and nothing changes.
+    Without a limit, XLA uses one thread for each processor that is available when XLA starts. The number of threads
+    affects the rounding of matrix products, so a training run that continues on another machine would produce different
+    results. XLA starts only once per process. If XLA is already running with a different number of threads, a warning
+    is logged and the number of threads does not change.
     """
     global _chosen
     if not _starts():

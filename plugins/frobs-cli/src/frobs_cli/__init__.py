@@ -1,13 +1,13 @@
-"""The ``frobs`` command, and modules that the commands of other distributions share.
+"""The ``frobs`` command, and modules that it shares with the commands of other distributions.
 
-    commands.py   records in which a distribution declares its commands
-    program.py    builds the program from these records; imports a command's module when the command runs
-    group.py      errors, Ctrl-C and unknown commands
-    providers.py  additions of other distributions to ``frobs list`` and ``frobs show``
-    output.py, facts.py, formats.py, options.py, model_options.py   for commands of any distribution
+    commands.py   declares a distribution's commands as records
+    program.py    builds the program from these records, and imports a command's module when the command runs
+    group.py      handles errors, Ctrl-C and unknown commands
+    providers.py  lets other distributions extend ``frobs list`` and ``frobs show``
+    output.py, facts.py, formats.py, options.py, model_options.py   help to implement any distribution's commands
 
 This package is separate from :mod:`frobs_core`, because importing the core registers environments, which imports
-Gymnasium. Help and shell completion need only the names.
+Gymnasium. Help and shell completion do not need Gymnasium, and start faster without it.
 """
 
 __all__ = ["main"]

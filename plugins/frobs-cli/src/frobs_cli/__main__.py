@@ -1,4 +1,4 @@
-"""``python -m frobs_cli``: the program without its console script."""
+"""Runs the ``frobs`` program as ``python -m frobs_cli``, without its console script."""
 
 from frobs_cli import main
 

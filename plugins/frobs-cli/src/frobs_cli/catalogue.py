@@ -1,4 +1,4 @@
-"""The installed records with their sources, environments and IDs, for commands."""
+"""Looks up the installed records, and the distributions that provide them, for commands."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, 
 class Listed:
     """A record and the distribution that provides it."""
 
-    name: str  # with the prefix ``distribution:`` if two distributions provide it
+    name: str  # has the prefix ``distribution:`` if two distributions provide a record with this name
     record: Record
     distribution: str
     version: str
@@ -28,7 +28,7 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind for its singular or plural name. ``"environment"`` counts as a kind here."""
+    """Return the kind with the given singular or plural name. ``"environment"`` counts as a kind here."""
     known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
     if word.lower() not in known:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
@@ -54,7 +54,7 @@ def listed(kind: str) -> list[Listed]:
 
 
 def why_unusable(record: Record) -> str:
-    """Return why the implementation of a record cannot be imported here, with how to install it; empty if it can."""
+    """Return why a record's implementation cannot be imported and how to install it, or ``""`` if the import works."""
     try:
         record.load()
     except PluginError as error:
@@ -63,10 +63,10 @@ def why_unusable(record: Record) -> str:
 
 
 def source_of(kind: str, record: Record) -> str:
-    """Return the distribution and version of a record, or an empty string if it does not come from a plugin."""
+    """Return a record's distribution and version, or an empty string if the record does not come from a plugin."""
     return next((item.source for item in listed(kind) if item.record is record), "")
 
 
 def problems() -> list[str]:
-    """Return one line for each plugin that did not load, and for each ID that is not registered."""
+    """Return a message for each plugin that did not load and for each environment ID that is unavailable."""
     return [*plugins.active().failures(), *registry.problems().values()]

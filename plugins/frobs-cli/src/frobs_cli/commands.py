@@ -1,11 +1,11 @@
-"""How a distribution declares its commands: as a table of string records, so that listing them imports nothing.
+"""Declares a distribution's commands in a table of strings, so that listing the commands does not import them.
 
 The entry-point group ``frobs.commands`` names the tables::
 
     [project.entry-points."frobs.commands"]
     acme-wave = "acme_wave.commands:COMMANDS"
 
-A table is a sequence of :class:`Command`. Its module must import nothing heavy.
+A table is a sequence of :class:`Command` objects. The module that contains the table must not import heavy packages.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 GROUP = "frobs.commands"
 
 HEADINGS = ("Look around", "Learn", "Extend", "Verify", "From plugins")
-"""Headings of ``frobs --help``, in this order; additional ones follow."""
+"""Headings of ``frobs --help``, in display order. All other headings follow these."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,13 +27,15 @@ class Command:
     """A command of ``frobs``, or a group of commands.
 
     Attributes:
-        name: One word (``"train"``), or a group and a word (``"doctor robot"``).
+        name: Name of the command: one word (``"train"``), or a group name and one word (``"doctor robot"``).
         summary: One line for ``--help``.
-        function: ``"module:function"``, imported when the command runs or shows its own help; empty for a group.
+        function: Location of the function as ``"module:function"``, or an empty string for a group. The function is
+            imported when the command runs or shows its own help.
         heading: Heading in ``frobs --help``.
-        loads_plugins: Whether plugins may be loaded while it runs. ``frobs doctor plugins`` examines plugins that may
-            hang or crash, so it must not load them.
-        passes_options_on: Whether options after its first argument are passed to a program that it starts.
+        loads_plugins: Whether plugins may be loaded while the command runs. For example, ``frobs doctor plugins``
+            examines plugins that may hang or crash, so it must not load plugins.
+        passes_options_on: Whether options after the command's first argument are passed to a program that the command
+            starts.
     """
 
     name: str
@@ -50,9 +52,10 @@ class Command:
 
 
 def installed_commands() -> tuple[dict[str, Command], list[str]]:
-    """Return the commands of all installed distributions by name, and a message for each table that cannot be read.
+    """Return all installed commands by name, and an error message for each command table that cannot be read.
 
-    If two distributions declare the same command, the first one by name wins; FRobs's own command line comes first.
+    If several distributions declare the same command, ``frobs-cli`` takes precedence over all other distributions.
+    Among the other distributions, the first in alphabetical order takes precedence.
     """
     found: dict[str, Command] = {}
     problems = []

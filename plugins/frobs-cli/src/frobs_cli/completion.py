@@ -1,14 +1,14 @@
 """Names for shell completion.
 
-A shell that completes a command line sets ``_FROBS_COMPLETE``. Importing the core then does not register environments
-or import anything heavy; the names come from the plugins' records.
+The shell sets ``_FROBS_COMPLETE`` while it completes a command line. With this variable set, importing the core neither
+registers environments nor imports heavy packages. The completed names are read from the plugins' records.
 """
 
 from __future__ import annotations
 
 
 def complete_id(incomplete: str) -> list[str]:
-    """Return the environment IDs of all plugins that begin with a text."""
+    """Return the environment IDs that begin with the given text, from all plugins."""
     from frobs_core import plugins
     from frobs_core.specs import TaskRecord
 
@@ -22,7 +22,7 @@ def complete_id(incomplete: str) -> list[str]:
 
 
 def complete_kind(incomplete: str) -> list[str]:
-    """Return the kinds of records, in plural, and ``envs``."""
+    """Return the plural names of the record kinds, and ``envs``, that begin with the given text."""
     from frobs_core.specs import KINDS
 
     return [word for word in (*(f"{kind}s" for kind in KINDS), "envs") if word.startswith(incomplete)]

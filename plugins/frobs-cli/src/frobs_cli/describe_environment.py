@@ -1,4 +1,4 @@
-"""Facts of ``frobs show`` about an environment ID, of FRobs or of another package."""
+"""Collects the facts that ``frobs show`` prints about an environment ID of FRobs or of another package."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DEPENDS = "the number of columns depends on the robot"
 
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:
-    """Return the facts about an ID. If the environment cannot be built, they contain ``error``."""
+    """Return the facts about an environment ID, including ``error`` if the environment cannot be built."""
     facts: dict[str, Any] = {"kind": catalogue.ENVIRONMENT, "name": spec.id}
     ours = registry.environments().get(spec.id)
     if ours is None:
@@ -61,7 +61,7 @@ def describe_environment(spec: EnvSpec) -> dict[str, Any]:
 
 
 def readable_environment(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts of :func:`describe_environment` in human-readable form."""
+    """Convert the facts from :func:`describe_environment` to human-readable form."""
     shown = dict(facts)
     for provider in providers():
         shown |= provider.readable_environment(shown)
@@ -79,7 +79,7 @@ def _spaces(spec: EnvSpec) -> dict[str, Any]:
 
 
 def space_text(space: gym.Space[Any]) -> str:
-    """Return a space in one line; for a Box its shape and its extreme bounds."""
+    """Return a one-line description of a space, such as ``"Box (3,) float32 in [-1, 1]"``."""
     if isinstance(space, gym.spaces.Box):
         return f"Box {space.shape} {space.dtype} in [{np.min(space.low):.6g}, {np.max(space.high):.6g}]"
     if isinstance(space, gym.spaces.Dict):
@@ -103,12 +103,12 @@ def _controller(environment: EnvironmentRecord) -> list[dict[str, Any]]:
 
 
 def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return rows of parameters in which the values that an environment sets are the defaults."""
+    """Return parameter rows that show the values set by an environment as defaults."""
     return [row | {"default": chosen[row["name"]], "required": False} if row["name"] in chosen else row for row in rows]
 
 
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
-    """Return for each simulator whether it can run the environment here, and the missing capabilities or packages."""
+    """Return whether each simulator can run the environment here, and which capabilities or packages are missing."""
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
     with contextlib.suppress(FrobsError):
         config = EnvConfig.from_dict({"task": task.name, "robot": environment.robot, **environment.parameters})

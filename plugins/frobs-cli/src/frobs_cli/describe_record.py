@@ -1,4 +1,4 @@
-"""Facts of ``frobs show`` about a record, from its declaration and its implementation."""
+"""Collects the facts that ``frobs show`` prints about a record, from its declaration and its implementation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_core.specs import AlgorithmRecord, ControllerRecord, Record, Simulato
 
 
 def describe_record(kind: str, record: Record) -> dict[str, Any]:
-    """Return the facts about a record. If its implementation cannot be imported, they contain ``error``."""
+    """Return the facts about a record, including ``error`` if the record's implementation cannot be imported."""
     facts = {
         "kind": kind,
         "name": record.name,
@@ -66,18 +66,18 @@ def _algorithm(record: AlgorithmRecord) -> dict[str, Any]:
 
 
 def simulator_facts(cls: Any) -> dict[str, Any]:
-    """Return the facts about a simulator's class: its parameters, which ``simulator_kwargs`` may contain."""
+    """Return the facts about a simulator class, namely the parameters that ``simulator_kwargs`` may contain."""
     accepted = simulator_defaults(cls)
     return {"parameters": [row for row in parameters(cls) if row["name"] in accepted]}
 
 
 def controller_facts(cls: Any) -> dict[str, Any]:
-    """Return the facts about a controller's class: its command and its parameters."""
+    """Return the facts about a controller class: its command mode and its parameters."""
     return {"command": str(getattr(cls, "command_mode", "")), "parameters": parameters(cls)}
 
 
 def task_facts(cls: Any) -> dict[str, Any]:
-    """Return the facts about a task's class: its rewards, reset options, timesteps and parameters."""
+    """Return the facts about a task class: its rewards, reset options, timesteps, success rule and parameters."""
     return {
         "reward_types": list(cls.reward_types),
         "reset_options": list(cls.reset_options),

@@ -1,4 +1,4 @@
-"""Facts of ``frobs show`` about a robot, from its description and its model file."""
+"""Collects the facts that ``frobs show`` prints about a robot, from its description and its model file."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from frobs_core.models import ENDINGS, JointType, RobotModel
 
 
 def is_model_file(name: str) -> bool:
-    """Return whether a name is the path of a robot's model file, or of one in a Python package, by its suffix."""
+    """Return whether a name has the suffix of a robot model file."""
     return name.lower().endswith(ENDINGS)
 
 
 def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Robot | None:
-    """Return the robot with this name or model file, or None."""
+    """Return the robot with the given name or model file, or None if no robot has this name."""
     if is_model_file(name):
         paths = {package: str(folder) for package, folder in package_paths.items()}
         return Robot(
@@ -33,13 +33,17 @@ def robot_of(name: str, xacro_args: Mapping[str, str], package_paths: Mapping[st
 
 
 def describe_file(robot: Robot) -> dict[str, Any]:
-    """Return the facts about a robot file. Raises ModelFileError if it cannot be read."""
+    """Return the facts about a robot model file.
+
+    Raises:
+        ModelFileError: The file cannot be read.
+    """
     load(robot)
     return {"kind": "robot file", "name": robot.name, **describe_robot(robot)}
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:
-    """Return the facts about a robot. If its model file cannot be read, they contain ``error``."""
+    """Return the facts about a robot, including ``error`` if the robot's model file cannot be read."""
     facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
     try:
         model = load(robot)
@@ -57,7 +61,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
 
 
 def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return a row for each actuated joint: limits and home position [rad or m, rad/s or m/s, N·m or N]."""
+    """Return a row for each actuated joint, with its limits and home position [rad or m, rad/s or m/s, N·m or N]."""
     rows = []
     for joint in model.actuated_joints:
         limits = joint.limits
@@ -78,7 +82,7 @@ def joints(model: RobotModel, home: Mapping[str, float]) -> list[dict[str, Any]]
 
 
 def sensors(robot: Robot) -> list[dict[str, Any]]:
-    """Return a row for each sensor: measured quantity, unit and imperfections (None if it does not have one)."""
+    """Return a row for each sensor, with its measured quantity, unit and imperfections. Missing entries are None."""
     return [
         {
             "sensor": name,

@@ -1,4 +1,4 @@
-"""Prints facts about one object: scalars as label and value, lists as tables."""
+"""Prints facts about an object, with scalars as labeled values and lists as tables."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ _HEADINGS = {
 
 
 def print_facts(facts: Mapping[str, Any]) -> None:
-    """Write facts to stdout: ``kind`` and ``name`` as the title, then scalars, then a section for each table.
+    """Write facts to stdout: a title with ``kind`` and ``name``, then the scalars, then a section for each table.
 
     Args:
-        facts: Facts that a command also writes as JSON. None and empty values are omitted.
+        facts: Facts about an object, in the form that commands also write as JSON. Values that are None or empty are
+            omitted from the output.
     """
     from rich.text import Text
 
@@ -40,12 +41,12 @@ def print_facts(facts: Mapping[str, Any]) -> None:
 
 
 def heading(key: str) -> str:
-    """Return a key in human-readable form."""
+    """Return the human-readable label for a key."""
     return _HEADINGS.get(key, key.replace("_", " "))
 
 
 def text(value: Any) -> str:
-    """Return a value in human-readable form, similar to YAML, with only significant digits."""
+    """Return a value as human-readable text similar to YAML, with floats rounded to six significant digits."""
     from frobs_core.plain import plain
 
     value = plain(value)
@@ -64,17 +65,17 @@ def text(value: Any) -> str:
 
 
 def is_table(value: Any) -> bool:
-    """Return whether a value becomes a section: a mapping, or a list of mappings."""
+    """Return whether a value is a mapping or a list of mappings, which is printed as a section."""
     return isinstance(value, Mapping) or (isinstance(value, Sequence) and bool(value) and isinstance(value[0], Mapping))
 
 
 def is_empty(value: Any) -> bool:
-    """Return whether a value is omitted."""
+    """Return whether a value is None or empty, and is therefore omitted from the output."""
     return value is None or (isinstance(value, (str, Sequence, Mapping)) and not len(value))
 
 
 def dotted(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested mappings as a single mapping whose keys are paths, as ``--set`` accepts them."""
+    """Flatten nested mappings into one mapping whose keys are dotted paths, in the form that ``--set`` accepts."""
     flat: dict[str, Any] = {}
     for key, value in mapping.items():
         if isinstance(value, Mapping) and value:

@@ -1,20 +1,20 @@
-"""Numbers in human-readable form."""
+"""Formats numbers for people to read."""
 
 from __future__ import annotations
 
 
 def percent(share: float | None, digits: int = 1) -> str:
-    """Return ``"98.4 %"``; ``"–"`` for None."""
+    """Return a share as a percentage such as ``"98.4 %"``, or ``"–"`` for None."""
     return "–" if share is None else f"{100.0 * share:.{digits}f} %"
 
 
 def number(value: float) -> str:
-    """Return a number with an appropriate number of digits for its size."""
+    """Return a number as text such as ``"1,234"``, ``"123.4"`` or ``"1.23"``, with more decimals for small numbers."""
     return f"{value:,.0f}" if abs(value) >= 1_000 else f"{value:.1f}" if abs(value) >= 100 else f"{value:.2f}"
 
 
 def duration(seconds: float) -> str:
-    """Return ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
+    """Return a duration [s] as text such as ``"12 s"``, ``"3:05"`` or ``"1:02:03"``."""
     whole = round(seconds)
     if whole < 60:
         return f"{seconds:.1f} s" if seconds < 10 else f"{whole} s"

@@ -17,24 +17,25 @@ from frobs_cli.output import print_error, print_note
 BAD_INPUT = 2
 INTERRUPTED = 130
 _ERRORS = (("frobs_core.errors", "FrobsError"), ("frobs_deploy.errors", "DeployError"), ("gymnasium.error", "Error"))
-"""Module and class of errors that are reported in one line. If a module is not imported, it cannot have raised one."""
+"""Modules and classes of errors that are reported in one line. A module must be imported before it can raise errors."""
 
 READER_GONE = 141
-"""128 + SIGPIPE, the exit code that shells report when a program's output pipe was closed."""
+"""Exit code that shells report for a program whose output pipe was closed (128 + SIGPIPE)."""
 
 
 class FrobsGroup(TyperGroup):
-    """Commands that report failures as one line on stderr and an exit code.
+    """A command group that reports failures with one line on stderr and an exit code.
 
-    0: success; 1: a check or one of several jobs failed, or a bug occurred, which shows its traceback; 2: invalid input;
-    130: Ctrl-C; 143: SIGTERM during training, after a checkpoint was written.
+    The exit code is 0 for success, 2 for invalid input, 130 for Ctrl-C, and 143 for SIGTERM during training, after a
+    checkpoint was written. The exit code is 1 if a check failed, if one of several jobs failed, or if a bug caused an
+    exception, whose traceback is then printed.
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command in the first argument.
+        """Return the command that the first argument names.
 
         Raises:
-            UnknownNameError: No command has this name; suggests the closest match.
+            UnknownNameError: No command has this name. The message suggests the closest match.
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             from frobs_core.errors import UnknownNameError
@@ -45,7 +46,7 @@ class FrobsGroup(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command. Ctrl-C ends it with a one-line message."""
+        """Run the command, and exit with a one-line message on Ctrl-C."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
@@ -53,7 +54,7 @@ class FrobsGroup(TyperGroup):
             raise typer.Exit(getattr(interrupt, "exit_code", INTERRUPTED)) from None
 
     def passes_options_on(self, args: Sequence[str]) -> bool:
-        """Return whether a command line ends with the options of another program."""
+        """Return whether a command line ends with options that are passed to another program."""
         return False
 
     def main(self, args: Sequence[str] | None = None, *positional: Any, **keywords: Any) -> NoReturn:
@@ -85,7 +86,7 @@ class FrobsGroup(TyperGroup):
 
 
 def _reported() -> tuple[type[Exception], ...]:
-    """Return the classes of errors that the user can fix. Any other exception is a bug."""
+    """Return the exception classes for errors that the user can fix. Any other exception is a bug."""
     imported = [getattr(sys.modules[module], name) for module, name in _ERRORS if module in sys.modules]
     return (typer.TyperException, OSError, *imported)
 
@@ -96,7 +97,7 @@ def _words(context: Any) -> list[str]:
 
 
 def _line(error: Exception) -> str:
-    """Return the error in one line. A table in the message stays below it."""
+    """Return an error message in one line. If the message contains a table, the table follows on separate lines."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, typer.TyperException):
@@ -108,7 +109,7 @@ def _line(error: Exception) -> str:
 
 
 def _accept_any_encoding() -> None:
-    """Replace characters that the terminal's encoding does not support with '?', instead of failing."""
+    """Make stdout and stderr print '?' for characters that their encoding does not support, instead of failing."""
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -116,6 +117,6 @@ def _accept_any_encoding() -> None:
 
 
 def _write_no_more() -> None:
-    """Discard the rest of stdout's buffer when the interpreter shuts down."""
+    """Redirect stdout to the null device, so that buffered output is discarded when the interpreter shuts down."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

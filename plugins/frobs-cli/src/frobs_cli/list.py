@@ -1,4 +1,4 @@
-"""``frobs list``: what is installed."""
+"""Implements ``frobs list``, which lists what is installed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def list_(
 ) -> None:
     """List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.
 
-    A simulator whose engine is not installed is marked, with how to install it.
+    If a simulator's engine is not installed, the list shows how to install the engine.
 
     Example:
         $ frobs list

@@ -1,4 +1,4 @@
-"""Options of commands that read a model file: xacro arguments and ROS packages."""
+"""Options for commands that read a model file: xacro arguments and ROS packages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def robot_keywords(
     """Return the environment keywords for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
 
     Raises:
-        CommandLineError: An argument is not of the form ``name:=value``, or a folder does not exist.
+        CommandLineError: An argument does not have the form ``name:=value``, or a folder does not exist.
     """
     paths = {name: str(folder) for name, folder in package_paths(package_path).items()}
     keywords = {"robot": robot, "tcp": tcp, "robot_args": xacro_args(args), "package_paths": paths}
@@ -40,10 +40,10 @@ def robot_keywords(
 
 
 def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
-    """Return xacro arguments by name. One text may contain several arguments, separated by spaces.
+    """Return xacro arguments by name. A string may contain several arguments, separated by spaces.
 
     Raises:
-        ConfigurationError: An argument is not of the form ``name:=value``.
+        ConfigurationError: An argument does not have the form ``name:=value``.
     """
     found = {}
     for word in (word for text in given or () for word in text.split()):
@@ -55,7 +55,7 @@ def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
 
 
 def package_paths(given: Sequence[str] | None) -> dict[str, str | Path]:
-    """Return the folders of ROS packages by name.
+    """Return ROS package folders by package name.
 
     Raises:
         ConfigurationError: A folder does not exist.

@@ -1,4 +1,4 @@
-"""Output of commands: results to stdout, everything else to stderr."""
+"""Writes the results of commands to stdout, and everything else to stderr."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _NARROWEST_PROSE = 30
-"""Minimum width of the last column of a table [columns]; if less is available, its text goes below the row."""
+"""Minimum width of a table's last column [characters]. If less is available, its text is placed below the row."""
 
 
 def console(*, stderr: bool = False) -> Console:
-    """Return a console as wide as the terminal. Pipes and files get lines of unlimited width."""
+    """Return a console that is as wide as the terminal, or 1,000 characters wide for pipes and files."""
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
     made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
-    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign]  # rich's own handler exits with 1, like a failed check
+    made.on_broken_pipe = _reader_gone  # type: ignore[method-assign]  # rich's own handler exits with code 1
     return made
 
 
@@ -31,7 +31,7 @@ def _reader_gone() -> NoReturn:
 
 
 def print_line(text: RenderableType = "") -> None:
-    """Write something for humans to stdout."""
+    """Write human-readable output to stdout."""
     console().print(text, soft_wrap=isinstance(text, str))
 
 
@@ -49,7 +49,7 @@ def print_error(text: str) -> None:
 
 @contextlib.contextmanager
 def working(text: str) -> Iterator[Callable[[str], None]]:
-    """Show in a terminal what a command does, and for how long; yield a function that changes the text."""
+    """Show a progress text and the elapsed time in a terminal, and yield a function that changes the text."""
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     err = console(stderr=True)
@@ -69,13 +69,13 @@ def print_title(text: str, detail: str = "") -> None:
 def print_table(
     columns: Sequence[str], rows: Sequence[Sequence[str | Text]], *, header: bool = True, indent: int = 2
 ) -> None:
-    """Write a table to stdout. Its last column is wrapped, or placed below its row on a narrow terminal.
+    """Write a table to stdout. The last column's text is wrapped, or placed below the row in a narrow terminal.
 
     Args:
-        columns: Headings.
-        rows: One text for each column.
+        columns: Column headings.
+        rows: Rows, each with one text per column.
         header: Whether to show the headings.
-        indent: Indentation of each line [columns].
+        indent: Indentation of each line [characters].
     """
     from rich.text import Text
 
@@ -111,7 +111,7 @@ def print_json(value: Any) -> None:
 
 @contextlib.contextmanager
 def only_json(wanted: bool) -> Iterator[None]:
-    """Redirect output of libraries to stderr while a command collects results that it will write as JSON."""
+    """Redirect the output of libraries to stderr while a command collects the results that it writes as JSON."""
     if not wanted:
         yield
         return

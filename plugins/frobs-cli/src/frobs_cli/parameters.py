@@ -1,4 +1,4 @@
-"""Parameters of a class, read from its constructor's signature and from its docstring."""
+"""Reads the parameters of a class from its constructor's signature and its docstring."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from frobs_core.keywords import constructor_parameters
 
 _SECTIONS = ("Args:", "Attributes:")
 _MARKUP = re.compile(r"(?::[\w:]+:)?`{1,2}~?([^`]*)`{1,2}")
-"""Code and roles of reStructuredText, with the text that is shown."""
+"""Pattern for inline code and roles in reStructuredText, which captures the displayed text."""
 _ENTRY = re.compile(r"^(\w+)(?:\s*\([^)]*\))?:\s*(.*)$")
 
 
 def parameters(cls: type) -> list[dict[str, Any]]:
-    """Return the keywords that a class's constructor accepts, including those that it passes on to its parents.
+    """Return the keywords that a class's constructor accepts, including keywords that it passes to parent classes.
 
     Returns:
-        For each keyword: ``name``, ``required``, ``default`` (None if required) and ``help``.
+        A dictionary for each keyword, with ``name``, ``required``, ``default`` (None if required) and ``help``.
     """
     documented = descriptions(cls)
     found = []
@@ -31,7 +31,7 @@ def parameters(cls: type) -> list[dict[str, Any]]:
 
 
 def descriptions(cls: type) -> Mapping[str, str]:
-    """Return the description of each parameter in the docstrings of a class and its parents, in one line each."""
+    """Return a one-line description of each parameter, from the docstrings of a class and its parent classes."""
     found: dict[str, str] = {}
     for parent in cls.__mro__[:-1]:
         for document in (parent.__doc__, vars(parent).get("__init__", object).__doc__):
@@ -41,7 +41,7 @@ def descriptions(cls: type) -> Mapping[str, str]:
 
 
 def _entries(document: str) -> Iterator[tuple[str, str]]:
-    """Yield the name and text of each entry in those sections of a Google-style docstring that describe parameters."""
+    """Yield the name and text of each entry in the ``Args`` and ``Attributes`` sections of a Google-style docstring."""
     inside, name, text = False, "", ""
     for line in [*document.splitlines(), ""]:
         entry = _ENTRY.match(line.strip()) if inside and _indent(line) == 4 else None

@@ -1,4 +1,4 @@
-"""``frobs plugins``: the state of each installed plugin."""
+"""Implements ``frobs plugins``, which shows the state of each installed plugin."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def plugins(
 ) -> None:
     """Show whether each installed plugin is loaded, failed or disabled.
 
-    If a plugin failed, the cause is shown. Environment IDs that cannot be created are listed, too.
+    If a plugin failed to load, the output also shows the cause. Unavailable environment IDs are listed, too.
 
     Example:
         $ frobs plugins
@@ -75,7 +75,7 @@ def _facts(report: PluginReport) -> dict[str, object]:
 
 
 def _counts(records: Mapping[str, Sequence[Record]]) -> str:
-    """Return ``"1 robot, 4 tasks"``."""
+    """Return the number of records of each kind as text, such as ``"1 robot, 4 tasks"``."""
     words = [
         f"{len(found)} {kind if len(found) == 1 else plural(kind)}" for kind, found in records.items() if len(found)
     ]

@@ -1,4 +1,4 @@
-"""Builds the program from the installed tables of commands. A command's module is imported when the command runs."""
+"""Builds the program from the installed command tables. A command's module is imported when the command runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SETTINGS = {"help_option_names": ["-h", "--help"]}
 
 
 class LazyCommand(TyperCommand):
-    """A command that imports its function when it runs, completes its options or shows its own help."""
+    """A command whose function is imported only to run the command, complete its options or show its help."""
 
     def __init__(self, record: Command) -> None:
         super().__init__(record.name.split()[-1], help=record.summary, rich_help_panel=record.heading)
@@ -28,7 +28,11 @@ class LazyCommand(TyperCommand):
 
     @cached_property
     def loaded(self) -> TyperCommand:
-        """The imported command with its parameters. Raises CommandImportError if its function cannot be imported."""
+        """The imported command with its parameters.
+
+        Raises:
+            CommandImportError: The command's function cannot be imported.
+        """
         try:
             function = self.record.load()
         except Exception as error:
@@ -40,18 +44,18 @@ class LazyCommand(TyperCommand):
         assert isinstance(command, TyperCommand)
         for parameter in command.params:
             if getattr(parameter, "is_flag", False):
-                parameter.metavar = ""  # a flag has no value; typer would show "<bool>"
+                parameter.metavar = ""  # otherwise, typer would show "<bool>" although a flag has no value
         return command
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:
         """Import the command and parse its arguments."""
-        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing the core would load them
+        if not self.record.loads_plugins and "frobs_core" not in sys.modules:  # importing the core loads plugins
             os.environ["FROBS_NO_PLUGINS"] = "1"
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
 
 class CommandImportError(typer.TyperException):
-    """The function of a command cannot be imported."""
+    """Error that is raised if a command's function cannot be imported."""
 
     def __init__(self, record: Command, error: Exception) -> None:
         super().__init__(
@@ -68,19 +72,19 @@ def program() -> typer.Typer:
 
 
 def walk() -> Iterator[tuple[str, Any]]:
-    """Yield the program and each of its commands, imported, with its full name."""
+    """Yield the program and each of its commands as a pair of full name and imported command."""
     yield from _walk("frobs", typer.main.get_command(program()))
 
 
 def help_text(function: Callable[..., Any]) -> str:
-    """Return a docstring as help: paragraphs without line breaks, then one line for each example."""
+    """Return a function's docstring as help text: paragraphs without line breaks, then one line for each example."""
     *paragraphs, example = (inspect.getdoc(function) or "").split("\n\n")
     lines = "\n".join(line.strip() for line in example.splitlines())
     return "\n\n".join([*(" ".join(paragraph.split()) for paragraph in paragraphs), lines])
 
 
 class _Program(FrobsGroup):
-    """The group of all commands, by heading."""
+    """The group of all commands, sorted by heading."""
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
         super().__init__(*args, **keywords)
@@ -102,11 +106,11 @@ class _Program(FrobsGroup):
         return found if isinstance(found, TyperGroup) else None
 
     def passes_options_on(self, args: Sequence[str]) -> bool:
-        """Return whether a command line ends with the options of another program."""
+        """Return whether a command line ends with options that are passed to another program."""
         return any(list(args[: len(words)]) == words for words in self._passing_on)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help, and report tables of commands that cannot be read."""
+        """Write the help, and report command tables that cannot be read."""
         for line in self._problems:
             print_note(line)
         super().format_help(ctx, formatter)
@@ -148,7 +152,7 @@ def frobs(
         ),
     ] = False,
 ) -> None:
-    """Robot reinforcement learning from plugins: simulators, robots, controllers, tasks and algorithms.
+    """Robot reinforcement learning with plugins for simulators, robots, controllers, tasks and algorithms.
 
     Example:
         $ frobs list envs

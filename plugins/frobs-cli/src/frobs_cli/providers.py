@@ -1,4 +1,4 @@
-"""Additions of other distributions to ``frobs list`` and ``frobs show``: pretrained policies, runs, robot sheets.
+"""Lets other distributions extend ``frobs list`` and ``frobs show``, for example with pretrained policies and runs.
 
 The entry-point group ``frobs.providers`` names instances of :class:`Provider`::
 
@@ -22,24 +22,25 @@ GROUP = "frobs.providers"
 
 
 class Provider:
-    """Additional facts from a distribution. All methods are optional.
+    """A source of additional facts from a distribution. Overriding the methods is optional.
 
     Attributes:
-        kind: Kind of object that :meth:`describe` describes, such as ``"run"``; empty: none.
+        kind: Kind of object that :meth:`describe` describes, such as ``"run"``, or an empty string if the provider
+            does not describe objects.
     """
 
     kind: str = ""
 
     def environment(self, id: str, record: EnvironmentRecord) -> Mapping[str, Any]:
-        """Return additional facts about an environment ID, as JSON types."""
+        """Return additional facts about an environment ID. All values must have JSON-compatible types."""
         return {}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the heading and cell of an additional column for ``frobs list envs``; None: no column."""
+        """Return the heading and cell of an additional column in ``frobs list envs``, or None for no column."""
         return None
 
     def readable_environment(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return facts of :meth:`environment` in human-readable form."""
+        """Convert the facts from :meth:`environment` to human-readable form."""
         return facts
 
     def describes(self, name: str) -> bool:
@@ -47,15 +48,15 @@ class Provider:
         return False
 
     def describe(self, name: str) -> Mapping[str, Any]:
-        """Return the facts about an object of ``kind``; by default only ``kind`` and ``name``."""
+        """Return the facts about an object of ``kind``. By default, only ``kind`` and ``name`` are returned."""
         return {"kind": self.kind, "name": name}
 
     def readable(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return facts of :meth:`describe` in human-readable form."""
+        """Convert the facts from :meth:`describe` to human-readable form."""
         return facts
 
     def draw(self, robot: Robot, picture: Path) -> Path | None:
-        """Draw a robot and return the written file; None if this provider does not draw."""
+        """Draw a robot and return the path of the picture, or None if this provider does not draw robots."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""``frobs show``: the details of one object."""
+"""Implements ``frobs show``, which shows the details of an object."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def show(
 ) -> None:
     """Show the details of a part, an environment ID, a run or a robot file.
 
-    The details include the parameters that a part accepts, the capabilities that it needs, and what it is compatible
-    with.
+    A part is a simulator, robot, controller, task or algorithm. The details of a part include the accepted parameters,
+    the required capabilities, and what the part is compatible with.
 
     Example:
         $ frobs show irb120
@@ -93,14 +93,18 @@ def show(
 
 
 def _readable(facts: Facts) -> Mapping[str, Any]:
-    """Return facts in human-readable form."""
+    """Convert facts to human-readable form."""
     if facts["kind"] == catalogue.ENVIRONMENT:
         return readable_environment(facts)
     return next((it.readable(facts) for it in providers() if it.kind == facts["kind"]), facts)
 
 
 def _draw(robot: Robot | None, name: str, picture: Path) -> None:
-    """Draw a robot. Raises ConfigurationError if the name is not a robot's."""
+    """Draw a robot.
+
+    Raises:
+        ConfigurationError: The name does not refer to a robot.
+    """
     if robot is None:
         raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
     with working("drawing"):
@@ -111,7 +115,11 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
-    """Yield a describing function for each meaning of a name. Raises UnknownNameError if there is none."""
+    """Yield a function that returns the facts about an object, for each object that the name may refer to.
+
+    Raises:
+        UnknownNameError: The name does not refer to any object.
+    """
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
     kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *others) else None
@@ -140,5 +148,5 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
 
 
 def _is_id(name: str) -> bool:
-    """Return whether a name is an environment ID, including its self-importing form."""
+    """Return whether a name is an environment ID, with or without a module to import (``module:Id-v0``)."""
     return registry.bare_id(name) in gym.registry or (":" in name and "/" in name)

@@ -1,4 +1,4 @@
-"""Collision checks for a robot with itself, the floor and the scene, at joint positions and on lines between them."""
+"""Collision checker for a robot's joint positions and motions in a scene."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ from frobs_core.arrays import Floats
 from frobs_core.models import Collision, JointType
 
 FLOOR = "floor"
-"""Name of the floor among the obstacles."""
+"""Obstacle name of the floor."""
 
-_LEAST_SPACING = 0.005  # [m] spacing of checks if the requested clearance is almost zero
+_LEAST_SPACING = 0.005  # [m] minimum spacing of checks, which applies if the clearance is almost zero
 
 
 class CollisionChecker:
-    """Checks pairs of shapes that must keep a minimum distance.
+    """Checker for the minimum distance between pairs of shapes.
 
-    As in the simulators, links connected by at most one joint may overlap, and so may links that overlap at home. Fixed
-    links are not checked against the scene, because motions do not affect them.
+    As in the simulators, two links may overlap if they are connected by at most one joint or overlap at home. Fixed
+    links are not checked against the scene, because the robot's motion does not affect them.
 
     Args:
-        kinematics: Kinematics of the robot; all poses are in the frame of its root link.
-        obstacles: Shapes of the scene by body name, each in its body's frame.
-        floor: Whether there is a floor. It becomes another obstacle, :data:`FLOOR`, below the xy plane of its frame.
-        self_collision: Whether the links of the robot can collide with each other.
-        clearance: Minimum distance [m].
-        may_touch: Pairs of links that may touch each other.
+        kinematics: Kinematics of the robot. All poses are in the root link's frame.
+        obstacles: Collision shapes of the scene by body name, each in the body's frame.
+        floor: Whether the scene has a floor. The floor is an additional obstacle named :data:`FLOOR`, which fills the
+            space below the xy plane of its frame.
+        self_collision: Whether the robot's links can collide with each other.
+        clearance: Minimum distance between two shapes [m].
+        may_touch: Pairs of links that may touch.
 
     Attributes:
-        reach: (dof,) maximum motion of any part of the robot [m] per unit of joint motion [rad or m].
+        reach: Upper limit (dof,) for the displacement of any part of the robot [m] per unit of joint motion [rad or m].
     """
 
     def __init__(
@@ -74,7 +75,7 @@ class CollisionChecker:
         self._margins = np.full(len(self._geometry.collisionPairs), clearance)  # (pairs,) [m]
 
     def _add_links(self) -> dict[str, list[int]]:
-        """Add the shapes of the robot's links, and return their indices by link."""
+        """Add the collision shapes of the robot's links, and return the indices of the shapes by link."""
         numbers: dict[str, list[int]] = {}
         for link in self._kinematics.robot.links:
             joint, placement = self._kinematics.links[link.name]
@@ -85,7 +86,7 @@ class CollisionChecker:
         return numbers
 
     def _add_obstacles(self, obstacles: Mapping[str, Sequence[Collision]], floor: bool) -> dict[str, list[int]]:
-        """Add the shapes of the scene, and return their indices by body."""
+        """Add the collision shapes of the scene, and return the indices of the shapes by body."""
         self._origins: dict[int, Any] = {}
         numbers: dict[str, list[int]] = {}
         for name, collisions in obstacles.items():
@@ -110,9 +111,10 @@ class CollisionChecker:
                 self._geometry.addCollisionPair(pin.CollisionPair(first, second))
 
     def let_overlap(self, home: Floats) -> None:
-        """Allow links to overlap each other or the floor where they do so at home. Call it after placing the floor.
+        """Allow each pair of links to overlap if it overlaps at home. The floor counts as a link.
 
-        Pairs that are merely close to each other at home may approach to half of that distance.
+        For all other pairs of links, the minimum distance is at most half the distance at home. Call this method after
+        placing the floor.
 
         Args:
             home: (dof,) [rad or m]
@@ -135,7 +137,7 @@ class CollisionChecker:
         """Set the poses of obstacles.
 
         Args:
-            poses: Poses by body name, as SE3 in the frame of the robot's root link.
+            poses: Poses by body name, as Pinocchio SE3 objects in the root link's frame.
         """
         shapes = self._geometry.geometryObjects
         for name, pose in poses.items():
@@ -143,19 +145,19 @@ class CollisionChecker:
                 shapes[number].placement = pose * self._origins[number]
 
     def begin_anywhere(self) -> None:
-        """Discard the start of the last motion."""
+        """Restore the minimum distances that :meth:`begin_at` may have reduced for the last motion."""
         self._require(self._margins)
 
     def begin_at(self, joint_positions: Floats) -> bool:
-        """Accept the start of a motion, even if some pairs are closer than the clearance.
+        """Set the start of a motion, where pairs of shapes may be closer than their minimum distance.
 
-        These pairs may approach to half of their initial distance.
+        For such a pair, the minimum distance during the motion is half the distance at the start.
 
         Args:
             joint_positions: (dof,) [rad or m]
 
         Returns:
-            Whether no pair touches at the start.
+            True if no shapes touch at the start.
         """
         self.begin_anywhere()
         if self.is_free(joint_positions):
@@ -165,26 +167,27 @@ class CollisionChecker:
         return bool((distances > 0.0).all())
 
     def is_free(self, joint_positions: Floats) -> bool:
-        """Return whether all pairs keep their minimum distance at joint positions (dof,) [rad or m]."""
+        """Return whether all pairs of shapes keep their minimum distance at joint positions (dof,) [rad or m]."""
         kinematics = self._kinematics
         q = kinematics.configuration(joint_positions)
         return not pin.computeCollisions(kinematics.model, kinematics.data, self._geometry, self._data, q, True)
 
     def is_way_free(self, start: Floats, end: Floats) -> bool:
-        """Return whether the straight line between two joint vectors (dof,) is free, without checking its ends.
+        """Return whether a straight line between two joint vectors (dof,) is free. The end points are not checked.
 
-        Between two checks, no part of the robot moves by more than twice the clearance. If all checks keep the
-        clearance, nothing touches anywhere on the line.
+        Between two checks, no part of the robot moves by more than twice the clearance, or 5 mm if that is more.
+        Therefore, if the clearance is at least 2.5 mm and all checked positions keep it, nothing touches anywhere on
+        the line.
         """
         count = self.count_checks(np.abs(end - start))
         return all(self.is_free(start + share * (end - start)) for share in _shares(count))
 
     def count_checks(self, change: Floats) -> int:
-        """Return the number of parts into which a motion by ``change`` (dof,) must be divided for checking."""
+        """Return the number of parts into which a motion by ``change`` (dof,) must be divided for collision checks."""
         return max(1, math.ceil(float(change @ self.reach) / self._spacing))
 
     def _distances(self, joint_positions: Floats) -> Floats:
-        """Return the distance between the shapes of each pair, (pairs,) [m], negative if they overlap."""
+        """Return the distance between the shapes of each pair, (pairs,) [m], negative for overlapping shapes."""
         kinematics = self._kinematics
         q = kinematics.configuration(joint_positions)
         pin.computeDistances(kinematics.model, kinematics.data, self._geometry, self._data, q)
@@ -197,14 +200,14 @@ class CollisionChecker:
 
 @lru_cache(maxsize=1024)
 def _shares(count: int) -> tuple[float, ...]:
-    """Return the inner boundaries of ``count`` equal parts of [0, 1], middle first to find obstacles early."""
+    """Return the inner boundaries of ``count`` equal parts of [0, 1], middle first to find collisions early."""
     bits = max(count - 1, 1).bit_length()
     order = sorted(range(1, count), key=lambda number: f"{number:0{bits}b}"[::-1])
     return tuple(number / count for number in order)
 
 
 def _reach(kinematics: Kinematics) -> Floats:
-    """Return the maximum motion of any part of the robot [m] per unit of joint motion, (dof,)."""
+    """Return an upper limit (dof,) for the displacement of any part of the robot [m] per unit of joint motion."""
     robot = kinematics.robot
     above = {joint.child: joint for joint in robot.joints}
     reach = np.zeros(len(robot.joint_names))

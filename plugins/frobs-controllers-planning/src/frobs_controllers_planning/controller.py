@@ -1,4 +1,4 @@
-"""Each action is a complete motion, planned around obstacles and followed at the physics rate."""
+"""Controller whose actions are complete motions, planned around obstacles and followed at the physics rate."""
 
 from __future__ import annotations
 
@@ -20,34 +20,34 @@ TARGETS = ("joint", "tcp")
 
 
 class TrajectoryController(Controller):
-    """Moves the robot from rest to rest along a collision-free path, once per control step.
+    """Controller that moves the robot from rest to rest along a collision-free path in each control step.
 
-    With ``target="joint"``, an action specifies joint positions: −1 is the lower limit, 1 the upper limit; a joint
-    without limits uses [−π, π]. With ``target="tcp"``, it specifies a position of the tool center point with any
-    orientation: −1 and 1 are the faces of :attr:`workspace`, a box aligned with the base's axes. Its corners, and
-    possibly some points inside, are out of reach.
+    With ``target="joint"``, an action specifies joint positions: −1 is the lower limit and 1 the upper limit. A joint
+    without limits uses the range [−π, π]. With ``target="tcp"``, an action specifies a position of the tool center
+    point, with any orientation: −1 and 1 correspond to the faces of :attr:`workspace`, a box aligned with the base's
+    axes. The corners of this box, and possibly some points inside, are out of reach.
 
-    If there is no plan, or its motion would take longer than the control step, the robot stays where it is, and
-    :meth:`info` contains the reason. The scene is read when the motion begins and is assumed to be static. The drives
-    follow the commands with a lag that depends on their gains. The next motion begins at the end of the last planned
-    one, not at the position to which gravity deflects the arm. Planning is not batched: environments are planned one
-    after another.
+    If no plan is found, or if the planned motion would take longer than the control step, the robot does not move, and
+    :meth:`info` contains the reason. The controller reads the poses of the scene's bodies when a motion begins and
+    assumes that the bodies do not move. The drives follow the commands with a lag that depends on their gains. Each
+    motion begins at the end of the last planned motion, not at the position to which gravity deflects the arm. Planning
+    is not batched: motions are planned for one environment after another.
 
     Args:
-        target: ``"joint"`` or ``"tcp"``.
+        target: ``"joint"`` if actions are joint positions, or ``"tcp"`` if they are tool positions.
         clearance: Minimum distance between all objects [m], in [0, 0.5].
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. If None, each joint
-            reaches its velocity limit in half a second.
-        max_steps: Maximum number of steps in the path search.
-        seed: Seed for the search; the same motion in the same scene always has the same plan.
+        max_acceleration: Acceleration limits [rad/s² or m/s²]: one value for all joints, or values by joint name. A
+            joint without a value reaches its velocity limit in half a second.
+        max_steps: Maximum number of path search steps.
+        seed: Seed for the path search. With the same seed, a motion in the same scene always has the same plan.
 
     Attributes:
-        planner: The planner; set by ``bind``.
-        workspace: Minimum and maximum corners (3,) [m] of the box of tool positions for ``target="tcp"``, in the base
-            frame; set by ``bind``. Along each axis, it contains nine in ten of the tool positions of joint vectors
-            inside the limits.
+        planner: The motion planner, set by ``bind``.
+        workspace: Minimum and maximum corners, (3,) [m] each, of the box of tool positions for ``target="tcp"``, in the
+            base frame. Set by ``bind``. Along each axis, the box contains 90 % of the tool positions for random joint
+            positions within the limits.
     """
 
     command_mode = CommandMode.POSITION
@@ -79,11 +79,11 @@ class TrajectoryController(Controller):
         self._simulation: Simulation | None = None
 
     def bind_scene(self, scene: Scene, simulation: Simulation) -> None:
-        """Store the robot's surroundings."""
+        """Store the scene and the simulation that contain the robot."""
         self._scene, self._simulation = scene, simulation
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
             ConfigurationError: A parameter is out of range.
@@ -110,12 +110,12 @@ class TrajectoryController(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Hold the current positions."""
+        """Set the commanded positions to the current joint positions."""
         rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
 
     def apply(self, action: Action) -> Floats:
-        """Return the joint positions for a whole motion, (num_envs, decimation, dof) [rad or m], inside the limits."""
+        """Return the joint positions of whole motions, (num_envs, decimation, dof) [rad or m], within the limits."""
         for i, values in enumerate(np.clip(action, -1.0, 1.0)):
             self._look_around(i)
             plan = self._plan(i, values)
@@ -128,7 +128,7 @@ class TrajectoryController(Controller):
         return np.clip(self._rows, self.planner.lower, self.planner.upper, out=self._rows)
 
     def _plan(self, i: int, action: Floats) -> Plan:
-        """Plan environment ``i``'s motion; it must end within the control step."""
+        """Plan the motion of environment ``i``, which must end within the control step."""
         planner = self.planner
         if self.target == "joint":
             half_range = 0.5 * (planner.upper - planner.lower)
@@ -143,7 +143,7 @@ class TrajectoryController(Controller):
         return plan
 
     def _look_around(self, i: int) -> None:
-        """Update the planner's scene with the poses from environment ``i``."""
+        """Update the planner with the current poses in environment ``i``."""
         if self._simulation is None:
             return
         bodies: dict[str, Pose] = {}
@@ -166,16 +166,16 @@ class TrajectoryController(Controller):
         info["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return the results of the last planning, (num_envs,) each.
+        """Return metrics of the latest planning, (num_envs,) each.
 
-        ``plan_success`` (0 or 1), ``plan_reason`` (a value of :class:`~frobs_controllers_planning.plan.Reason`),
-        ``plan_time`` [s], ``plan_waypoints`` (number of waypoints: 2 for a straight line in joint space, 0 for no
-        path), and ``motion_duration`` [s] (0 if the robot stays).
+        The metrics are ``plan_success`` (0 or 1), ``plan_reason`` (a value of
+        :class:`~frobs_controllers_planning.plan.Reason`), ``plan_time`` [s], ``plan_waypoints`` (number of waypoints: 2
+        for a straight line in joint space, 0 for no path), and ``motion_duration`` [s] (0 if the robot does not move).
         """
         return self._info
 
     def snapshot(self) -> Snapshot:
-        """Return the end positions of the last motions."""
+        """Return the joint positions at the end of the last motions."""
         return {"target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

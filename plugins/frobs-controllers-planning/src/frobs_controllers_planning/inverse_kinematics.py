@@ -1,4 +1,4 @@
-"""Joint positions for a tool pose: damped least squares from several initial positions."""
+"""Inverse kinematics by damped least squares from several initial joint positions."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from frobs_core.arrays import Floats
 from frobs_core.models import longest_reach
 
 POSITION_TOLERANCE = 1e-4
-"""[m]"""
+"""Default maximum distance from the goal position [m]."""
 ROTATION_TOLERANCE = 1e-3
-"""[rad]"""
+"""Default maximum angle from the goal orientation [rad]."""
 
 _ITERATIONS = 60
-_LARGEST_STEP = 0.5  # [rad or m] maximum motion per joint and iteration
-_DAMPING = 1e-3  # multiple of the error: large far from the goal, almost zero at the goal
-_HOPELESS = 12  # give up after this many failed initial positions; usually at least half reach a reachable goal
+_LARGEST_STEP = 0.5  # [rad or m] maximum motion of a joint per iteration
+_DAMPING = 1e-3  # factor of the error: the damping is large far from the goal, and almost zero at the goal
+_HOPELESS = 12  # give up if this many initial positions fail; for a reachable goal, usually at most half of them fail
 _STALLED = 10  # give up after this many iterations without reducing the distance by a tenth
 
 
 class InverseKinematics:
-    """Computes the joint positions of an arm inside its limits.
+    """Solver for joint positions within an arm's limits that reach a tool pose.
 
     Args:
         kinematics: Kinematics of the robot.
-        tcp: Name of the tool's link.
-        lower: (dof,) [rad or m], finite.
-        upper: (dof,) [rad or m], finite.
+        tcp: Name of the tool link.
+        lower: Lower position limits, (dof,) [rad or m], finite.
+        upper: Upper position limits, (dof,) [rad or m], finite.
     """
 
     def __init__(self, kinematics: Kinematics, tcp: str, lower: Floats, upper: Floats) -> None:
@@ -47,16 +47,16 @@ class InverseKinematics:
         tries: int,
         tolerances: tuple[float, float] = (POSITION_TOLERANCE, ROTATION_TOLERANCE),
     ) -> Iterator[Floats]:
-        """Yield joint positions (dof,) [rad or m] for a goal, starting from ``start``, then from random positions.
+        """Yield joint positions (dof,) [rad or m] that reach a goal, found from ``start`` and from random positions.
 
-        The search ends early if the first few initial positions all fail.
+        The search ends early if it fails from each of the first 12 initial positions.
 
         Args:
-            pos: (3,) [m] position of the tool in the root link's frame.
-            rotation: (3, 3) orientation of the tool, or None for any orientation.
-            start: (dof,) [rad or m]
-            rng: Source of random initial positions.
-            tries: Number of initial positions.
+            pos: Position of the tool in the root link's frame, (3,) [m].
+            rotation: Rotation matrix of the tool in the root link's frame, (3, 3), or None for any orientation.
+            start: First initial position of the joints, (dof,) [rad or m].
+            rng: Generator of the random initial positions.
+            tries: Maximum number of initial positions.
             tolerances: Maximum distance [m] and angle [rad] from the goal.
         """
         if float(np.linalg.norm(pos)) > self._reach + tolerances[0]:
@@ -74,7 +74,7 @@ class InverseKinematics:
     def _solve(
         self, pos: Floats, rotation: Floats | None, joint_positions: Floats, tolerances: tuple[float, float]
     ) -> Floats | None:
-        """Return a solution near the initial position, or None if none was found."""
+        """Return a solution near the initial position, or None if the iteration does not converge."""
         best, stalled = np.inf, 0
         rows = 3 if rotation is None else 6
         for _ in range(_ITERATIONS):
@@ -97,7 +97,7 @@ class InverseKinematics:
         return None
 
     def _step(self, jacobian: Floats, error: Floats, joint_positions: Floats) -> Floats:
-        """Return joint positions closer to the goal; if limits stop some joints, the others compensate."""
+        """Return joint positions closer to the goal. If limits stop some joints, the other joints compensate."""
         damping = (_DAMPING * float(np.linalg.norm(error)) + 1e-8) * np.eye(len(error))
         free = np.ones(len(joint_positions), bool)
         for _ in range(2):

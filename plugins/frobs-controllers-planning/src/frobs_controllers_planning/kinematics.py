@@ -1,4 +1,4 @@
-"""Robot kinematics with Pinocchio, built from the same model that the simulators use."""
+"""Robot kinematics with Pinocchio, built from the model that the simulators also use."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
 
 
 class Kinematics:
-    """Kinematics of a robot in its root link's frame.
+    """Kinematics of a robot, in the root link's frame.
 
-    All moving joints, including mimic joints, become Pinocchio joints; floating and planar joints stay at zero.
+    All moving joints, including mimic joints, become Pinocchio joints. Floating and planar joints stay at zero.
 
     Args:
         robot: The robot's model.
 
     Attributes:
         robot: The robot's model.
-        model: Pinocchio's model.
-        data: Pinocchio's data.
-        links: For each link, the index of the joint that carries it (0 is the root), and its pose in that joint's
-            frame.
+        model: Pinocchio model of the robot.
+        data: Pinocchio data for the model.
+        links: For each link, the index of the joint that moves the link (0 for the root) and the link's pose in the
+            joint's frame.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -62,7 +62,7 @@ class Kinematics:
         return self.data.oMi[joint] * placement
 
     def frame_jacobian(self, link: str, joint_positions: Floats) -> tuple[Any, Floats]:
-        """Return a link's pose as SE3, and its Jacobian (6, dof) in the axes of the root link: linear, then angular."""
+        """Return a link's pose as SE3 and its Jacobian (6, dof), linear rows first, in the root link's axes."""
         pose = self.frame_pose(link, joint_positions)  # not computed by the next line
         joint, placement = self.links[link]
         columns = pin.computeJointJacobian(self.model, self.data, self.configuration(joint_positions), joint)

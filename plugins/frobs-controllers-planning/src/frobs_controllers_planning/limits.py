@@ -13,17 +13,17 @@ from frobs_core.models import RobotModel
 from frobs_core.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
-"""Default time for a joint to reach its velocity limit [s], used because URDF does not define acceleration limits."""
+"""Default time for a joint to reach its velocity limit [s], needed because URDF has no acceleration limits."""
 
 UNLIMITED_RANGE = math.pi
-"""Range of joints without position limits, ± [rad or m]."""
+"""Position limit, ± [rad or m], of joints without position limits in the model file."""
 
 UNLIMITED_VELOCITY = 2.0
-"""Velocity limit of joints for which the model file does not define one [rad/s or m/s]."""
+"""Velocity limit [rad/s or m/s] of joints without a velocity limit in the model file."""
 
 
 def ranges(model: RobotModel) -> tuple[Floats, Floats]:
-    """Return the position limits, finite, (dof,) each [rad or m]."""
+    """Return finite lower and upper position limits, (dof,) [rad or m] each."""
     limits = [(joint.limits.lower, joint.limits.upper) for joint in model.actuated_joints]
     lower = np.array([-UNLIMITED_RANGE if math.isinf(low) else low for low, _ in limits])
     upper = np.array([UNLIMITED_RANGE if math.isinf(high) else high for _, high in limits])
@@ -31,7 +31,7 @@ def ranges(model: RobotModel) -> tuple[Floats, Floats]:
 
 
 def velocities(model: RobotModel) -> Floats:
-    """Return the velocity limits, finite, (dof,) [rad/s or m/s]."""
+    """Return finite velocity limits, (dof,) [rad/s or m/s]."""
     limits = np.array([joint.limits.velocity for joint in model.actuated_joints])
     return np.where(np.isfinite(limits) & (limits > 0.0), limits, UNLIMITED_VELOCITY)
 
@@ -41,11 +41,11 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
 
     Args:
         model: Model of the robot.
-        given: One limit for all joints, or limits by joint name. Joints you omit (or all joints, if None) reach their
-            velocity limit in :data:`SECONDS_TO_FULL_SPEED`.
+        given: One limit for all joints, or limits by joint name. A joint without a given limit reaches its velocity
+            limit in :data:`SECONDS_TO_FULL_SPEED`.
 
     Raises:
-        UnknownNameError: A name does not belong to an actuated joint.
+        UnknownNameError: A name in the mapping is not an actuated joint.
         ConfigurationError: A value is not positive.
     """
     found = velocities(model) / SECONDS_TO_FULL_SPEED
@@ -58,17 +58,18 @@ def accelerations(model: RobotModel, given: float | Mapping[str, float] | None) 
 
 
 def number(name: str, value: object, unit: str, *, largest: float = math.inf, zero: bool = False) -> float:
-    """Return a parameter as a float.
+    """Return a parameter as a float after checking its value.
 
     Args:
-        name: Name of the parameter, for the error message.
+        name: Name of the parameter, used in the error message.
         value: Value of the parameter.
-        unit: Unit, for the error message.
+        unit: Unit of the value, used in the error message.
         largest: Maximum value.
         zero: Whether 0 is allowed.
 
     Raises:
-        ConfigurationError: The value is not a finite number in (0, largest], or [0, largest].
+        ConfigurationError: The value is not a finite number in (0, ``largest``], or in [0, ``largest``] if ``zero`` is
+            set.
     """
     name = f"trajectory: {name}"
     found = non_negative(name, value, unit) if zero else positive(name, value, unit)

@@ -1,4 +1,4 @@
-"""A path through joint space: straight lines with rounded corners."""
+"""Paths through joint space that consist of straight lines with rounded corners."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from frobs_core.arrays import Floats
 
 
 class RoundedPath:
-    """Straight lines between waypoints, with a parabola at each corner, so that the direction is continuous.
+    """Path of straight lines between waypoints, with a parabola at each corner to make the direction continuous.
 
-    Its parameter is the length in joint space, shortened by the rounding. The second derivative is constant on each
-    piece.
+    The path parameter is the length of the path without rounding, in joint space. On each piece (a line or a parabola),
+    the second derivative is constant.
 
     Args:
-        waypoints: (n, dof) [rad or m], without consecutive duplicates; n ≥ 2.
-        radii: (n − 2,) distance in joint space before and after each corner at which the path leaves the lines; > 0,
-            and the radii of two adjacent corners add up to at most the length of the line between them.
+        waypoints: Waypoints, (n, dof) [rad or m], n ≥ 2, without consecutive duplicates.
+        radii: Rounding distances in joint space, (n − 2,), > 0. At each corner, a parabola replaces this length of both
+            lines. The radii of two adjacent corners add up to at most the length of the line between them.
 
     Attributes:
-        breaks: (m + 1,) parameters at the ends of the m pieces; the first is 0.
+        breaks: Path parameters at the ends of the m pieces, (m + 1,). The first value is 0.
     """
 
     def __init__(self, waypoints: Floats, radii: Floats) -> None:
@@ -49,15 +49,16 @@ class RoundedPath:
 
     @property
     def length(self) -> float:
-        """Parameter at the end of the path."""
+        """Path parameter at the end of the path."""
         return float(self.breaks[-1])
 
     def evaluate(self, at: Floats, piece: npt.NDArray[np.intp] | None = None) -> tuple[Floats, Floats, Floats]:
-        """Return positions, first and second derivatives, (k, dof) each.
+        """Return the positions and their first and second derivatives, (k, dof) each.
 
         Args:
-            at: (k,) parameters in [0, length].
-            piece: (k,) the piece to which each parameter belongs. If None, the later of two adjacent pieces is used.
+            at: Path parameters in [0, length], (k,).
+            piece: Index of the piece to which each parameter belongs, (k,). If None, the later piece is used where two
+                pieces meet.
         """
         if piece is None:
             piece = np.searchsorted(self.breaks, at, side="right") - 1

@@ -1,4 +1,4 @@
-"""Planning goals and results."""
+"""Goals and results of motion planning."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from frobs_core.arrays import Floats
 
 
 class Reason(IntEnum):
-    """Planning result, as reported in ``info["frobs/plan_reason"]``."""
+    """Result of motion planning, as reported in ``info["frobs/plan_reason"]``."""
 
     PLANNED = 0
-    """There is a plan."""
+    """A motion was planned."""
     START_OUTSIDE_LIMITS = 1
-    """A joint is beyond its limits at the start."""
+    """At the start, a joint is beyond its position limits."""
     START_IN_COLLISION = 2
-    """Objects touch at the start."""
+    """At the start, two objects touch."""
     GOAL_OUTSIDE_LIMITS = 3
-    """A joint position in the goal is beyond the joint's limits."""
+    """At the goal, a joint is beyond its position limits."""
     GOAL_IN_COLLISION = 4
-    """Objects touch or are too close at the goal, for all joint positions that were found."""
+    """For all joint positions found for the goal, two objects touch or are too close to each other."""
     GOAL_OUT_OF_REACH = 5
     """No joint positions were found for the tool goal."""
     NO_WAY_FOUND = 6
-    """The search was stopped; a path may exist."""
+    """The search was stopped without finding a path, although a path may exist."""
     TOO_LONG = 7
-    """There is a plan, but its motion takes longer than a control step. Only the controller returns this."""
+    """A path was found, but the motion takes longer than a control step. Only the controller uses this value."""
 
 
 @dataclass(frozen=True)
 class ToolGoal:
-    """A target pose of the tool center point in the world.
+    """Target pose of the tool center point in the world frame.
 
     Attributes:
-        pos: (3,) [m]
-        quat_wxyz: (4,) scalar first, or None for any orientation.
+        pos: Target position, (3,) [m].
+        quat_wxyz: Target orientation as a scalar-first quaternion, (4,), or None for any orientation.
         position_tolerance: Maximum distance from ``pos`` [m].
         rotation_tolerance: Maximum angle from ``quat_wxyz`` [rad].
     """
@@ -50,14 +50,14 @@ class ToolGoal:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The result of planning.
+    """Result of motion planning.
 
     Attributes:
-        reason: :attr:`Reason.PLANNED`, or why there is no plan.
-        path: (n, dof) waypoints [rad or m], from start to goal; the trajectory rounds their corners. None if there is
-            no plan.
-        trajectory: Joint positions over time; None if there is no plan.
-        seconds: Planning time [s].
+        reason: :attr:`Reason.PLANNED`, or the reason why planning failed.
+        path: Waypoints from start to goal, (n, dof) [rad or m], or None if no path was found. The trajectory rounds the
+            corners at the waypoints.
+        trajectory: Joint positions over time, or None if planning failed.
+        seconds: Time spent on planning [s].
     """
 
     reason: Reason
@@ -67,5 +67,5 @@ class Plan:
 
     @property
     def success(self) -> bool:
-        """Whether there is a plan."""
+        """Whether planning succeeded."""
         return self.reason is Reason.PLANNED

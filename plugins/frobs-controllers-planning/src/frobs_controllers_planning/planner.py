@@ -1,4 +1,4 @@
-"""The planner: finds collision-free motions to a goal within the robot's limits."""
+"""Planner for collision-free motions within a robot's limits."""
 
 from __future__ import annotations
 
@@ -28,48 +28,48 @@ from frobs_core.rotations import matrix_from_quat
 from frobs_core.validation import whole_number
 
 Pose = tuple[Floats, Floats]
-"""pos (3,) [m] and quat_wxyz (4,) in the world."""
+"""Position (3,) [m] and scalar-first quaternion (4,) in the world frame."""
 
-_WAYS = 3  # number of path searches for a tool goal, nearest joint positions first
-_SOLUTIONS = 4  # number of free solutions from which these are selected
-_TRIES = 30  # number of initial positions for inverse kinematics
-_POSTURES = 4096  # number of random postures for determining the tool's range
-_STILL = 1e-6  # [rad or m]: shorter motions are not planned
-_LIMIT_TOLERANCE = 1e-3  # [rad or m] by which a measured joint may exceed its limit
+_WAYS = 3  # maximum number of path searches for a tool goal, beginning with the nearest joint positions
+_SOLUTIONS = 4  # number of collision-free solutions among which the nearest are selected
+_TRIES = 30  # maximum number of initial positions for inverse kinematics
+_POSTURES = 4096  # number of random joint positions used to determine the tool's workspace
+_STILL = 1e-6  # [rad or m]: shorter motions require no path
+_LIMIT_TOLERANCE = 1e-3  # [rad or m]: measured joint positions may exceed the limits by this much
 
 
 class Planner:
-    """Plans motions of one robot in a scene, without a simulation.
+    """Motion planner for one robot in a scene. It works without a simulation.
 
-    The same arguments give the same plan. As in the simulators, the collision shapes of the robot's links can collide
-    with each other (except neighbors and links that overlap at home), the bodies of the scene, additional robots, and
-    the floor.
+    The same arguments always result in the same plan. As in the simulators, the robot's links can collide with each
+    other (except for neighbors and for links that overlap at home), with the bodies of the scene, with additional
+    robots, and with the floor.
 
     Args:
-        robot: Name of the robot, path of its model file, or description.
-        scene: Surroundings of the robot. If None, there is only a floor.
-        model: Parsed model file, if available.
-        tcp: Link to which tool goals refer, or None for the robot's tool center point.
-        clearance: Minimum distance between all objects [m], in [0, 0.5]. Pairs that are closer at the start, or always,
-            may approach to half of that distance.
+        robot: The robot: its name, the path of its model file, or its description.
+        scene: Scene that surrounds the robot, or None for a scene with only a floor.
+        model: Parsed model of the robot, or None to load the model file.
+        tcp: Name of the link that must reach tool goals, or None for the robot's tool center point.
+        clearance: Minimum distance between all objects [m], in [0, 0.5]. For a pair of objects that is closer at the
+            start of a motion or at home, half of its distance there is used instead.
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
-        max_acceleration: Acceleration limits [rad/s² or m/s²], one for all joints or by joint name. Joints you omit (or
-            all joints, if None) reach their velocity limit in half a second.
-        may_touch: Additional pairs of the robot's links that may touch.
+        max_acceleration: Acceleration limits [rad/s² or m/s²]: one value for all joints, or values by joint name. A
+            joint without a value reaches its velocity limit in half a second.
+        may_touch: Pairs of the robot's links that may touch, in addition to neighbors and links that overlap at home.
         max_steps: Maximum number of search steps, ≥ 1.
         seed: Seed for the random numbers, ≥ 1.
 
     Attributes:
-        joint_names: Names of the joints, in the order of joint positions.
-        home: (dof,) [rad or m]
-        lower: (dof,) [rad or m]; −π if there is no limit.
-        upper: (dof,) [rad or m]; π if there is no limit.
-        max_velocity: (dof,) [rad/s or m/s] upper limit for all motions.
-        max_acceleration: (dof,) [rad/s² or m/s²] upper limit for all motions.
+        joint_names: Names of the actuated joints, in the order of the joint position arrays.
+        home: Home positions of the joints, (dof,) [rad or m].
+        lower: Lower position limits, (dof,) [rad or m], −π for joints without a limit.
+        upper: Upper position limits, (dof,) [rad or m], π for joints without a limit.
+        max_velocity: Maximum joint velocities of planned motions, (dof,) [rad/s or m/s].
+        max_acceleration: Maximum joint accelerations of planned motions, (dof,) [rad/s² or m/s²].
 
     Raises:
-        UnknownNameError: The robot, a link or a joint does not exist.
+        UnknownNameError: The robot, the tool link or a joint does not exist.
         ConfigurationError: A value is invalid.
         ModelFileError: A model file or a mesh cannot be read.
     """
@@ -125,14 +125,14 @@ class Planner:
         self._search = Search(self._checker, self.lower, self.upper, max_steps=max_steps, seed=self._seed)
 
     def place(self, bodies: Mapping[str, Pose], base: Pose | None = None) -> None:
-        """Set the current poses; objects you omit keep their poses.
+        """Set the current poses of objects. Omitted objects keep their poses.
 
         Args:
-            bodies: Poses in the world, by name; links of additional robots are named ``"robot/link"``.
-            base: Pose of the robot's root link in the world, or None to leave it unchanged.
+            bodies: Poses in the world frame, by body name. Links of additional robots are named ``"robot/link"``.
+            base: Pose of the robot's root link in the world frame, or None to leave the pose unchanged.
 
         Raises:
-            UnknownNameError: The scene does not contain the body, or the body cannot collide.
+            UnknownNameError: A body is not part of the scene or has no collision shapes.
         """
         for name, pose in bodies.items():
             if name not in self._poses:
@@ -149,42 +149,42 @@ class Planner:
 
     @property
     def obstacles(self) -> tuple[str, ...]:
-        """Names of the obstacles except the floor, as accepted by :meth:`place`."""
+        """Names of all obstacles except the floor, as used by :meth:`place`."""
         return tuple(self._poses)
 
     def workspace(self) -> tuple[Floats, Floats]:
-        """Return the minimum and maximum corners (3,) [m] of the tool's usual range, in the root link's frame.
+        """Return the minimum and maximum corners, (3,) [m] each, of the tool's workspace in the root link's frame.
 
-        Along each axis, this range contains nine in ten of the tool positions of random joint vectors.
+        Along each axis, the workspace contains 90 % of the tool positions for random joint positions.
         """
         drawn = RandomSource(1).uniform("workspace", self.lower, self.upper, (_POSTURES, len(self.lower)))[0]
         low, high = np.percentile(self._model.frame_pose(self._tcp, drawn)[0], (5.0, 95.0), axis=0)
         return low, np.maximum(high, low)
 
     def tool_pos(self, joint_positions: npt.ArrayLike) -> Floats:
-        """Return the tool center point's position in the world, (3,) [m], for joint positions (dof,) [rad or m]."""
+        """Return the tool center point's position (3,) [m] in the world for joint positions (dof,) [rad or m]."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
         return self.in_world(self._model.frame_pose(self._tcp, position[None])[0][0])
 
     def in_world(self, pos: Floats) -> Floats:
-        """Transform a point (3,) [m] from the root link's frame to the world."""
+        """Transform a point (3,) [m] from the root link's frame to the world frame."""
         return np.asarray(self._base.act(pos))
 
     def plan(self, start: npt.ArrayLike, goal: npt.ArrayLike | ToolGoal, *, max_seconds: float | None = None) -> Plan:
-        """Plan a motion from rest to rest.
+        """Plan a motion that starts and ends at rest.
 
         Args:
-            start: (dof,) [rad or m]
-            goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the goal becomes the nearest joint
-                positions for which a path is found.
-            max_seconds: Additional time limit for the path search [s], which makes the result depend on the speed of
-                the machine. If None, only ``max_steps`` applies.
+            start: Initial joint positions, (dof,) [rad or m].
+            goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the planner tries several joint
+                positions that reach it, nearest first, and uses the first for which it finds a path.
+            max_seconds: Time limit for the path search [s], in addition to ``max_steps``, or None for no time limit.
+                With a time limit, the result depends on the speed of the machine.
 
         Returns:
-            A plan. If no motion was found, it contains the reason; no error is raised.
+            The plan. If no motion was found, the plan contains the reason, and no error is raised.
 
         Raises:
-            ConfigurationError: Start or goal has the wrong shape or is not finite.
+            ConfigurationError: The start or the goal has the wrong shape or contains values that are not finite.
         """
         begin = perf_counter()
         self._search.deadline = math.inf if max_seconds is None else begin + max_seconds
@@ -196,7 +196,7 @@ class Planner:
         return replace(plan, seconds=perf_counter() - begin)
 
     def is_free(self, joint_positions: npt.ArrayLike) -> bool:
-        """Return whether joint positions (dof,) [rad or m] are a valid target."""
+        """Return whether joint positions (dof,) [rad or m] are within the limits and respect the clearance."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
         self._checker.begin_anywhere()
         within = bool(((position >= self.lower) & (position <= self.upper)).all())
@@ -223,7 +223,7 @@ class Planner:
         return [goal] if self._checker.is_free(goal) else Reason.GOAL_IN_COLLISION
 
     def _joint_goals(self, start: Floats, goal: ToolGoal) -> list[Floats] | Reason:
-        """Return joint positions for a tool goal, nearest first."""
+        """Return joint positions that reach a tool goal, nearest first, or the reason why there are none."""
         pos = self._base.actInv(self._vector("the goal's pos", goal.pos, 3))
         rotation = None
         if goal.quat_wxyz is not None:

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
@@ -7,7 +7,7 @@ from frobs_core.specs import ControllerRecord
 
 @hookimpl
 def frobs_controllers() -> list[ControllerRecord]:
-    """Provide the controller."""
+    """Return the record of the controller."""
     return [
         ControllerRecord(
             name="trajectory",

@@ -1,4 +1,4 @@
-"""Path search around obstacles: RRT-Connect, then shortcuts, then rounded corners."""
+"""Path search around obstacles with RRT-Connect, followed by shortcuts and the rounding of corners."""
 
 from __future__ import annotations
 
@@ -15,47 +15,47 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 _RANGE = 0.5
-"""Maximum tree step, measured as the motion of the robot's parts [m]."""
+"""Maximum length of a tree step, measured as the motion of the robot's parts [m]."""
 
 _SHORTCUTS = 40
 _HALVINGS = 12
-_LARGEST_CUT = 0.45  # fraction of the line before or after a corner; part of every line stays straight
+_LARGEST_CUT = 0.45  # maximum fraction of a line that is rounded at each end, so that part of every line stays straight
 
-_OMPL = threading.Lock()  # OMPL's random generators share one seed
+_OMPL = threading.Lock()  # serializes searches, because all of OMPL's random generators share one seed
 
 
 class Search:
-    """Searches for paths between two joint vectors.
+    """Path search that finds collision-free paths between two joint vectors.
 
-    The same arguments give the same path: the random numbers have a fixed seed, and the effort is limited in steps
-    instead of seconds, unless there is a deadline.
+    The same arguments always result in the same path, unless a deadline is set: the random numbers have a fixed seed,
+    and the number of steps is limited instead of the computing time.
 
     Args:
-        checker: Checks for collisions.
-        lower: (dof,) [rad or m], finite.
-        upper: (dof,) [rad or m], finite.
+        checker: Collision checker for joint positions and lines.
+        lower: Lower position limits, (dof,) [rad or m], finite.
+        upper: Upper position limits, (dof,) [rad or m], finite.
         max_steps: Maximum number of steps for growing the trees.
-        seed: ≥ 1.
+        seed: Seed for the random numbers, ≥ 1.
 
     Attributes:
-        deadline: Additional time limit, as a value of :func:`time.perf_counter` [s].
+        deadline: Time [s] at which the search stops, on the clock of :func:`time.perf_counter`. Infinite by default.
     """
 
     def __init__(self, checker: CollisionChecker, lower: Floats, upper: Floats, *, max_steps: int, seed: int) -> None:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
         self.deadline = math.inf
-        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of joint motion, which makes distances comparable
+        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of joint motion, to make the joints comparable
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
-        """Return waypoints (n, dof) from a free start to a free goal, or None if no path was found."""
+        """Return waypoints (n, dof) from a collision-free start to a collision-free goal, or None if none are found."""
         if self._checker.is_way_free(start, goal):
             return np.stack([start, goal])
         found = self._connect(start, goal)
         return None if found is None else self._shorten(found)
 
     def _connect(self, start: Floats, goal: Floats) -> Floats | None:
-        """Grow trees from both ends until they meet."""
+        """Grow one search tree from each end until the two trees meet."""
         with _OMPL:
             util.setLogLevel(util.LogLevel.LOG_NONE)
             util.RNG.setSeed(self._seed)  # applies to objects created from here on
@@ -95,12 +95,12 @@ class Search:
         return state
 
     def is_line_free(self, first: Any, second: Any) -> bool:
-        """Return whether the line between two OMPL states is free, including the second state."""
+        """Return whether the second of two OMPL states and the line between them are free of collisions."""
         start, end = self._joints(first), self._joints(second)
         return self._checker.is_free(end) and self._checker.is_way_free(start, end)
 
     def _shorten(self, waypoints: Floats) -> Floats:
-        """Take shortcuts between random points of the path where they are free."""
+        """Shorten the path by collision-free shortcuts between random points on it."""
         rng = np.random.default_rng(self._seed)
         for _ in range(_SHORTCUTS):
             if len(waypoints) == 2:
@@ -108,7 +108,7 @@ class Search:
             lengths = np.linalg.norm(np.diff(waypoints, axis=0) * self._scale, axis=1)
             ends = np.concatenate([[0.0], np.cumsum(lengths)])
             first, second = np.sort(rng.uniform(0.0, ends[-1], 2))
-            if rng.random() < 0.3:  # between waypoints, which reduces their number
+            if rng.random() < 0.3:  # use two waypoints as end points, so that the waypoints between them are removed
                 first, second = ends[np.sort(rng.choice(len(ends), 2, replace=False))]
             i, j = (
                 int(np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(lengths) - 1)) for at in (first, second)
@@ -124,7 +124,7 @@ class Search:
         return waypoints
 
     def round_off(self, waypoints: Floats) -> RoundedPath | None:
-        """Return the path with its corners rounded as far as it stays free, or None if that is impossible."""
+        """Round the path's corners as much as obstacles permit. Return None if a corner cannot be rounded."""
         lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
         radii = _LARGEST_CUT * np.minimum(lengths[:-1], lengths[1:])
         for i in range(len(radii)):
@@ -137,7 +137,7 @@ class Search:
         return RoundedPath(waypoints, radii)
 
     def _is_corner_free(self, waypoints: Floats, radius: float) -> bool:
-        """Return whether a corner, given as three waypoints, is free when rounded."""
+        """Return whether a rounded corner, defined by three waypoints, is free of collisions."""
         steps = np.diff(waypoints, axis=0)
         directions = steps / np.linalg.norm(steps, axis=1, keepdims=True)
         ends = np.stack([waypoints[1] - radius * directions[0], waypoints[1], waypoints[1] + radius * directions[1]])
@@ -148,7 +148,7 @@ class Search:
 
 
 class _Lines(base.MotionValidator):
-    """Lets OMPL check whether the line between two states is free."""
+    """Motion validator with which OMPL checks whether the line between two states is free of collisions."""
 
     def __init__(self, information: Any, search: Search) -> None:
         super().__init__(information)
@@ -159,7 +159,7 @@ class _Lines(base.MotionValidator):
 
 
 def _distinct(waypoints: Floats) -> Floats:
-    """Return the waypoints without consecutive duplicates; start and goal are kept."""
+    """Return the waypoints without consecutive duplicates. The start and the goal are kept."""
     moves = np.abs(np.diff(waypoints, axis=0)).max(axis=1) > 1e-6
     kept: Floats = waypoints[np.concatenate([[True], moves])]
     kept[-1] = waypoints[-1]

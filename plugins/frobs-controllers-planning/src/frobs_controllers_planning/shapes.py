@@ -1,4 +1,4 @@
-"""Conversion of shapes to coal; meshes become convex hulls or convex pieces, as in the simulators."""
+"""Conversion of shapes to Coal shapes, with meshes as convex hulls or convex pieces as in the simulators."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, convex_parts
 
 _THICKNESS = 1e-4
-"""[m]"""
+"""Minimum thickness of a convex hull [m]."""
 
 
 def to_coal(geometry: Geometry) -> list[Any]:
-    """Return the coal shapes of a geometry: several for a decomposed mesh, otherwise one.
+    """Convert a geometry to Coal shapes: several shapes for a decomposed mesh, otherwise one shape.
 
     Raises:
-        ModelFileError: A mesh cannot be read, or has too many triangles to decompose.
-        MissingDependencyError: The package for decomposing meshes is not installed.
+        ModelFileError: A mesh cannot be read or has too many triangles to be decomposed.
+        MissingDependencyError: The package that decomposes meshes is not installed.
     """
     match geometry:
         case Box(size):
@@ -34,7 +34,7 @@ def to_coal(geometry: Geometry) -> list[Any]:
 
 
 def bounding_radius(geometry: Geometry) -> float:
-    """Return the maximum distance of a shape from its origin [m]."""
+    """Return the radius of the smallest sphere around a shape's origin that contains the shape [m]."""
     match geometry:
         case Box(size):
             return float(np.linalg.norm(size)) / 2
@@ -48,12 +48,12 @@ def bounding_radius(geometry: Geometry) -> float:
 
 
 def _pieces(mesh: Mesh) -> list[Floats]:
-    """Return the points of each convex piece of a mesh, (n, 3) [m]."""
+    """Return the vertices of each convex piece of a mesh, (n, 3) [m]."""
     return [_with_volume(np.unique(piece.vertices, axis=0)) for piece in convex_parts(mesh)]
 
 
 def _with_volume(points: Floats) -> Floats:
-    """Return points (n, 3) [m], adding thickness to flat ones, because a hull must have a volume."""
+    """Add thickness to points (n, 3) [m] that lie in a plane, because a convex hull must have a volume."""
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     for axis, extent in zip(axes, extents, strict=True):
         if extent < _THICKNESS:

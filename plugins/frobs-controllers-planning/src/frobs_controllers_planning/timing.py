@@ -1,4 +1,4 @@
-"""Time-optimal timing of a path with toppra, respecting the limits at every instant."""
+"""Time-optimal timing of paths with toppra that respects the limits at every instant."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from frobs_controllers_planning.path import RoundedPath
 from frobs_core.arrays import Floats
 
 LIMIT_SHARE = 0.995
-"""Fraction of the limits that toppra uses; the rest is a margin for deviations between grid points."""
+"""Fraction of the limits that toppra uses. The rest is a margin for deviations between grid points."""
 
-_INTERVALS = 80  # number along the whole path; each corner has at least _CORNER_INTERVALS
+_INTERVALS = 80  # along the whole path; each line and each corner has at least _CORNER_INTERVALS
 _CORNER_INTERVALS = 8
 
 
 class Trajectory:
-    """A path with timing: at rest at both ends, and held afterwards.
+    """Path with timing that starts at rest, ends at rest, and then stays at the end.
 
     Args:
-        path: The path.
-        at: (n + 1,) path parameters, including all breaks.
-        squares: (n + 1,) squared rate of change of the parameter at these points [1/s²]; linear in between.
-        stretch: Factor for all times.
+        path: Path that the trajectory follows.
+        at: Path parameters of the grid points, (n + 1,), including all breaks.
+        squares: Squared rate of change of the path parameter at the grid points, (n + 1,) [1/s²]. The squared rate is
+            linear between grid points.
+        stretch: Factor by which all times are multiplied.
 
     Attributes:
-        duration: [s]
+        duration: Duration of the motion [s].
     """
 
     def __init__(self, path: RoundedPath, at: Floats, squares: Floats, stretch: float = 1.0) -> None:
@@ -42,13 +43,13 @@ class Trajectory:
         self.duration = float(self._times[-1]) * stretch
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return positions, velocities and accelerations of the joints.
+        """Return the positions, velocities and accelerations of the joints at the given times.
 
         Args:
-            times: (k,) [s]; before 0 and after the duration, the joints rest at the ends.
+            times: Times (k,) [s]. Before 0 and after the duration, the joints rest at the start or the end of the path.
 
         Returns:
-            positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.
+            Joint positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.
         """
         times = np.asarray(times, float) / self._stretch
         cell = np.clip(np.searchsorted(self._times, times, side="right") - 1, 0, len(self._accelerations) - 1)
@@ -65,7 +66,7 @@ class Trajectory:
     def extremes(self) -> tuple[Floats, Floats]:
         """Return the maximum velocity [rad/s or m/s] and acceleration [rad/s² or m/s²] of each joint, (dof,) each.
 
-        Between two grid points, accelerations are linear, so the maximum is at one of the points.
+        Between two grid points, accelerations change linearly, so their maximum is at one of the grid points.
         """
         n = len(self._accelerations)
         velocities, accelerations = [], []
@@ -82,13 +83,13 @@ class Trajectory:
 
 
 class Rest:
-    """The trajectory of a robot that is already at the goal.
+    """Trajectory of a robot that is already at the goal.
 
     Args:
-        joint_positions: (dof,) [rad or m]
+        joint_positions: Constant joint positions, (dof,) [rad or m].
 
     Attributes:
-        duration: 0 [s].
+        duration: Duration of the motion [s], always 0.
     """
 
     duration = 0.0
@@ -103,21 +104,21 @@ class Rest:
 
 
 class Timing:
-    """Computes the fastest timing of paths.
+    """Computation of the fastest timing of paths.
 
     Args:
-        max_velocity: (dof,) [rad/s or m/s], finite.
-        max_acceleration: (dof,) [rad/s² or m/s²], finite.
+        max_velocity: Maximum joint velocities, (dof,) [rad/s or m/s], finite.
+        max_acceleration: Maximum joint accelerations, (dof,) [rad/s² or m/s²], finite.
     """
 
     def __init__(self, max_velocity: Floats, max_acceleration: Floats) -> None:
         self._max_velocity, self._max_acceleration = max_velocity, max_acceleration
         limits = [LIMIT_SHARE * np.stack([-limit, limit], axis=-1) for limit in (max_velocity, max_acceleration)]
         self._constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
-        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors for which it compensates
+        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors that it corrects
 
     def follow(self, path: RoundedPath) -> Trajectory | None:
-        """Return the fastest timing of a path from rest to rest, or None if none was found."""
+        """Return the fastest trajectory along a path from rest to rest, or None if no timing was found."""
         grid = _grid(path)
         _, speeds, _ = TOPPRA(self._constraints, _ForToppra(path), grid, "seidel").compute_parameterization(0.0, 0.0)
         if speeds is None or not np.isfinite(speeds).all() or (speeds[:-1] + speeds[1:] <= 0.0).any():
@@ -129,7 +130,7 @@ class Timing:
 
 
 def _grid(path: RoundedPath) -> Floats:
-    """Return the toppra grid points: (n + 1,) parameters, including every break."""
+    """Return the grid points for toppra as path parameters, (n + 1,), including all breaks."""
     parts = [np.zeros(1)]
     for begin, end in zip(path.breaks[:-1], path.breaks[1:], strict=True):
         count = max(_CORNER_INTERVALS, round(_INTERVALS * (end - begin) / path.length))
@@ -138,7 +139,7 @@ def _grid(path: RoundedPath) -> Floats:
 
 
 class _ForToppra(AbstractGeometricPath):
-    """A path with toppra's interface. Where a line and a corner meet, the corner's curvature is used."""
+    """Path with toppra's interface. Where a line and a corner meet, the corner's second derivative is used."""
 
     def __init__(self, path: RoundedPath) -> None:
         self._path = path

@@ -1,1 +1,1 @@
-"""Joint, tool and wheel controllers for FRobs."""
+"""Controllers for joints, tools, grippers and wheeled bases."""

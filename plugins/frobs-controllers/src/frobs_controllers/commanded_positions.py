@@ -10,24 +10,24 @@ from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class CommandedPositions(Controller):
-    """Stores the commanded joint positions, initially the robot's actual positions."""
+    """Controller that stores commanded joint positions and initializes them with the actual positions."""
 
     command_mode = CommandMode.POSITION
     _target: Floats  # (num_envs, dof) [rad or m]
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control."""
+        """Prepare to control the given joints."""
         self._joints = joints
         self._target = np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the current positions."""
+        """Set the commanded positions to the current joint positions."""
         self._target[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
 
     def snapshot(self) -> Snapshot:
-        """Return the commanded positions."""
+        """Return the commanded joint positions."""
         return {"target": self._target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

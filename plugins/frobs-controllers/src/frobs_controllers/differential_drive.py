@@ -1,4 +1,4 @@
-"""Actions are the linear and angular velocities of a wheeled base."""
+"""Controller whose actions are the linear and angular velocities of a wheeled base."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ _OWNER = "differential_drive"
 
 
 class DifferentialDrive(Controller):
-    """Converts (forward, left turn), each in [−1, 1], into wheel velocities. All other joints hold still.
+    """Controller that converts forward and left-turn actions, each in [−1, 1], into wheel velocities.
 
-    If a wheel would exceed its velocity limit, all wheels are slowed down together, so that the robot follows the same
-    curve more slowly.
+    All other joints stay at rest. If a wheel would exceed its velocity limit, all wheels are slowed down by the same
+    factor, so that the robot follows the same curve more slowly.
 
     Args:
-        max_linear_velocity: Linear velocity for an action of 1 [m/s], or None to use the robot's.
-        max_angular_velocity: Angular velocity for an action of 1 [rad/s], or None to use the robot's.
-        max_linear_acceleration: [m/s²], or None to use the robot's limit, if it has one.
-        max_angular_acceleration: [rad/s²], or None to use the robot's limit, if it has one.
+        max_linear_velocity: Linear velocity [m/s] for an action of 1, or None to use the robot's maximum linear
+            velocity.
+        max_angular_velocity: Angular velocity [rad/s] for an action of 1, or None to use the robot's maximum angular
+            velocity.
+        max_linear_acceleration: Maximum linear acceleration [m/s²], or None to use the robot's limit (if any).
+        max_angular_acceleration: Maximum angular acceleration [rad/s²], or None to use the robot's limit (if any).
     """
 
     command_mode = CommandMode.VELOCITY
@@ -45,10 +47,10 @@ class DifferentialDrive(Controller):
         self.max_angular_acceleration = checked("max_angular_acceleration", max_angular_acceleration, "rad/s²")
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
-            ConfigurationError: The robot has no differential drive, or an invalid one.
+            ConfigurationError: The robot's differential drive is missing or invalid.
         """
         drive = joints.robot.differential_drive
         if drive is None:
@@ -99,7 +101,7 @@ class DifferentialDrive(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
-        """Return the effective limit: the given one, else the robot's, else None."""
+        """Return the configured acceleration limit, or else the robot's limit, or else infinity."""
         given: float | None = getattr(self, f"max_{which}_acceleration")
         if given is not None:
             return given
@@ -108,7 +110,7 @@ class DifferentialDrive(Controller):
         return positive(f"{_OWNER}: the robot's max_{which}_acceleration", of_the_robot, unit)
 
     def reset(self, mask: Mask | None) -> None:
-        """Set the velocity to zero."""
+        """Set the commanded base velocity to zero."""
         self._velocity[rows_of(mask)] = 0.0
 
     def apply(self, action: Action) -> Floats:

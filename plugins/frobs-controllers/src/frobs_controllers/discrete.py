@@ -1,4 +1,4 @@
-"""A discrete action selects one move of another controller."""
+"""Controller whose discrete actions each select a move of another controller."""
 
 from __future__ import annotations
 
@@ -18,18 +18,20 @@ from frobs_core.validation import positive
 
 
 class Discrete(ControllerWrapper):
-    """Provides 2·k + 1 moves for a controller with k action components.
+    """Wrapper that turns a controller with k action components into one with 2·k + 1 discrete moves.
 
-    Action 0 holds still (all components 0), 1 + 2·i decreases component i, and 2 + 2·i increases it.
+    Move 0 sets all action components to 0. Move 1 + 2·i sets component i to a negative value, and move 2 + 2·i sets
+    component i to a positive value. The other components are 0.
 
     Args:
-        controller: Name of the controller that moves the robot, or its record.
-        magnitude: Size of a move, as a fraction of the component's range in that direction, in (0, 1].
-        controller_kwargs: Parameters of that controller.
+        controller: Name or record of the wrapped controller, which moves the robot.
+        magnitude: Size of each move as a fraction, in (0, 1], of the action component's limit in the direction of the
+            move.
+        controller_kwargs: Parameters of the wrapped controller.
 
     Raises:
         UnknownNameError: The controller does not exist.
-        UnknownParameterError: The controller does not have one of the parameters.
+        UnknownParameterError: ``controller_kwargs`` contains a parameter that the controller does not have.
     """
 
     def __init__(
@@ -56,7 +58,7 @@ class Discrete(ControllerWrapper):
         super().__init__(build(f"controller '{record.name}'", record.load(), controller_kwargs or {}))
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
             ConfigurationError: The wrapped controller cannot control the robot, or its action space is not a finite Box
@@ -76,17 +78,17 @@ class Discrete(ControllerWrapper):
                 "discrete:", box, f"the actions of '{self._name}' exclude 0, so the robot cannot stay in place."
             )
         count = box.shape[0]
-        self._moves = np.zeros((2 * count + 1, count))  # each row is an action of the inner controller
+        self._moves = np.zeros((2 * count + 1, count))  # each row is an action of the wrapped controller
         for i in range(count):
             self._moves[1 + 2 * i, i] = self.magnitude * box.low[i]
             self._moves[2 + 2 * i, i] = self.magnitude * box.high[i]
         self.action_space = gym.spaces.Discrete(2 * count + 1)
 
     def apply(self, action: Action) -> Floats:
-        """Return the wrapped controller's command for the moves, (num_envs,) int64.
+        """Return the wrapped controller's command for move numbers (num_envs,) int64.
 
         Raises:
-            InvalidActionError: A move does not exist.
+            InvalidActionError: A move number is out of range.
         """
         count = len(self._moves)
         if np.count_nonzero((action < 0) | (action >= count)):  # a negative index would count from the end
@@ -95,5 +97,5 @@ class Discrete(ControllerWrapper):
 
     @property
     def max_action_change(self) -> None:
-        """None, because actions are moves, not joint positions."""
+        """Always None, because actions are move numbers instead of joint positions."""
         return None

@@ -1,4 +1,4 @@
-"""Gripper controllers: a single number opens and closes all fingers."""
+"""Gripper controllers that open and close all fingers with a single action component."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from frobs_core.validation import positive
 
 
 class Gripper(Controller):
-    """Base class: moves the fingers between an end effector's closed and open positions.
+    """Base class of controllers that move fingers between an end effector's closed and open positions.
 
-    The opening is 0 when the gripper is closed and 1 when it is open. No finger moves faster than its velocity limit. A
-    gripper that closes around an object keeps squeezing it with the effort of its drives.
+    The opening ranges from 0 (closed) to 1 (open). No finger moves faster than its velocity limit. A gripper that
+    closes around an object keeps squeezing it with the effort of its drives.
     """
 
     command_mode = CommandMode.POSITION
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
-            UnsuitableRobotError: The robot has no end effector with these joints, or its open and closed positions are
-                missing.
+            UnsuitableRobotError: No end effector of the robot has exactly these joints, or a joint's open or closed
+                position is missing.
         """
         robot = joints.robot
         tools = [tool for tool in robot.end_effectors.values() if tool.group]
@@ -55,14 +55,14 @@ class Gripper(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Hold the current opening."""
+        """Set the requested and commanded openings to the current opening."""
         opening = (self._joints.joint_positions - self._closed) / self._stroke
         self._opening[rows_of(mask)] = opening[rows_of(mask)]
         self._wanted[rows_of(mask)] = np.clip(opening.mean(axis=1, keepdims=True), 0.0, 1.0)[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
         """Return the target joint positions, (num_envs, dof) [rad or m]."""
-        # Two calls take less than half the time of np.clip.
+        # np.minimum and np.maximum together take less than half the time of np.clip.
         wanted = self._want(np.minimum(np.maximum(action, -1.0), 1.0))
         np.minimum(np.maximum(wanted, 0.0), 1.0, out=self._wanted)
         change = np.minimum(np.maximum(self._wanted - self._opening, self._slowest), self._fastest)
@@ -74,7 +74,7 @@ class Gripper(Controller):
         """Return the requested opening (num_envs, 1) for an action in [−1, 1]."""
 
     def snapshot(self) -> Snapshot:
-        """Return the requested and the commanded opening."""
+        """Return the requested and commanded openings."""
         return {"wanted": self._wanted.copy(), "opening": self._opening.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -83,14 +83,14 @@ class Gripper(Controller):
 
 
 class GripperPosition(Gripper):
-    """The action sets the opening: −1 is closed, 1 is open."""
+    """Gripper controller whose action sets the opening: −1 closes the gripper, and 1 opens it fully."""
 
     def _want(self, action: Floats) -> Floats:
         return 0.5 * (action + 1.0)
 
 
 class GripperDelta(Gripper):
-    """The action changes the opening by up to one step; 0 keeps it.
+    """Gripper controller whose action changes the opening by up to one step; an action of 0 keeps the opening.
 
     Args:
         max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].
@@ -106,10 +106,10 @@ class GripperDelta(Gripper):
 
 
 class GripperBinary(Gripper):
-    """The sign of the action opens (positive) or closes (negative) the gripper; 0 keeps the last state.
+    """Gripper controller that opens for positive actions, closes for negative actions, and keeps its state for 0.
 
-    Random actions keep opening and closing the gripper, so exploration drops every object; ``gripper_delta`` is better
-    suited to learning.
+    Random actions open and close the gripper all the time, so the robot drops every object during exploration. The
+    controller ``gripper_delta`` is therefore better suited to learning.
     """
 
     def _want(self, action: Floats) -> Floats:

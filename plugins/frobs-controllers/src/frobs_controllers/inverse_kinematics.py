@@ -12,31 +12,31 @@ from frobs_core.models import joint_path
 
 
 class DampedLeastSquares:
-    """Moves commanded joint positions to remove a frame's pose error e: u += z + Jᵀ (J Jᵀ + λ² 1)⁻¹ (e − J z).
+    """Differential inverse kinematics that removes a frame's pose error e: u += z + Jᵀ (J Jᵀ + λ² 1)⁻¹ (e − J z).
 
-    The damping λ keeps the joints slow near singularities, and at rest if the target is out of reach (Nakamura and
-    Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses the remaining freedom, so that a redundant
-    arm does not drift, and a stretched arm can bend again, which the Jacobian alone cannot express (Siciliano et al.,
-    "Robotics", 2009, §3.5).
+    The damping λ limits the joints' motion near singularities and lets them come to rest if the target is out of reach
+    (Nakamura and Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses the remaining degrees of
+    freedom. It prevents a redundant arm from drifting and allows a fully stretched arm to bend again, for which the
+    Jacobian alone provides no direction (Siciliano et al., "Robotics", 2009, §3.5).
 
     Two limits are respected:
 
     - No joint moves farther than its velocity limit allows in one control step.
-    - Joints that are at a position limit and would exceed it are excluded, so that the others compensate (the active
-      set of the projected Newton method, Bertsekas 1982).
+    - Joints at a position limit that would exceed this limit are excluded, and the other joints compensate for them (as
+      with the active set of the projected Newton method, Bertsekas 1982).
 
-    All products are stacks of small products, so that each environment of a batch is bit-identical to a single
-    environment.
+    All matrix products are stacks of small products, so that the results of each environment in a batch are
+    bit-identical to those of a single environment.
 
     Args:
-        joints: The joints; the frame is the group's ``"tcp"``.
-        rows: Number of rows of the frame's Jacobian to use: 3 for the position, 6 for the pose.
-        damping: λ, in units of the Jacobian [m/rad], > 0.
-        posture_gain: g, the fraction of the way to home to move in each step, in [0, 1).
+        joints: Joints to move. The controlled frame is the group's ``"tcp"``.
+        rows: Number of Jacobian rows to use: 3 to control the frame's position, 6 to control its pose.
+        damping: Damping λ > 0, in the Jacobian's units [m/rad].
+        posture_gain: Gain g in [0, 1): fraction of the remaining distance to home to move in each step.
         control_timestep: [s]
 
     Attributes:
-        commanded: (num_envs, dof) [rad or m]: u.
+        commanded: Commanded joint positions u, (num_envs, dof) [rad or m].
     """
 
     def __init__(
@@ -58,19 +58,19 @@ class DampedLeastSquares:
 
         self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
         self._solve = solve_3x3 if rows == 3 else np.linalg.solve
-        # Two rows, so that one product serves both the lead of the command and the posture step.
+        # Two rows per environment, so that one product maps both the command's lead and the posture step to the tool.
         self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
         self._delta, self._beyond = np.zeros((n, dof, 1)), np.zeros((n, dof))
-        # Views of the same memory in the shapes that the operations require.
+        # Views of the arrays above, in the shapes that the operations require.
         self._offset, self._posture = self._joints[:, 0], self._joints[:, 1]
         self._ahead, self._drift = self._tool[:, 0], self._tool[:, 1]
         self._task_flat, self._delta_flat = self._task[:, :, 0], self._delta[:, :, 0]
 
     def lead(self) -> Floats:
-        """Read the Jacobian, and return how far the command leads the arm: J (u − q), (num_envs, rows).
+        """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
 
-        To first order, adding this to the tool's pose gives the pose at the commanded joint positions. Therefore
-        neither the drives' remaining motion nor their deflection under gravity is mistaken for an error.
+        To first order, the tool's pose plus this lead is the pose at the commanded joint positions. Therefore, neither
+        the drives' remaining motion nor their deflection under gravity is treated as a pose error.
         """
         self._jacobian: Floats = self._group.frame_jacobian("tcp")[:, : self._rows]
         np.subtract(self.commanded, self._group.joint_positions, out=self._offset)
@@ -80,7 +80,7 @@ class DampedLeastSquares:
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
-        """Change the command so that the tool moves by ``error``, and return it. Call :meth:`lead` first.
+        """Update the commanded joint positions to move the tool by ``error``, and return them. Call :meth:`lead` first.
 
         Args:
             error: (num_envs, rows)
@@ -97,7 +97,7 @@ class DampedLeastSquares:
         return commanded
 
     def _step(self, error: Floats) -> Floats:
-        """Return the motion of the joints, (num_envs, dof), ignoring position limits."""
+        """Return the joint motion, (num_envs, dof), ignoring position limits."""
         delta, transposed = self._delta_flat, self._jacobian.transpose(0, 2, 1)
         np.subtract(error, self._drift, out=self._task_flat)
         np.matmul(self._jacobian, transposed, out=self._gram)
@@ -109,9 +109,9 @@ class DampedLeastSquares:
         return delta
 
     def _hold_at_limits(self, commanded: Floats) -> bool:
-        """Exclude joints that are at a limit and would exceed it, and return whether there are any.
+        """Exclude joints at a position limit that they would exceed, and return whether there are any such joints.
 
-        In an environment without such joints, the values are multiplied by 1, which changes no bits.
+        In an environment without such joints, all values are multiplied by 1, so they remain bit-identical.
         """
         delta = self._delta_flat
         held = ((commanded <= self._lower) & (delta < 0.0)) | ((commanded >= self._upper) & (delta > 0.0))
@@ -126,7 +126,8 @@ class DampedLeastSquares:
 def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
     """Solve well-conditioned symmetric 3 × 3 systems like ``np.linalg.solve``, but in half the time.
 
-    A single system is solved with Python floats, which round like NumPy's, so the result is bit-identical.
+    A single system is solved with Python floats. They round like NumPy floats, so the result is bit-identical to that
+    for a batch.
 
     Args:
         matrix: (n, 3, 3)
@@ -145,7 +146,7 @@ def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
 
 
 def _cramer(a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any, Any]:
-    """Solve [[a, b, c], [b, d, e], [c, e, f]] s = (x, y, z), for numbers or arrays of numbers."""
+    """Solve [[a, b, c], [b, d, e], [c, e, f]] s = (x, y, z) by Cramer's rule, for floats or arrays."""
     aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d  # the cofactors
     dd, ee, ff = a * f - c * c, b * c - a * e, a * d - b * b
     inverse = 1.0 / (a * aa + b * bb + c * cc)

@@ -1,4 +1,4 @@
-"""Actions move the commanded joint positions by up to one step."""
+"""Controller whose actions change the commanded joint positions by up to one step."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from frobs_core.validation import boolean, positive
 
 
 class JointDeltaPosition(CommandedPositions):
-    """Moves the commanded joint positions by an action in [−1, 1], times a step size.
+    """Controller that changes the commanded joint positions by an action in [−1, 1] times a step size.
 
     Steps are added to the *commanded* positions, not to the measured ones. Gravity pulls the joints slightly below the
     command, so an arm whose steps started from the measured positions would sink. Steps respect the velocity limits, so
-    that the command never runs ahead of the joint.
+    that the command does not run ahead of the joints.
 
     Args:
-        max_delta: Step for an action of 1, if the joint can move that far in a control step [rad or m].
+        max_delta: Step for an action of 1 [rad or m]. The step is smaller if a joint's velocity limit requires it.
         full_range: Whether to behave like FRobs_RL: an action in [−1, 1] is scaled to the joint limits and added to the
-            *measured* positions. ``max_delta`` then has no effect, and 0 holds the position only if the limits are
-            symmetric.
+            *measured* positions. In this mode, ``max_delta`` has no effect, and an action of 0 holds the position only
+            if the limits are symmetric.
     """
 
     def __init__(self, *, max_delta: float = 0.15, full_range: bool = False) -> None:
@@ -30,10 +30,10 @@ class JointDeltaPosition(CommandedPositions):
         self.full_range = boolean("joint_delta_position: full_range", full_range)
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
-            ConfigurationError: ``full_range`` is set, and a prismatic joint has no limits.
+            ConfigurationError: ``full_range`` is set, and a prismatic joint has no position limits.
         """
         shape = (joints.num_envs, joints.dof)
         if self.full_range:
@@ -47,7 +47,7 @@ class JointDeltaPosition(CommandedPositions):
         super().bind(joints, control_timestep, decimation)
 
     def apply(self, action: Action) -> Floats:
-        """Return the target joint positions, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the target joint positions, (num_envs, dof) [rad or m], within the position limits."""
         delta, target = self._delta, self._target
         np.maximum(action, self._minus_ones, out=delta)
         np.minimum(delta, self._ones, out=delta)

@@ -1,4 +1,4 @@
-"""Actions are joint efforts, scaled to the effort limits."""
+"""Controller whose actions are joint efforts, scaled to the effort limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from frobs_core.validation import positive
 
 
 class JointEffort(Controller):
-    """Commands joint efforts. An action of ±1 is ± the effort limit; at 0, the joints fall freely.
+    """Controller that commands joint efforts: an action of ±1 is ± the effort limit.
+
+    An action of 0 applies no effort, so the joints fall freely.
 
     Args:
         max_effort: Upper limit on all efforts [N·m or N]. If None, only the model file's limits apply.
@@ -26,7 +28,7 @@ class JointEffort(Controller):
         self.max_effort = max_effort
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
             ConfigurationError: A joint has no effort limit, and ``max_effort`` is not set.
@@ -37,10 +39,10 @@ class JointEffort(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Do nothing, because there is no state."""
+        """Do nothing, because this controller has no state."""
 
     def apply(self, action: Action) -> Floats:
-        """Return joint efforts, (num_envs, dof) [N·m or N], inside the limits."""
+        """Return joint efforts, (num_envs, dof) [N·m or N], within the effort limits."""
         np.multiply(action, self._upper, out=self._effort)
         np.maximum(self._effort, self._lower, out=self._effort)
         np.minimum(self._effort, self._upper, out=self._effort)

@@ -1,4 +1,4 @@
-"""Actions are joint positions, scaled to the position limits."""
+"""Controller whose actions are joint positions, scaled to the position limits."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from frobs_core.interfaces import JointGroup
 
 
 class JointPosition(CommandedPositions):
-    """Commands joint positions: −1 is the lower limit, 1 the upper limit, 0 the middle.
+    """Controller that commands joint positions: −1 is the lower limit, 0 the middle, and 1 the upper limit.
 
-    A joint without limits uses [−π, π]. The command respects the velocity limits, because a jump over the whole range
-    would fling the arm.
+    A joint without limits uses the range [−π, π]. The command respects the velocity limits, because a jump across the
+    whole range would make the arm move violently.
     """
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
-            ConfigurationError: A prismatic joint has no limits.
+            ConfigurationError: A prismatic joint has no position limits.
         """
         self._lower, self._upper = position_range("joint_position", joints)
         self._middle = 0.5 * (self._lower + self._upper)
@@ -32,7 +32,7 @@ class JointPosition(CommandedPositions):
         super().bind(joints, control_timestep, decimation)
 
     def apply(self, action: Action) -> Floats:
-        """Return the target joint positions, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the target joint positions, (num_envs, dof) [rad or m], within the position limits."""
         wanted, target = self._wanted, self._target
         np.multiply(action, self._half_range, out=wanted)
         np.add(wanted, self._middle, out=wanted)
@@ -40,13 +40,13 @@ class JointPosition(CommandedPositions):
         np.maximum(wanted, self._slowest, out=wanted)
         np.minimum(wanted, self._fastest, out=wanted)
         np.add(target, wanted, out=target)
-        np.maximum(target, self._lower, out=target)  # also limits the action and rounding errors
+        np.maximum(target, self._lower, out=target)  # also clips actions outside [−1, 1] and rounding errors
         np.minimum(target, self._upper, out=target)
         return target
 
     @property
     def max_action_change(self) -> Floats:
-        """(dof,) motion that the velocity limits allow per control step, as a fraction of half the range."""
-        with np.errstate(divide="ignore", invalid="ignore"):  # for a joint that cannot move at all
+        """Largest motion per control step that the velocity limits allow, (dof,), as a fraction of half the range."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # 0 / 0 for a joint that cannot move at all
             change = self._fastest[0] / self._half_range[0]
         return np.where(np.isnan(change), np.inf, change)

@@ -1,4 +1,4 @@
-"""Actions are joint velocities, scaled to the velocity limits."""
+"""Controller whose actions are joint velocities, scaled to the velocity limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.validation import positive
 
 
 class JointVelocity(Controller):
-    """Commands joint velocities: an action of ±1 is ± the velocity limit.
+    """Controller that commands joint velocities: an action of ±1 is ± the velocity limit.
 
     Near a position limit, a joint is slowed down so that it cannot exceed the limit within the control step.
 
@@ -28,7 +28,7 @@ class JointVelocity(Controller):
         self.max_velocity = max_velocity
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control.
+        """Prepare to control the given joints.
 
         Raises:
             ConfigurationError: A joint has no velocity limit, and ``max_velocity`` is not set.
@@ -44,10 +44,10 @@ class JointVelocity(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Do nothing, because there is no state."""
+        """Do nothing, because this controller has no state."""
 
     def apply(self, action: Action) -> Floats:
-        """Return joint velocities, (num_envs, dof) [rad/s or m/s], inside the limits."""
+        """Return joint velocities, (num_envs, dof) [rad/s or m/s], within the velocity limits."""
         velocity, bound, positions = self._velocity, self._bound, self._joints.joint_positions
         np.multiply(action, self._upper, out=velocity)
         np.subtract(self._position_upper, positions, out=bound)
@@ -56,7 +56,7 @@ class JointVelocity(Controller):
         np.subtract(self._position_lower, positions, out=bound)
         np.multiply(bound, self._rate, out=bound)
         np.maximum(velocity, bound, out=velocity)
-        # Last, because a joint that was placed beyond its limit must not be thrown back.
+        # Clip to the velocity limits last, so that a joint placed beyond its position limit is not thrown back.
         np.minimum(velocity, self._upper, out=velocity)
         np.maximum(velocity, self._lower, out=velocity)
         return velocity

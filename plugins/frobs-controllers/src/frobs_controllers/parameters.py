@@ -11,17 +11,17 @@ from frobs_core.models import JointType
 
 
 def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
-    """Return finite position limits; continuous joints use [−π, π].
+    """Return finite position limits, with −π or π in place of each missing limit.
 
     Args:
-        owner: Name of the controller, for the error message.
+        owner: Name of the controller, used in the error message.
         joints: The joints.
 
     Returns:
-        lower and upper, (num_envs, dof) [rad or m] each.
+        The lower and upper limits, (num_envs, dof) [rad or m] each.
 
     Raises:
-        ConfigurationError: A prismatic joint has no limits.
+        ConfigurationError: A prismatic joint has no position limits.
     """
     bounded = np.isfinite(joints.position_lower) & np.isfinite(joints.position_upper)  # (num_envs, dof)
     for i, joint in enumerate(joints.joints):
@@ -38,18 +38,18 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
 
 
 def scale(owner: str, name: str, given: float | None, limit: Floats, joints: JointGroup, unit: str) -> Floats:
-    """Return each joint's value for an action of 1: its limit, but at most the user's value.
+    """Return each joint's value for an action of 1: the joint's limit, but at most the user's value.
 
     Args:
-        owner: Name of the controller, for the error message.
+        owner: Name of the controller, used in the error message.
         name: Name of the parameter.
-        given: The user's value, or None to use only the limits.
-        limit: (num_envs, dof); infinite if the model file does not define one.
+        given: The user's value, or None to use only the joint limits.
+        limit: Joint limits, (num_envs, dof), infinite where the model file does not define a limit.
         joints: The joints.
-        unit: Unit, for the error message.
+        unit: Unit of the values, used in the error message.
 
     Returns:
-        (num_envs, dof), finite.
+        The values, (num_envs, dof), all finite.
 
     Raises:
         ConfigurationError: A joint has no limit, and the user did not set a value.

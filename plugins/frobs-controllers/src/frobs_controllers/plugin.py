@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from frobs_core.capabilities import Level
 from frobs_core.hookspecs import hookimpl
@@ -24,7 +24,7 @@ _MODULES = dict.fromkeys(("gripper_position", "gripper_delta", "gripper_binary")
 
 @hookimpl
 def frobs_controllers() -> list[ControllerRecord]:
-    """Provide the controllers."""
+    """Return the records of the controllers."""
     return [
         ControllerRecord(
             name=name,

@@ -1,4 +1,4 @@
-"""Actions move and rotate the tool center point by up to one step."""
+"""Controller whose actions move and rotate the tool center point by up to one step."""
 
 from __future__ import annotations
 
@@ -15,29 +15,34 @@ from frobs_core.interfaces import JointGroup, Snapshot
 from frobs_core.validation import boolean, choice, number_list, positive
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
-"""Components of an action: translations along the world's axes, and rotations about them."""
+"""Components of an action: translations along the world's axes and rotations about these axes."""
 
 
 class TcpDeltaPose(TcpDeltaPosition):
-    """Moves and rotates the tool center point by an action in [−1, 1]⁶, times a step size.
+    """Controller that moves and rotates the tool center point by an action in [−1, 1]⁶ times the step sizes.
 
-    The first three components move along the world's axes; the last three are a rotation vector about them. The
-    controller maintains a target pose, just as :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition`
-    maintains a target point. An action of 0 holds position and orientation.
+    The first three components of an action are a translation along the world's axes. The last three components are a
+    rotation vector in the world frame. The controller maintains a target pose, just as
+    :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition` maintains a target point. An action of 0 holds the
+    tool's position and orientation.
 
     Args:
-        max_delta: Translation for an action of 1, per axis [m].
-        max_rotation: Rotation for an action of 1, per axis [rad], ≤ 1.
-        damping: Damping in the least-squares problem [m/rad]. Higher values make motion smoother near singularities and
-            at the limit of reach, but slower. Larger steps need more damping, about the square root of half the step.
-        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in
-            [0, 1).
-        axes: Components of an action, from ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz``, in this order. The tool holds
-            the others: with ``["x", "y", "z"]``, it keeps its orientation.
-        target_low: Minimum corner of the box that contains the target point [m], in the world, or None for no limit.
-        target_high: Maximum corner of this box [m].
-        interpolate: Whether the joints move to their new positions uniformly during a control step. Otherwise the new
-            positions are commanded at once, and the tool's speed oscillates at the control rate.
+        max_delta: Translation per axis [m] for an action of 1.
+        max_rotation: Rotation per axis [rad] for an action of 1, in (0, 1].
+        damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
+            singularities and at the limit of reach. Larger steps require more damping: approximately the square root of
+            half the step size.
+        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move in each step without
+            moving the tool.
+        axes: Components of an action: some or all of ``x``, ``y``, ``z``, ``rx``, ``ry`` and ``rz``, in this order. The
+            target stays constant in all omitted components. For example, with ``["x", "y", "z"]``, the tool keeps its
+            orientation.
+        target_low: Minimum corner [m] of the box to which the target point is limited, in the world frame, or None for
+            no lower limit.
+        target_high: Maximum corner [m] of the box to which the target point is limited, in the world frame, or None for
+            no upper limit.
+        interpolate: Whether the joints move to their new positions uniformly during a control step. Otherwise, the new
+            positions are commanded immediately, and the tool's speed oscillates at the control rate.
     """
 
     owner = "tcp_delta_pose"
@@ -76,7 +81,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         return (self.max_delta,) * 3 + (self.max_rotation,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control."""
+        """Prepare to control the given joints."""
         self._target_quat = np.zeros((joints.num_envs, 4))
         super().bind(joints, control_timestep, decimation)
         self._columns = None if self.axes == AXES else [AXES.index(axis) for axis in self.axes]
@@ -85,15 +90,15 @@ class TcpDeltaPose(TcpDeltaPosition):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (len(self.axes),), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the current positions, and use the tool's current pose as the target."""
+        """Set the commanded positions and the target pose to the current joint positions and tool pose."""
         super().reset(mask)
         self._target_quat[rows_of(mask)] = self._joints.frame_pose("tcp")[1][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the target joint positions [rad or m], inside the limits.
+        """Return the target joint positions [rad or m], within the position limits.
 
         Returns:
-            (num_envs, dof), or (num_envs, decimation, dof) with ``interpolate``.
+            The positions, (num_envs, dof), or (num_envs, decimation, dof) if ``interpolate`` is set.
         """
         step, left, remainder = self._step, self._moved, self._remainder
         if self._columns is not None:
@@ -109,7 +114,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])
         left[:, 3:] = quat_between(quat_wxyz, self._target_quat)
-        np.subtract(left, self._ik.lead(), out=left)  # part of earlier steps not yet completed
+        np.subtract(left, self._ik.lead(), out=left)  # the part of earlier steps that is not yet completed
         np.maximum(left, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=self._error)

@@ -1,4 +1,4 @@
-"""Actions move the tool center point by up to one step."""
+"""Controller whose actions move the tool center point by up to one step."""
 
 from __future__ import annotations
 
@@ -15,23 +15,24 @@ from frobs_core.validation import non_negative, positive
 
 
 class TcpDeltaPosition(Controller):
-    """Moves the tool center point along the world's axes by an action in [−1, 1], times a step size.
+    """Controller that moves the tool center point along the world's axes by an action in [−1, 1]³ times a step size.
 
-    Steps are added to a target point. If a step is not completed (because of damping, a limit, or the arm's curved
-    path), the following steps make up for it, so the tool does not drift. The target cannot run away: at most
-    ``max_delta`` per axis is carried over from earlier steps.
+    Each step is added to a target point. If the tool does not complete a step (because of damping, a limit, or the
+    arm's curved path), the following steps make up for the difference, so that the tool does not drift. At most
+    ``max_delta`` per axis is carried over from earlier steps, so that the target point stays close to the tool.
 
     Args:
-        max_delta: Step for an action of 1, per axis [m].
-        damping: Damping in the least-squares problem [m/rad]. Higher values make motion smoother near singularities and
-            at the limit of reach, but slower. Larger steps need more damping, about the square root of half the step.
-        posture_gain: Fraction of the way to home that the joints move in each step without affecting the tool, in
-            [0, 1).
+        max_delta: Step per axis [m] for an action of 1.
+        damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
+            singularities and at the limit of reach. Larger steps require more damping: approximately the square root of
+            half the step size.
+        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move in each step without
+            moving the tool.
     """
 
     command_mode = CommandMode.POSITION
     owner: ClassVar[str] = "tcp_delta_position"
-    """Name of the controller, for error messages."""
+    """Name of the controller, used in error messages."""
 
     axes: tuple[str, ...] = ("x", "y", "z")
     """Components of an action."""
@@ -45,11 +46,11 @@ class TcpDeltaPosition(Controller):
 
     @property
     def _steps(self) -> tuple[float, ...]:
-        """Return each component's step for an action of 1."""
+        """Return the step of each action component for an action of 1."""
         return (self.max_delta,) * 3
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control."""
+        """Prepare to control the given joints."""
         self._joints = joints
         shape = (joints.num_envs, len(self._steps))
         self._ik = DampedLeastSquares(
@@ -68,12 +69,12 @@ class TcpDeltaPosition(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Command the current positions, and use the tool's current position as the target."""
+        """Set the commanded positions and the target point to the current joint positions and tool position."""
         self._ik.commanded[rows_of(mask)] = self._joints.joint_positions[rows_of(mask)]
         self._target[rows_of(mask)] = self._joints.frame_pose("tcp")[0][rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Return the target joint positions, (num_envs, dof) [rad or m], inside the limits."""
+        """Return the target joint positions, (num_envs, dof) [rad or m], within the position limits."""
         step, there, remainder, target, error = self._step, self._moved, self._remainder, self._target, self._error
         np.maximum(action, self._minus_ones, out=step)
         np.minimum(step, self._ones, out=step)
@@ -82,7 +83,7 @@ class TcpDeltaPosition(Controller):
         np.add(
             self._joints.frame_pose("tcp")[0], self._ik.lead(), out=there
         )  # tool position at the commanded joint positions
-        np.subtract(target, there, out=remainder)  # part of earlier steps not yet completed
+        np.subtract(target, there, out=remainder)  # the part of earlier steps that is not yet completed
         np.maximum(remainder, self._minus_leash, out=remainder)
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=error)

@@ -1,4 +1,4 @@
-"""Actions move the equilibrium of a spring that pulls the tool center point, at the physics rate."""
+"""Impedance controller whose actions move the equilibrium of a spring that pulls the tool center point."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from frobs_core.validation import non_negative, positive
 
 
 class TcpImpedance(Controller):
-    """Makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q) (Hogan, 1985).
+    """Controller that makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q).
 
-    The first three components of the spring act on the position, the last three on the orientation, which is held as it
-    was at the start of the episode. An action in [−1, 1]³ moves the equilibrium point along the world's axes. g(q)
-    compensates for the weight of the links that the group moves, according to the model file.
+    The control law is due to Hogan (1985). The first three components of the spring act on the tool's position. The
+    last three components hold the orientation that the tool had at the start of the episode. An action in [−1, 1]³
+    moves the equilibrium point along the world's axes. The term g(q) compensates for the weight of the links that the
+    group moves, as specified by the model file.
 
-    The torques are computed in every physics step, so that contacts meet a spring instead of a stiff drive. This takes
-    several times as long as a controller that runs at the control rate.
+    The torques are computed in every physics step, so that objects in contact with the tool feel a spring instead of a
+    stiff drive. This computation takes several times as long as that of a controller that runs at the control rate.
 
     Args:
-        max_delta: Motion of the equilibrium point for an action of 1, per axis [m].
-        stiffness: K for the position [N/m].
-        rotational_stiffness: K for the orientation [N·m/rad].
-        damping: D for the linear velocity [N·s/m].
-        rotational_damping: D for the angular velocity [N·m·s/rad].
-        joint_damping: d [N·m·s/rad].
-        leash: Maximum distance of the equilibrium point from the tool, per axis [m].
+        max_delta: Motion of the equilibrium point per axis [m] for an action of 1.
+        stiffness: Position stiffness in K [N/m].
+        rotational_stiffness: Orientation stiffness in K [N·m/rad].
+        damping: Linear damping in D [N·s/m].
+        rotational_damping: Angular damping in D [N·m·s/rad].
+        joint_damping: Joint damping d [N·m·s/rad].
+        leash: Maximum distance per axis [m] between the equilibrium point and the tool.
     """
 
     command_mode = CommandMode.EFFORT
@@ -62,7 +63,7 @@ class TcpImpedance(Controller):
         self._gravity = np.array(scene.gravity)
 
     def bind(self, joints: JointGroup, control_timestep: float, decimation: int) -> None:
-        """Prepare for the joints to control."""
+        """Prepare to control the given joints."""
         self._joints = joints
         moved = moved_links(joints)
         self._weights = [
@@ -75,12 +76,12 @@ class TcpImpedance(Controller):
         self.reset(None)
 
     def reset(self, mask: Mask | None) -> None:
-        """Use the tool's current pose as the equilibrium."""
+        """Set the equilibrium pose to the tool's current pose."""
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         self._target_pos[rows_of(mask)], self._target_quat[rows_of(mask)] = pos[rows_of(mask)], quat_wxyz[rows_of(mask)]
 
     def apply(self, action: Action) -> Floats:
-        """Move the equilibrium, and return the efforts for the first physics step, (num_envs, dof) [N·m or N]."""
+        """Move the equilibrium point, and return the efforts for the first physics step, (num_envs, dof) [N·m or N]."""
         tool, _ = self._joints.frame_pose("tcp")
         moved = self._target_pos + self.max_delta * np.clip(action, -1.0, 1.0)
         self._target_pos[:] = np.clip(moved, tool - self.leash, tool + self.leash)
@@ -122,6 +123,6 @@ class TcpImpedance(Controller):
 
 
 def moved_links(joints: JointGroup) -> set[str]:
-    """Return the names of all links moved by the joints of a group."""
+    """Return the names of all links that a joint group moves."""
     model, moving = joints.model, set(joints.joint_names)
     return {link.name for link in model.links if any(joint.name in moving for joint in joint_path(model, link.name))}

@@ -1,15 +1,15 @@
 """Runs trained policies on a robot with only NumPy and onnxruntime.
 
-    bundle.py        reading, writing and validating the bundle file
-    manifest.py      the part of bundle.json that is required to run a policy
-    observation.py   validated observations of a policy
-    spaces.py        spaces without Gymnasium
-    graph.py         the ONNX graph in onnxruntime
-    limits.py        limits on actions
-    latency.py       duration of actions
-    policy.py        the policy, which combines all of them
+    bundle.py        reads, writes and validates bundle files
+    manifest.py      parses the part of bundle.json that is required to run a policy
+    observation.py   validates observations
+    spaces.py        represents spaces without Gymnasium
+    graph.py         runs the ONNX graph in onnxruntime
+    limits.py        limits actions
+    latency.py       measures the duration of actions
+    policy.py        combines all of these in the policy
 
-``python -m frobs_deploy BUNDLE`` prints what a bundle is for and how fast it runs on this machine.
+``python -m frobs_deploy BUNDLE`` prints a summary of a bundle and the latency of its policy on this machine.
 """
 
 from frobs_deploy.bundle import Bundle, pack_bundle, parse_bundle, read_bundle

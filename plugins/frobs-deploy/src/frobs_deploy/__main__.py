@@ -1,4 +1,4 @@
-"""Print what a bundle is for, and how fast it runs on this machine."""
+"""Print a summary of a policy bundle and the latency of the policy on this machine."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_deploy.policy import Policy
 
 
 def main() -> int:
-    """Write a summary to stdout; return 2 if the bundle cannot be used."""
+    """Write a summary to stdout, and return the exit code, which is 2 if the bundle cannot be used."""
     parser = argparse.ArgumentParser(prog="python -m frobs_deploy", description=__doc__)
     parser.add_argument("bundle", metavar="BUNDLE", help="file that 'frobs export' wrote")
     parser.add_argument(

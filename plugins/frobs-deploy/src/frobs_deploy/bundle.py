@@ -1,4 +1,4 @@
-"""The bundle: one file with a policy and its metadata."""
+"""Reads, writes and validates policy bundles. A bundle is a file that contains a policy and its metadata."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from typing import Any
 from frobs_deploy.errors import BundleError
 
 FORMAT = 1
-"""Format of ``bundle.json``; a reader of one format rejects all others."""
+"""Format version of ``bundle.json``. A reader rejects files of any other format version."""
 
 GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
 _LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
-"""[bytes] Maximum size of each member; the keys are also the only permitted members."""
+"""Maximum size of each member of the archive [bytes]. No other members are permitted."""
 
 _LARGEST_FILE = sum(_LARGEST.values()) + 2**16  # [bytes]
 
-_DATE = (1980, 1, 1, 0, 0, 0)  # a constant date makes equal bundles equal byte for byte
+_DATE = (1980, 1, 1, 0, 0, 0)  # a constant date, so that bundles with the same content are identical files
 _AGAIN = "Copy it again, or export it again."
 _DAMAGE = (
     zipfile.BadZipFile,
@@ -42,10 +42,10 @@ _DAMAGE = (
 
 @dataclass(frozen=True)
 class Bundle:
-    """A bundle that was read, with valid checksums.
+    """The content of a bundle file whose checksums are valid.
 
     Attributes:
-        path: The file.
+        path: Path of the bundle file.
         manifest: Content of ``bundle.json``.
         graph: Content of ``policy.onnx``.
         license: Text of the license.
@@ -58,9 +58,9 @@ class Bundle:
 
 
 def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> bytes:
-    """Return the bytes of the file; the checksums of the other members are added to the manifest.
+    """Return the bytes of a bundle file. The checksums of the graph and the license are added to the manifest.
 
-    The file is a zip archive with uncompressed members, so that none can be larger than the file.
+    The file is a zip archive with uncompressed members, so that no member can be larger than the file.
 
     Args:
         manifest: Content of ``bundle.json``, without ``format`` and ``files``.
@@ -74,7 +74,7 @@ def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> byte
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, data in {MANIFEST: f"{text}\n".encode(), **members}.items():
             info = zipfile.ZipInfo(name, _DATE)
-            info.create_system, info.external_attr = 3, 0o100644 << 16  # independent of the system that writes it
+            info.create_system, info.external_attr = 3, 0o100644 << 16  # the same on all operating systems
             archive.writestr(info, data)
     return buffer.getvalue()
 
@@ -101,7 +101,7 @@ def read_bundle(path: Path | str) -> Bundle:
 
 
 def parse_bundle(path: Path, data: bytes) -> Bundle:
-    """Read a bundle from its bytes, like :func:`read_bundle` from a file; ``path`` is for messages."""
+    """Read a bundle from bytes instead of a file. ``path`` only appears in error messages and in the result."""
     members = _members(path, data)
     try:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))

@@ -1,8 +1,8 @@
-"""Errors of running exported policies.
+"""Exceptions that are raised when exported policies are run.
 
 DeployError
-├── BundleError                 a policy bundle is damaged
-│   └── BundleMismatchError     it does not match this robot, control rate, observation or action space
+├── BundleError                 a policy bundle cannot be used
+│   └── BundleMismatchError     a policy bundle does not match the robot, control rate, observation or action space
 ├── PolicyArgumentError         an argument has the wrong shape or value
 └── OnnxruntimeMissingError     onnxruntime is not installed
 """
@@ -20,8 +20,8 @@ class BundleError(DeployError):
     """A policy bundle cannot be used.
 
     Args:
-        path: The file.
-        reason: What is wrong and what to do.
+        path: Path of the bundle file.
+        reason: Message that describes the problem and how to fix it.
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:
@@ -31,7 +31,7 @@ class BundleError(DeployError):
 
 
 class BundleMismatchError(BundleError):
-    """The policy bundle is valid but does not match this robot, control rate, observation or action space."""
+    """A valid policy bundle does not match the robot, control rate, observation or action space."""
 
 
 class PolicyArgumentError(DeployError, ValueError):

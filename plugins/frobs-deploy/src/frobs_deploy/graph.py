@@ -1,4 +1,4 @@
-"""The ONNX graph of a policy, in onnxruntime."""
+"""Runs the ONNX graph of a policy in onnxruntime."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _TYPES = {
 
 
 class Graph:
-    """The graph, ready to run on the CPU.
+    """A policy's ONNX graph, which runs on the CPU.
 
     Args:
-        bundle: Bundle that contains it.
-        observation: Space of each part of the observation, by key.
-        action: Space of the actions.
-        num_threads: Threads of onnxruntime; one is fastest for small networks.
+        bundle: Bundle that contains the graph.
+        observation: Space of each observation part, by key.
+        action: Action space.
+        num_threads: Number of onnxruntime threads. A single thread is fastest for small networks.
 
     Attributes:
-        states: Shape of each state of a recurrent policy, without the batch axis, by the name of its input.
-        scores: Whether the graph returns scores of discrete choices.
+        states: Shapes of a recurrent policy's states, without the batch axis, by the names of the graph's state inputs.
+        scores: Whether the graph also outputs scores for discrete choices.
     """
 
     def __init__(self, bundle: Bundle, observation: Mapping[str, Space], action: Space, num_threads: int) -> None:
@@ -42,14 +42,14 @@ class Graph:
         except ImportError as error:
             raise OnnxruntimeMissingError from error
         for operator in _LOOPS:
-            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # in the encoding of a node's operator
+            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # the encoded type of a node
                 raise BundleError(bundle.path, f"{GRAPH} has a {operator.decode()} node, which might never end.")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
         options.log_severity_level = _ERRORS_ONLY
         try:
             self._session = onnxruntime.InferenceSession(bundle.graph, options, providers=["CPUExecutionProvider"])
-        except Exception as error:  # errors of onnxruntime have no common base class
+        except Exception as error:  # onnxruntime's exceptions have no common base class
             raise BundleError(bundle.path, f"{GRAPH} cannot be loaded: {_first_line(error)}") from error
         self._path = bundle.path
         self._outputs = [output.name for output in self._session.get_outputs()]
@@ -67,7 +67,11 @@ class Graph:
         self._action = action
 
     def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the outputs by name, for inputs (n, …); raise BundleError if the graph fails."""
+        """Run the graph on a batch of inputs, (n, …) each, and return the outputs by name.
+
+        Raises:
+            BundleError: The graph fails or returns an action of the wrong shape.
+        """
         try:
             values: list[Any] = self._session.run(self._outputs, dict(inputs))
         except Exception as error:
@@ -80,7 +84,7 @@ class Graph:
 
 
 def input_name(key: str) -> str:
-    """Return the name of an observation part in the graph."""
+    """Return the name of the graph input for an observation part."""
     return f"observation/{key}" if key else "observation"
 
 

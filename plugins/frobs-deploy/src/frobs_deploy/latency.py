@@ -1,4 +1,4 @@
-"""Duration of actions."""
+"""Measures the duration of actions."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True)
 class Latency:
-    """Statistics of the latest actions, from the observation to the action.
+    """Latency statistics of the most recent actions, measured from the observation to the action.
 
     Attributes:
-        median: [ms]
-        percentile_95: [ms]
-        largest: [ms]
-        actions: Number of measured actions; if 0, the other values are NaN.
+        median: Median latency [ms].
+        percentile_95: 95th percentile of the latency [ms].
+        largest: Maximum latency [ms].
+        actions: Number of measured actions. If no actions were measured, the other values are NaN.
     """
 
     median: float
@@ -25,7 +25,7 @@ class Latency:
     actions: int
 
     def __str__(self) -> str:
-        """Return one line."""
+        """Return the statistics in one line."""
         if not self.actions:
             return "no action yet"
         return (
@@ -35,17 +35,17 @@ class Latency:
 
 
 class LatencyWindow:
-    """Keeps the durations of the latest actions."""
+    """Stores the durations of the most recent actions."""
 
     def __init__(self, size: int = 1000) -> None:
         self._seconds: deque[float] = deque(maxlen=size)
 
     def add(self, seconds: float) -> None:
-        """Add one duration [s]."""
+        """Add the duration of an action [s]."""
         self._seconds.append(seconds)
 
     def read(self) -> Latency:
-        """Return the statistics."""
+        """Return the statistics of the stored durations."""
         if not self._seconds:
             return Latency(median=float("nan"), percentile_95=float("nan"), largest=float("nan"), actions=0)
         milliseconds = 1e3 * np.array(self._seconds)

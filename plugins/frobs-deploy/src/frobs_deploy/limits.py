@@ -1,4 +1,4 @@
-"""Limits on actions."""
+"""Limits the actions of a policy."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from frobs_deploy.spaces import Array, as_floats
 
 
 class ActionLimits:
-    """Clips actions to their space, and limits their change per step.
+    """Clips actions to the action space, and limits the change from one action to the next.
 
-    ``max_change`` is ``"joint_velocity"`` for the change that the joints' velocity limits allow, a number or an array
-    of the action's shape in the action's unit, or None for no limit.
+    Args:
+        path: Path of the bundle file, for error messages.
+        manifest: Manifest of the bundle.
+        max_change: Maximum change per step in the action's unit, as a number or an array of the action's shape.
+            ``"joint_velocity"`` selects the change that the joints' velocity limits allow, and None means no limit.
     """
 
     def __init__(self, path: Path, manifest: Manifest, max_change: str | float | Array | None) -> None:
@@ -25,16 +28,20 @@ class ActionLimits:
         self._previous: Array | None = None
 
     def reset(self, previous: Array | None) -> None:
-        """Forget the previous action, or set it, (n, …)."""
+        """Set the previous actions, (n, …), or clear them if ``previous`` is None."""
         self._previous = previous
 
     def forget(self, mask: Array) -> None:
-        """Remove the limit on the change of the next actions of some rows."""
+        """Clear the previous actions in the masked rows, so that the next actions in these rows can change freely."""
         if self._previous is not None:
             self._previous = np.where(mask.reshape(-1, *[1] * len(self._space.shape)), np.nan, self._previous)
 
     def apply(self, action: Array) -> Array:
-        """Return actions, (n, …), inside the limits, of the space's dtype; raise BundleError if one is not finite."""
+        """Limit actions, (n, …), and return them with the dtype of the action space.
+
+        Raises:
+            BundleError: An action is not finite.
+        """
         if self._space.discrete:
             return action.astype(self._space.dtype, copy=False)
         if not np.isfinite(action).all():

@@ -1,4 +1,4 @@
-"""The part of ``bundle.json`` that is required to run the policy."""
+"""Parses the part of ``bundle.json`` that is required to run the policy."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from frobs_deploy.spaces import Array, Space, space_from_json
 
 @dataclass(frozen=True, kw_only=True)
 class Image:
-    """An image of the observation, with the camera of the training; its shape, type and range are those of its space.
+    """An image in the observation, and the camera that was used during training.
+
+    The image's observation space defines its shape, dtype and range of values.
 
     Attributes:
         camera: Name of the camera.
         modality: ``"rgb"`` or ``"depth"``.
         unit: Unit of the values: ``"1"``, or ``"m"`` for depth.
-        frame: Frame that the camera is fixed to, ``"robot/link"``; None: the world.
-        pos: Position of the camera [m], in ``frame``.
-        target: Point that it looks at [m], in ``frame``.
+        frame: Frame that the camera is attached to, such as ``"robot/link"``, or None for the world frame.
+        pos: Position of the camera in ``frame`` [m].
+        target: Point that the camera looks at, in ``frame`` [m].
         fov_y: Vertical field of view [deg].
         markers: Whether the task's markers, such as the goal, were drawn into the image.
     """
@@ -44,16 +46,16 @@ class Manifest:
     """Description of a policy's inputs and outputs.
 
     Attributes:
-        observation: Space of each part, by its key; ``""`` where the observation is one array.
-        images: Camera of each image, by its key in ``observation``.
-        terms: Columns of each named part of the flat observation, or of its key ``"observation"``, by name.
-        action: Space of the actions.
-        max_action_change: Maximum change of an action per step that the joints' velocity limits allow, of the action's
-            shape; None: actions are not joint positions.
-        control_timestep: [s] between two actions; None: not specified by the environment.
-        joint_names: Joint names in the order of every joint array; empty without a robot.
-        robot: Fingerprint of the robot's model file; None without a robot.
-        xacro_args: Arguments for that model file.
+        observation: Space of each observation part, by key. The key is ``""`` if the observation is a single array.
+        images: Description of each image, by its key in ``observation``.
+        terms: Columns of each named term in the flat observation, or in the observation part ``"observation"``.
+        action: Action space.
+        max_action_change: Maximum change per step that the joints' velocity limits allow, in the action's shape, or
+            None if the actions are not joint positions.
+        control_timestep: Time between two actions [s], or None if the environment does not specify it.
+        joint_names: Joint names in the order of all joint arrays, or an empty tuple if the environment has no robot.
+        robot: Fingerprint of the robot's model file, or None if the environment has no robot.
+        xacro_args: Xacro arguments for the robot's model file.
     """
 
     observation: Mapping[str, Space]
@@ -71,7 +73,7 @@ def read_manifest(bundle: Bundle) -> Manifest:
     """Parse the manifest of a bundle.
 
     Raises:
-        BundleError: A value is missing or of the wrong type.
+        BundleError: A value is missing or has the wrong type.
     """
     try:
         return _read(bundle.manifest)

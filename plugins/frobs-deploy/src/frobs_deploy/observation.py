@@ -1,4 +1,4 @@
-"""Observations of a policy, validated against its training."""
+"""Validates observations against the spaces that a policy was trained with."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_deploy.spaces import Array, Space
 
 
 class ObservationReader:
-    """Validates observations and converts them to the batches that a graph takes."""
+    """Validates observations, and converts them to the batches that the graph accepts."""
 
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self._path = path
@@ -23,7 +23,11 @@ class ObservationReader:
         self._terms = manifest.terms
 
     def read(self, observation: Array | Mapping[str, Array]) -> tuple[dict[str, Array], bool, int]:
-        """Return the parts by key, (n, …) each; whether there was no batch axis; and n."""
+        """Validate an observation, and convert it to a batch.
+
+        Returns:
+            The observation parts by key, (n, …) each, whether the observation had no batch axis, and the batch size n.
+        """
         if self._flat is not None:
             given = self._compose(observation) if isinstance(observation, Mapping) else observation
             value, single = self._batch("the observation", self._flat, given)
@@ -55,7 +59,7 @@ class ObservationReader:
         return value, single
 
     def _compose(self, terms: Mapping[str, Array]) -> Array:
-        """Return the flat observation for named terms of any float type."""
+        """Build the flat observation from a mapping of named terms, which may have any float type."""
         assert self._flat is not None
         if sum(columns.stop - columns.start for columns in self._terms.values()) != (self._flat.shape or (0,))[0]:
             self._fail("the terms of the observation have no names; pass it as one array.")

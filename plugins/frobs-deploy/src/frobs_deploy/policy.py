@@ -1,4 +1,4 @@
-"""The runnable policy of a bundle."""
+"""Runs the policy from a bundle."""
 
 from __future__ import annotations
 
@@ -25,26 +25,27 @@ _SAME_TIMESTEP = 1e-6  # relative
 class Policy:
     """A trained policy that runs with only NumPy and onnxruntime.
 
-    The given ``robot``, ``joint_names`` and ``control_timestep`` are compared with those of the training. Pass all
-    three on a real robot: a policy that runs on another arm, or at another rate, moves it incorrectly.
+    The arguments ``robot``, ``joint_names`` and ``control_timestep`` are compared with the values used in training.
+    Pass all three on a real robot, because a policy that was trained for another robot or rate moves it incorrectly.
 
     Args:
-        bundle: The file that ``frobs export`` wrote, or a bundle that was read from it.
+        bundle: Path of a bundle file written by ``frobs export``, or a bundle that has already been read.
         robot: Fingerprint of the robot's model file: 64 hexadecimal digits, from
             :func:`frobs_core.models.fingerprint`.
-        joint_names: Joint names in the order of the arrays in the observation.
+        joint_names: Joint names in the order of the joint arrays in the observation.
         control_timestep: Time between two actions [s].
-        max_change: Maximum change of an action per step: ``"joint_velocity"`` for the change that the joints' velocity
-            limits allow, a number or an array in the action's unit; None: the policy's own actions.
-        num_threads: Threads of onnxruntime; one is fastest for small networks.
+        max_change: Maximum change per step in the action's unit, as a number or an array of the action's shape.
+            ``"joint_velocity"`` selects the change that the joints' velocity limits allow. By default, the change is
+            unlimited.
+        num_threads: Number of onnxruntime threads. A single thread is fastest for small networks.
 
     Attributes:
-        bundle: The bundle.
+        bundle: The bundle that contains the policy.
         manifest: The parsed manifest of the bundle.
 
     Raises:
         BundleError: The file is damaged.
-        BundleMismatchError: The robot, its joints or the rate differ from the training.
+        BundleMismatchError: The robot, its joints or the control rate differ from those used in training.
         PolicyArgumentError: An argument has the wrong shape or value.
         OnnxruntimeMissingError: onnxruntime is not installed.
     """
@@ -78,24 +79,27 @@ class Policy:
 
     @property
     def recurrent(self) -> bool:
-        """Whether the policy has memory; then :meth:`reset` must be called when an episode begins."""
+        """Whether the policy is recurrent, so that :meth:`reset` must be called at the start of each episode."""
         return bool(self._graph.states)
 
     @property
     def latency(self) -> Latency:
-        """Durations of the last 1,000 calls of :meth:`act`."""
+        """Latency statistics of the last 1,000 calls of :meth:`act`."""
         return self._latency.read()
 
     @property
     def scores(self) -> Array | None:
-        """Scores of the last discrete choice, (choices,) or (n, choices) float; the highest was chosen. Else None."""
+        """Scores of the last discrete choice, (choices,) or (n, choices) float, or None if the graph outputs no scores.
+
+        The policy selects the choice with the highest score.
+        """
         return self._scores
 
     def bench(self, actions: int = 1000) -> Latency:
-        """Return the duration of actions on this machine, for typical observations; this resets the policy's memory.
+        """Measure the latency of the policy on this machine for typical observations, and reset the policy.
 
         Args:
-            actions: Number of measured actions, after some for warm-up.
+            actions: Number of measured actions, after up to 50 warm-up actions.
         """
         _check_count("actions", actions, 0, 10**9)
         observation = {key: space.middle() for key, space in self.manifest.observation.items()}
@@ -111,15 +115,17 @@ class Policy:
         return found
 
     def reset(self, mask: Array | None = None, *, previous_action: Array | None = None) -> None:
-        """Begin an episode.
+        """Start a new episode.
 
         Args:
-            mask: (n,) bool: rows of the batch to reset; None: all rows, and the next batch may have any size.
-            previous_action: Action from which the first action may differ by ``max_change``, in the action's shape, or
-                with the batch axis of the next batch; None: no limit for the first action.
+            mask: Boolean mask of the batch rows to reset, (n,). By default, all rows are reset, and the next batch may
+                have any size.
+            previous_action: Last action before the reset, in the action's shape or with an additional batch axis. The
+                first action may differ from this action by at most ``max_change``. By default, the change of the first
+                action is unlimited.
 
         Raises:
-            PolicyArgumentError: The mask or the action has the wrong shape.
+            PolicyArgumentError: The mask or the previous action has the wrong shape.
         """
         if mask is None:
             self._state: dict[str, Array] = {}
@@ -143,15 +149,15 @@ class Policy:
         """Return the action for an observation, or the actions for a batch of observations.
 
         Args:
-            observation: An element of the observation space, or a batch of them with an additional first axis; a flat
-                observation may also be a mapping of its named terms.
+            observation: An observation, or a batch of observations along an additional first axis. A flat observation
+                may also be passed as a mapping of its named terms.
 
         Returns:
-            The action, clipped to the action space, with a batch axis if the observation has one.
+            The action, clipped to the action space. If the observation has a batch axis, the action has one, too.
 
         Raises:
-            BundleMismatchError: The observation has other names, another shape or type, or is not finite; or the batch
-                size changed without a reset.
+            BundleMismatchError: The observation is not finite or has other names, shapes or types than in training, or
+                the batch size changed without a reset.
             BundleError: The network fails.
         """
         began = time.perf_counter()

@@ -1,4 +1,4 @@
-"""The spaces of a bundle: equivalents of Gymnasium's spaces, without Gymnasium."""
+"""Represents a bundle's spaces without depending on Gymnasium."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Array = np.ndarray[Any, Any]
 _SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
 
 MAX_SIZE = 2**24
-"""Maximum number of values in an element of a space; larger ones would only fill the memory."""
+"""Maximum number of values in an element of a space, which prevents a damaged bundle from exhausting the memory."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """A space whose elements are arrays; infinite bounds are ±inf."""
+    """A space whose elements are arrays. Unbounded values have the bounds ±inf."""
 
     type: str  # ``"Box"``, ``"Discrete"``, ``"MultiDiscrete"`` or ``"MultiBinary"``
     shape: tuple[int, ...]  # ``()`` for a Discrete
@@ -31,7 +31,7 @@ class Space:
 
     @property
     def discrete(self) -> bool:
-        """Whether its elements are discrete choices."""
+        """Whether the elements of the space are discrete choices."""
         return self.type != "Box"
 
     def middle(self) -> Array:
@@ -40,9 +40,9 @@ class Space:
         return np.clip(0.5 * (low + high), self.low, self.high).astype(self.dtype)
 
     def complaint(self, value: Array) -> str | None:
-        """Return what is wrong with a batch of elements, (n, …); None if it is valid.
+        """Return why a batch of elements, (n, …), is invalid, or None if the batch is valid.
 
-        A Box value outside the bounds is valid, because sensors can exceed them.
+        Values outside the bounds of a Box are valid, because sensor readings can exceed the bounds.
         """
         if value.shape[1:] != self.shape or value.ndim != len(self.shape) + 1:
             return f"has shape {value.shape[1:] if value.ndim else ()}, not {self.shape}"
@@ -57,10 +57,10 @@ class Space:
 
 
 def as_floats(name: str, value: Any) -> Array:
-    """Return an argument as an array, float64.
+    """Convert an argument to a float64 array.
 
     Raises:
-        PolicyArgumentError: The argument does not consist of numbers.
+        PolicyArgumentError: The argument contains values that are not numbers.
     """
     try:
         return np.asarray(value, np.float64)
@@ -69,12 +69,18 @@ def as_floats(name: str, value: Any) -> Array:
 
 
 def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: Array, high: Array) -> dict[str, Any]:
-    """Return a space as JSON: a uniform bound is one number, an infinite bound null."""
+    """Convert a space to JSON. A bound is stored as one number if it is uniform, and as null if it is infinite."""
     return {"type": type, "shape": list(shape), "dtype": dtype.name, "low": _bound(low), "high": _bound(high)}
 
 
 def space_from_json(data: Mapping[str, Any]) -> Space:
-    """Return the space that :func:`space_to_json` wrote; a KeyError, TypeError or ValueError means damage."""
+    """Restore a space from the output of :func:`space_to_json`.
+
+    Raises:
+        KeyError: An entry is missing.
+        TypeError: A value has the wrong type.
+        ValueError: A value is invalid.
+    """
     shape, dtype = tuple(int(size) for size in data["shape"]), np.dtype(str(data["dtype"]))
     if data["type"] not in (*_SHAPED, "Discrete") or dtype.kind not in "fiub" or any(size < 0 for size in shape):
         raise ValueError(f"{data['type']} {shape} {dtype} is not a space")
@@ -92,7 +98,7 @@ def _bound(values: Array) -> Any:
 def _array(values: Any, shape: tuple[int, ...], default: float) -> Array:
     flat = [default if value is None else float(value) for value in (values if isinstance(values, list) else [values])]
     array = np.array(flat, np.float64)
-    # A single value for all bounds of a large image takes no memory.
+    # If all bounds are equal, a broadcast view of one value saves memory for large images.
     filled = np.broadcast_to(array[0], shape) if len(array) == 1 else array.reshape(shape)
     filled.setflags(write=False)
     return filled

@@ -1,12 +1,12 @@
 """Tools for plugin authors.
 
 testing/           the conformance kit
-doctor/            problems of robot files and plugins
-parity/            certificates: how closely two simulators agree
-robot_sheet/       images of a robot at home and at its limits
+doctor/            problems in robot files and plugins
+parity/            certificates of how closely simulators agree
+robot_sheet/       images of a robot in its home position and at its limits
 scaffold/          new plugins from templates
-bench.py           time of a step, by part
-bench_training.py  time of a training run, by part
-scaling/           speed and memory by environments, threads, processes and nodes
+bench.py           time of each part of an environment step
+bench_training.py  time of each part of a training run
+scaling/           speed and memory for different numbers of environments, threads, processes and nodes
 cli/               the commands
 """

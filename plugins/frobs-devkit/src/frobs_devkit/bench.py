@@ -1,9 +1,9 @@
-"""Benchmarks a step: the time of each part, and the overhead over the bare engine.
+"""Benchmarks an environment step: measures the time of each part, and the overhead compared with the bare engine.
 
-The bare engine *replays* the steps: before each step it is set to the state and the controls of the environment's
-engine. If the environment reads lidars, it casts the same rays. Environment and bare engine alternate every few steps,
-so that changes of the machine's speed affect both, and each has the processor's caches to itself as in a training loop.
-The reported times are medians.
+The bare engine *replays* the steps: before each step, it loads the state and the controls of the environment's engine.
+If the environment reads lidars, the bare engine casts the same rays. The environment and the bare engine alternate
+every few steps. Changes in the machine's speed therefore affect both measurements, and each measurement has the
+processor caches to itself, as in a training loop. The reported times are medians.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 
-_TURN = 25  # steps of the environment before the bare engine takes its turn
+_TURN = 25  # environment steps before the bare engine replays them
 
 Rays: TypeAlias = tuple[Floats, Floats, float]
-"""Origins [m] and directions, (num_envs, rays, 3) each, and maximum range [m]."""
+"""Ray origins [m] and directions, each of shape (num_envs, rays, 3), and the maximum range [m]."""
 
 PARTS = ("engine", "controller", "task", "environment", "wrappers")
-"""Parts of a step."""
+"""Parts of an environment step."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,15 @@ class BenchResult:
 
     Attributes:
         id: The environment's ID.
-        num_envs: Number of environments in one step.
-        decimation: Number of physics steps in one step.
+        num_envs: Number of environments stepped together.
+        decimation: Number of physics steps per environment step.
         steps: Number of measured steps.
-        step_seconds: Median time of one ``step`` [s], including the wrappers of ``gymnasium.make``.
-        bare_seconds: Median time of the bare engine from the same states, including the same rays [s]; None: the
-            simulator does not support it.
-        ratio: ``step_seconds`` divided by ``bare_seconds``; None without a bare engine.
-        steps_per_second: Steps of all environments per second.
-        parts: Median time in each part of a step [s], by name in :data:`PARTS`.
+        step_seconds: Median time of one ``step`` call [s], including the wrappers that ``gymnasium.make`` adds.
+        bare_seconds: Median time in which the bare engine replays a step, including the same lidar rays [s], or None if
+            the simulator does not provide a bare engine.
+        ratio: ``step_seconds`` divided by ``bare_seconds``, or None without a bare engine.
+        steps_per_second: Environment steps per second, summed over all environments.
+        parts: Median time of each part of a step [s], keyed by the names in :data:`PARTS`.
         machine: Processor, operating system and Python.
     """
 
@@ -64,17 +64,17 @@ class BenchResult:
 
 
 def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **keywords: Any) -> BenchResult:
-    """Compare an environment of FRobs with its bare engine.
+    """Compare the speed of an FRobs environment with the speed of its bare engine.
 
     Args:
         id: ID of the environment.
-        num_envs: 1: the single environment; more: the vector environment.
-        steps: Minimum number of measured steps, after a warm-up of a tenth of it.
-        seed: Seed of the environment and the random actions.
+        num_envs: Number of environments. Several environments are measured as a vector environment.
+        steps: Minimum number of steps to measure, in addition to a warm-up of 10 % of this number.
+        seed: Seed for the environment and the random actions.
         keywords: Keywords of the environment.
 
     Raises:
-        ConfigurationError: The ID is not one of FRobs, or a number is out of range.
+        ConfigurationError: The ID does not belong to an FRobs environment, or a number is out of range.
     """
     whole_number("steps", steps, lowest=10)
     whole_number("num_envs", num_envs, lowest=1)
@@ -93,7 +93,7 @@ def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
 
 
 def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int) -> BenchResult:
-    """Step ``env`` to measure its time, and its twin to measure the parts and to get states to replay."""
+    """Step ``env`` to measure its time, and step ``twin`` to measure the parts and to record the states to replay."""
     inner, shadow = env.unwrapped, twin.unwrapped
     bare = inner.simulation.bare_engine()
     stopwatch, before, cast = _watch(shadow, replayed=bare is not None)
@@ -108,7 +108,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
         actions = [env.action_space.sample() for _ in range(turn)]
         ends = []
         for j, action in enumerate(actions):
-            wrapped = (k + j) % 2 == 0  # every other step bypasses the wrappers, which reveals their cost
+            wrapped = (k + j) % 2 == 0  # every second step bypasses the wrappers, to measure their cost
             start = perf_counter()
             outcome = (env if wrapped else inner).step(action)
             stepped = perf_counter() - start
@@ -155,11 +155,12 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
 
 
 def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
-    """Measure the time of the methods of an environment's parts.
+    """Start timing the parts of an environment, and recording its states and lidar rays.
 
     Returns:
-        The stopwatch, the simulation's state before its last step, and the first rays of each lidar since the mapping
-        was last cleared. The bare engine does not reset episodes, so it casts the rays of a lidar once per step.
+        The stopwatch, the simulation's state before its latest step, and the first rays that each lidar has cast since
+        the mapping was last cleared. The bare engine does not reset episodes, so it casts each lidar's rays only once
+        per step.
     """
     stopwatch = Stopwatch()
     before: Snapshot = {}
@@ -179,7 +180,7 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
 
 
 def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save the state of a simulation before each step. The time for saving is not measured."""
+    """Save a simulation's state before each step. The measurement does not include the time for saving."""
     step = simulation.step
 
     def saved(*args: Any) -> Any:
@@ -190,7 +191,7 @@ def _save_states(simulation: Any, before: Snapshot) -> None:
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
-    """Store the first rays that a robot's lidars cast."""
+    """Store the first rays that each lidar of a robot casts."""
     original = robot.lidar
 
     def lidar(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Benchmarks a training run: the time of each part, and settings that would make it faster."""
+"""Benchmarks a training run: measures the time of each part, and suggests settings that speed up the training."""
 
 from __future__ import annotations
 
@@ -19,19 +19,20 @@ class TrainingBenchResult:
     Attributes:
         id: The environment's ID.
         algorithm: Name of the algorithm.
-        num_envs: Environments stepped together.
-        steps: Environment steps that were measured, after the warm-up and over all environments.
-        steps_per_second: Environment steps per second of the measured part of the training run.
-        parts: Time of each part per 1,000 environment steps [s]: ``simulation`` (step and reset of the environments),
-            the parts that the algorithm names (``inference``, ``updates``, ``storage``) and ``other``. If the algorithm
-            names none, ``simulation`` and ``algorithm``. No time is counted twice.
-        shares: Share of each part in the total time, in [0, 1].
-        checkpoint_seconds: Time to save the algorithm once [s]; not included in the parts.
-        checkpoints: Checkpoints in the whole training run.
-        total_steps: Environment steps of the whole training run.
-        total_seconds: Estimated time of the whole training run, checkpoints included [s].
-        suggestions: For each setting that is worth a change, a text with the measured gain. For ``gradient_steps`` of an
-            off-policy algorithm also how the time of the updates depends on it.
+        num_envs: Number of environments stepped together.
+        steps: Number of environment steps measured after the warm-up, summed over all environments.
+        steps_per_second: Environment steps per second during the measured part of the training run.
+        parts: Time of each part per 1,000 environment steps [s]: ``simulation`` (stepping and resetting the
+            environments), the parts that the algorithm defines (``inference``, ``updates``, ``storage``), and
+            ``other``. If the algorithm defines no parts, the keys are ``simulation`` and ``algorithm``. No time is
+            counted twice.
+        shares: Fraction of the total time spent in each part, in [0, 1].
+        checkpoint_seconds: Time to save the algorithm once [s], not included in ``parts``.
+        checkpoints: Number of checkpoints in the whole training run.
+        total_steps: Number of environment steps in the whole training run.
+        total_seconds: Estimated time of the whole training run, including checkpoints [s].
+        suggestions: For each setting that is worth changing, a text with the measured gain. For an off-policy
+            algorithm, the text for ``gradient_steps`` also describes how the update time depends on this setting.
         machine: Processor, operating system and Python.
     """
 
@@ -53,18 +54,19 @@ class TrainingBenchResult:
 def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool = True) -> TrainingBenchResult:
     """Measure the time of each part of a training run.
 
-    The training run takes place in memory and ends when enough was measured. Everything before the second round of
-    updates is warm-up.
+    The training takes place in memory and ends once enough steps have been measured. The warm-up ends after two rounds
+    of updates, or after 30 seconds.
 
     Args:
-        config: The configuration, from :func:`frobs_train.resolve_config`.
-        steps: Environment steps to measure, rounded up to whole iterations; None: as many as four seconds allow, and at
-            least two iterations.
-        suggest: Whether to measure alternatives to the settings, which takes a few seconds more.
+        config: Configuration returned by :func:`frobs_train.resolve_config`.
+        steps: Number of environment steps to measure, rounded up to whole iterations. By default, the measurement takes
+            at least four seconds and at least two iterations.
+        suggest: Whether to measure alternative settings as well, which takes a few more seconds.
 
     Raises:
-        UnknownNameError: No such environment ID or algorithm.
-        ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
+        UnknownNameError: The environment ID or the algorithm does not exist.
+        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the environment's action
+            space.
     """
     if steps is not None:
         whole_number("steps", steps, lowest=1)

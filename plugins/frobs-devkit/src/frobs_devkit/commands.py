@@ -1,4 +1,4 @@
-"""The commands of this distribution as strings, so that listing them imports nothing."""
+"""Commands of this distribution, declared as strings so that listing the commands imports no other modules."""
 
 from frobs_cli.commands import Command
 

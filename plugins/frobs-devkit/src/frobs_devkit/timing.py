@@ -1,4 +1,4 @@
-"""Timing of methods, and a description of the machine."""
+"""Measures the time spent in methods, and describes the machine."""
 
 from __future__ import annotations
 
@@ -12,24 +12,25 @@ from typing import Any
 
 
 class Stopwatch:
-    """Measures the time spent in methods of any objects, grouped into parts.
+    """Stopwatch that measures the time spent in methods of arbitrary objects, grouped by part.
 
-    If a timed method calls a timed method of another part, the time of the inner call counts for the inner part only.
+    If a timed method calls a timed method of another part, the time of the inner call counts only toward the inner
+    part.
 
     Attributes:
-        times: For each part the time of each call [s], without calls of other parts inside it.
+        times: For each part, the time of each call [s], excluding nested calls of other parts.
     """
 
     def __init__(self) -> None:
         self.times: dict[str, list[float]] = {}
-        self._open: list[tuple[str, list[float]]] = []  # the calls in progress, each with the times of its inner calls
+        self._open: list[tuple[str, list[float]]] = []  # calls in progress, each with the times of its nested calls
 
     def watch(self, part: str, owner: Any, method: str, *, wait: bool = False) -> None:
-        """Replace a method of an object with one that measures its time.
+        """Replace an object's method with a wrapper that measures the time of each call.
 
         Args:
-            part: The part to which the time is added.
-            owner: The object, on which the replacement is set as an attribute.
+            part: Name of the part to which the time is added.
+            owner: The object whose method is replaced.
             method: Name of the method.
             wait: Whether to wait for computations that JAX or CUDA performs in the background.
         """
@@ -57,7 +58,7 @@ class Stopwatch:
         setattr(owner, method, timed)
 
     def seconds(self, part: str) -> float:
-        """Return the time spent in a part [s]."""
+        """Return the total time spent in a part [s]."""
         return sum(self.times.get(part, ()))
 
     def clear(self) -> None:
@@ -67,12 +68,12 @@ class Stopwatch:
 
 
 def machine() -> str:
-    """Return the processor, the operating system and the version of Python in one line."""
+    """Return a one-line description of the processor, the operating system and the Python version."""
     return f"{_processor()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
 
 
 def _wait_for(result: Any) -> None:
-    """Wait until JAX and CUDA have finished, without importing them."""
+    """Wait for pending JAX and CUDA computations, without importing JAX or PyTorch."""
     jax, torch = sys.modules.get("jax"), sys.modules.get("torch")
     if jax is not None:
         jax.block_until_ready(result)
@@ -81,7 +82,7 @@ def _wait_for(result: Any) -> None:
 
 
 def _processor() -> str:
-    """Return the name of the processor, if the system reports one."""
+    """Return the processor name, or the machine type if the system does not report a processor name."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

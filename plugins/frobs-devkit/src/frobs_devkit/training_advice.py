@@ -1,4 +1,4 @@
-"""Settings that would make a training run faster, found by measuring the alternatives."""
+"""Measures alternative settings, and suggests settings that would make a training run faster."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ _SIZES = tuple(2**k for k in range(3, 11))
 """Values of ``num_envs`` to try."""
 
 _ENOUGH = 0.9
-"""Share of the best rate of the environments that is good enough."""
+"""Fraction of the highest measured step rate at which a number of environments is considered fast enough."""
 
 _WORTHWHILE = 1.1
-"""Speed-up from which a change is suggested."""
+"""Minimum speedup for which a change is suggested."""
 
 _TRY_SECONDS = 0.1
-"""Time to step the environments of one size or number of threads [s]."""
+"""Time to step the environments for each tested number of environments or threads [s]."""
 
 _SIZES_SECONDS = 2.0
-"""Time for all sizes, including the creation of the environments [s]; the largest are skipped if it is used up."""
+"""Time limit for creating and testing environments of all sizes [s], after which the remaining sizes are skipped."""
 
 _UPDATES_SECONDS = 1.0
-"""Time to measure updates with another number of threads [s]."""
+"""Time to measure the updates for each tested number of threads [s]."""
 
 _CHANGES_LEARNING = "This changes what is learned, so check the learning again."
 
 
 def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
-    """Return the advice for each setting that is worth a change or limits the speed.
+    """Return advice for each setting that is worth changing or that limits the speed.
 
     Args:
         config: The configuration.
-        measured: Times of the training run with it.
+        measured: Measured times of the training run with this configuration.
     """
     found: dict[str, str | None] = {}
     if _can_matter(measured, SIMULATION):
@@ -52,12 +52,12 @@ def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
 
 
 def time_steps(config: RunConfig, num_envs: int, threads: int | None = None) -> float:
-    """Return the median time of a step of a vector environment [s].
+    """Return the median time of a vector environment step [s].
 
     Args:
         config: The configuration of the training run.
-        num_envs: Environments in the vector.
-        threads: Threads of the simulator; None: as configured.
+        num_envs: Number of environments in the vector environment.
+        threads: Number of simulator threads. Defaults to the configured number.
     """
     changes: dict[str, Any] = {"num_envs": num_envs, "reset_from": None}
     if threads is not None:
@@ -90,7 +90,7 @@ def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | Non
 
 
 def _measure_sizes(config: RunConfig) -> dict[int, float]:
-    """Return the steps per second of the environments for several sizes, the configured one included."""
+    """Return the environment steps per second for several values of ``num_envs``, including the configured value."""
     begin = perf_counter()
     rates = {config.num_envs: config.num_envs / time_steps(config, config.num_envs)}
     cost = perf_counter() - begin
@@ -103,7 +103,7 @@ def _measure_sizes(config: RunConfig) -> dict[int, float]:
         start = perf_counter()
         try:
             rates[size] = size / time_steps(config, size)
-        except FrobsError:  # a paced simulator has a single environment
+        except FrobsError:  # a paced simulator supports only one environment
             break
         cost, last = perf_counter() - start, size
     return rates
@@ -147,10 +147,10 @@ def _advise_torch_threads(config: RunConfig, measured: MeasuredTraining) -> str 
 
 
 def _time_updates(config: RunConfig, threads: int) -> float:
-    """Return the median time of a round of updates with so many threads of PyTorch [s]."""
+    """Return the median time of a round of updates with the given number of PyTorch threads [s]."""
     settings = {**config.algorithm_config, "torch_threads": threads}
     changed = config.model_copy(update={"algorithm_config": settings})
-    torch = sys.modules["torch"]  # loaded by the algorithm; its number of threads is a setting of the process
+    torch = sys.modules["torch"]  # imported by the algorithm; the number of threads applies to the whole process
     before = torch.get_num_threads()
     try:
         return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])
@@ -159,7 +159,7 @@ def _time_updates(config: RunConfig, threads: int) -> float:
 
 
 def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str | None:
-    """Describe how the time of an off-policy algorithm depends on ``gradient_steps``."""
+    """Describe how the training time of an off-policy algorithm depends on ``gradient_steps``."""
     configured = config.algorithm_config.get("gradient_steps")
     if not configured:
         return None
@@ -183,18 +183,18 @@ def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str
 
 
 def _can_matter(measured: MeasuredTraining, part: str) -> bool:
-    """Return whether the training run would be faster by enough if a part took no time at all."""
+    """Return whether eliminating a part's time would speed up the training run enough to suggest a change."""
     return measured.parts.get(part, 0.0) > (1.0 - 1.0 / _WORTHWHILE) * measured.seconds
 
 
 def _speedup_of_run(measured: MeasuredTraining, part: str, speedup: float) -> float:
-    """Return how many times as fast the whole training run is if one part is so many times as fast."""
+    """Return the speedup of the whole training run that results from the speedup of one part."""
     saved = measured.parts[part] * (1.0 - 1.0 / speedup)
     return measured.seconds / (measured.seconds - saved)
 
 
 def _instead(config: RunConfig, measured: MeasuredTraining, part: str, speedup: float) -> str:
-    """Return ``"52 s instead of 96 s"`` for the whole training run if one part is so many times as fast."""
+    """Return the effect of one part's speedup on the training time, such as ``"52 s instead of 96 s"``."""
     now = config.steps * measured.per_step()
     return f"{duration(now / _speedup_of_run(measured, part, speedup))} instead of {duration(now)}"
 

@@ -1,4 +1,4 @@
-"""Timing the parts of a training run in memory, over whole iterations after a warm-up."""
+"""Times the parts of an in-memory training run, over whole iterations after a warm-up."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from frobs_train import RunConfig, prepare_training
 SIMULATION, UPDATES, OTHER, ALGORITHM = "simulation", "updates", "other", "algorithm"
 
 _WARM_UP = 2
-"""Rounds of updates before the measurement: JAX compiles during the first ones."""
+"""Number of update rounds before the measurement starts, because JAX compiles during the first rounds."""
 
 _LONGEST_WARM_UP = 30.0
-"""Seconds after which the measurement starts even if there were no updates."""
+"""Maximum duration of the warm-up [s], after which the measurement starts even without updates."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +28,12 @@ class MeasuredTraining:
     """Times of the measured iterations of a training run.
 
     Attributes:
-        steps: Environment steps that were measured, over all environments.
-        seconds: Their time [s].
-        parts: Time of each part [s]; their sum is ``seconds``.
-        calls: Time of each timed call [s], for each part that has timed methods.
+        steps: Number of measured environment steps, summed over all environments.
+        seconds: Time of the measured steps [s].
+        parts: Time of each part [s]. The times add up to ``seconds``.
+        calls: Times of all timed calls [s], for each part with timed methods.
         checkpoint_seconds: Time to save the algorithm once [s].
-        uses_torch: Whether the updates change parameters of PyTorch.
+        uses_torch: Whether the updates change PyTorch parameters.
     """
 
     steps: int
@@ -44,21 +44,22 @@ class MeasuredTraining:
     uses_torch: bool
 
     def per_step(self, part: str | None = None) -> float:
-        """Return the time of a part, or of all parts, per environment step [s]."""
+        """Return the time per environment step of one part, or of all parts together [s]."""
         return (self.seconds if part is None else self.parts.get(part, 0.0)) / self.steps
 
 
 def measure_training(
     config: RunConfig, *, steps: int | None = None, seconds: float = 4.0, limit: float = inf
 ) -> MeasuredTraining:
-    """Train in memory until enough was measured, and return the times.
+    """Train in memory until enough steps have been measured, and return the times.
 
     Args:
-        config: See :func:`frobs_train.resolve_config`.
-        steps: Environment steps to measure, rounded up to whole iterations; None: as many as ``seconds`` allow.
-        seconds: Time to measure [s], at least two iterations.
-        limit: Time, warm-up included, after which the training run ends with the next round of updates [s]. If it ends
-            before the measurement began, the warm-up is part of the result.
+        config: Configuration returned by :func:`frobs_train.resolve_config`.
+        steps: Number of environment steps to measure, rounded up to whole iterations. Defaults to as many steps as
+            fit into ``seconds``.
+        seconds: Duration of the measurement [s] if ``steps`` is None. At least two iterations are measured.
+        limit: Time limit for the training run, including the warm-up [s]. The run ends with the first round of updates
+            after this time. If the limit is reached during the warm-up, the result includes the warm-up.
     """
     made = prepare_training(config)
     with closing(made.env):
@@ -84,12 +85,12 @@ def _has_torch_parameters(model: object) -> bool:
 class _Reading:
     time: float  # [s]
     steps: int
-    rounds: int  # of updates
+    rounds: int  # number of update rounds
     calls: Mapping[str, int]  # number of timed calls of each part
 
 
 class _Window:
-    """A training monitor that measures whole iterations, and then ends the training run."""
+    """A training monitor that measures whole iterations and then ends the training run."""
 
     def __init__(
         self, stopwatch: Stopwatch, steps: Callable[[], int], wanted: int | None, seconds: float, limit: float
@@ -105,13 +106,13 @@ class _Window:
         self._checkpoint_seconds: float | None = None
 
     def is_due(self, steps: int) -> bool:
-        """Return whether enough was measured; without timed updates, ask for a report each time."""
+        """Return whether the measurement has ended, or True if the updates are not timed."""
         if self._has_updates:
             self._look()
         return self._end is not None or not self._has_updates
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Return whether more has to be measured."""
+        """Return whether training should continue because the measurement is not complete."""
         self._reports += 1
         self._look()
         return self._end is None
@@ -120,12 +121,12 @@ class _Window:
         """Ignore episodes."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Measure the time of a checkpoint after everything else was measured."""
+        """Measure the time to save a checkpoint once the rest of the measurement is complete."""
         if self._end is not None and self._checkpoint_seconds is None:
             self._save(save)
 
     def result(self, save: Callable[[Path, Path | None], None], uses_torch: bool) -> MeasuredTraining:
-        """Return the times; those of the whole training run if it ended before the warm-up did."""
+        """Return the measured times, or the times of the whole training run if it ended during the warm-up."""
         end = self._end or self._read()
         start = self._start if self._start is not None and self._start.steps < end.steps else self._begin
         calls = {part: times[start.calls[part] : end.calls[part]] for part, times in self._stopwatch.times.items()}

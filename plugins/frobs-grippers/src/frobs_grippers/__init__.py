@@ -12,7 +12,7 @@ __all__ = ["PARALLEL_GRIPPER", "SUCTION_CUP", "TWO_FINGER_HAND"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a tool from its module on first use, so that listing plugins does not import descriptions."""
+    """Import an end effector on first use, so that listing plugins does not import its description."""
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(f"frobs_grippers.{name.lower()}"), name)

@@ -1,4 +1,4 @@
-"""A parallel gripper the size of the Robotiq 2F-85."""
+"""Description of a parallel gripper with the size of the Robotiq 2F-85."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ PARALLEL_GRIPPER = Robot(
     name="parallel_gripper",
     home={"finger_joint": 0.0425},
     tcp="tcp",
-    # More than critically damped for the 0.3 kg of both fingers. Pads stopped 1 cm short of the commanded position
-    # press with 50 N each, and never with more than half of the effort limit.
+    # The gains overdamp the two fingers, which have a mass of 0.3 kg together. If an object stops the pads 1 cm before
+    # the commanded position, each pad presses with 50 N. A pad never presses with more than half of the effort limit.
     gains=DriveGains(stiffness=10_000.0, damping=120.0),
     friction={"left_finger": 1.2, "right_finger": 1.2},
     default_controllers={"all": "gripper_delta"},

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord
@@ -12,7 +12,7 @@ _SUMMARIES = {
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Provide the end effectors."""
+    """Return the records of the end effectors."""
     return [
         RobotRecord(
             name=name,

@@ -1,4 +1,4 @@
-"""A suction cup with geometry, mass and a force-torque sensor. It cannot hold objects yet."""
+"""Description of a suction cup with a force-torque sensor. The suction cup cannot hold objects yet."""
 
 from __future__ import annotations
 

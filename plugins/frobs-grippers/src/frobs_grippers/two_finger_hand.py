@@ -1,4 +1,4 @@
-"""A two-finger hand the size of the Franka hand."""
+"""Description of a two-finger hand with the size of the Franka hand."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ TWO_FINGER_HAND = Robot(
     name="two_finger_hand",
     home={"finger_joint": 0.04},
     tcp="tcp",
-    # More than critically damped for the 0.2 kg of both fingers. Pads stopped 1 cm short of the commanded position
-    # press with 50 N each, and never with more than half of the effort limit.
+    # The gains overdamp the two fingers, which have a mass of 0.2 kg together. If an object stops the pads 1 cm before
+    # the commanded position, each pad presses with 50 N. A pad never presses with more than half of the effort limit.
     gains=DriveGains(stiffness=10_000.0, damping=100.0),
     friction={"left_finger": 1.2, "right_finger": 1.2},
     default_controllers={"all": "gripper_delta"},

@@ -1,1 +1,1 @@
-"""Ray for FRobs: seeds, trials and evaluations on several machines, and the algorithms of RLlib."""
+"""Ray support for FRobs: seeds, trials and evaluations on several machines, and RLlib's algorithms."""

@@ -1,4 +1,4 @@
-"""Connecting to a Ray cluster, or starting one on this machine."""
+"""Connects to a Ray cluster, or starts a cluster on this machine."""
 
 from __future__ import annotations
 
@@ -22,34 +22,35 @@ from frobs_ray.errors import ClusterConnectionError
 
 LOOPBACK = "127.0.0.1"
 OBJECT_STORE = 512 * 2**20
-"""Shared memory of a cluster on this machine [bytes]; it is allocated when it is used, and excess data go to disk."""
+"""Shared memory of a cluster on this machine [bytes]. Ray allocates memory on demand and writes excess data to disk."""
 
 _ALWAYS = {
-    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # Ray's new behavior; without the variable Ray prints a warning
-    "RAY_BACKEND_LOG_LEVEL": "fatal",  # Ray's C++ code prints warnings to stderr
-    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment and do not copy the working folder
+    "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # selects Ray's new behavior and avoids a warning from Ray
+    "RAY_BACKEND_LOG_LEVEL": "fatal",  # hides warnings that Ray's C++ code prints to stderr
+    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment without copying the working folder
 }
-# Ray listens on all network interfaces. A token of this process protects a cluster on this machine; otherwise Ray would
-# write one to the user's home directory.
+# Ray listens on all network interfaces, so a token protects a cluster on this machine. This process creates the token,
+# because Ray would otherwise write a token to the user's home directory.
 _LOCAL = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
 _BANNER = b"Set ray log level from environment variable"
-_TIMEOUT = 10.0  # [s] for the first connection to a head node
+_TIMEOUT = 10.0  # [s] maximum time for the first connection to a head node
 
 
 @contextmanager
 def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator[None]:
-    """Connect this process to a Ray cluster while the ``with`` block runs.
+    """Connect this process to a Ray cluster for the duration of the ``with`` block.
 
-    If this process is already connected, the existing connection is used and stays open afterwards. Ray's messages are
-    suppressed, and the caller's handlers of Ctrl-C and SIGTERM stay in place.
+    If this process is already connected, the existing connection is used and remains open afterwards. Ray's messages
+    are suppressed, and the caller's signal handlers for Ctrl-C and SIGTERM remain in place.
 
     Args:
-        address: ``"host:port"`` of the head node, or ``"auto"`` for the cluster that is running on this machine. None:
-            start a cluster on this machine and stop it at the end of the block.
-        num_cpus: Number of processors of a new cluster; None: all of this machine. Ignored if there is an address.
+        address: ``"host:port"`` of the head node, or ``"auto"`` for the cluster that is running on this machine.
+            Defaults to a new cluster on this machine, which is stopped at the end of the block.
+        num_cpus: Number of processors for a new cluster. Defaults to all processors of this machine, and is ignored if
+            ``address`` is given.
 
     Raises:
-        ClusterConnectionError: No cluster answers at the address, or Ray cannot start.
+        ClusterConnectionError: No cluster responds at the address, or Ray cannot start.
     """
     if ray.is_initialized():
         yield
@@ -66,7 +67,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
             "_node_ip_address": LOOPBACK,
         }
     with ExitStack() as stack:
-        stack.callback(_read_authentication)  # after the variables are restored
+        stack.callback(_read_authentication)  # runs after the variables are restored
         stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
         stack.enter_context(quiet())
         _read_authentication()
@@ -84,7 +85,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
 
 
 def _check_address(address: str) -> None:
-    """Raise ClusterConnectionError unless a server listens at ``host:port``; Ray itself would retry for a minute."""
+    """Raise ClusterConnectionError unless a server listens at ``host:port``, because Ray would retry for a minute."""
     host, _, port = address.rpartition(":")
     if "://" in address or not host or not port.isdecimal():
         raise ClusterConnectionError(address, "the address must be 'host:port' of the head node, or 'auto'")
@@ -96,7 +97,7 @@ def _check_address(address: str) -> None:
 
 @contextmanager
 def _variables(values: Mapping[str, str]) -> Iterator[None]:
-    """Set environment variables that the user has not set, and remove them at the end."""
+    """Set environment variables that the user has not set, and remove them at the end of the block."""
     added = [name for name in values if name not in os.environ]
     set_by_ray = [name for name in ("PYTHONBREAKPOINT",) if name not in os.environ]
     os.environ.update({name: values[name] for name in added})
@@ -108,7 +109,7 @@ def _variables(values: Mapping[str, str]) -> Iterator[None]:
 
 
 def _read_authentication() -> None:
-    """Make Ray read its authentication mode and token from the environment again; by default it does so only once."""
+    """Make Ray reread its authentication mode and token from the environment, which Ray otherwise reads only once."""
     compiled: Any = import_module("ray._raylet")
     compiled.Config.initialize("")
     compiled.AuthenticationTokenLoader.instance().reset_cache()
@@ -116,7 +117,7 @@ def _read_authentication() -> None:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Suppress messages of Ray and its libraries below errors in this process."""
+    """Suppress messages from Ray and its libraries in this process, except for errors."""
     loggers = [logging.getLogger(name) for name in ("ray", "ray.rllib", "ray.tune")]
     before = [logger.level for logger in loggers]
     for logger in loggers:
@@ -130,7 +131,7 @@ def quiet() -> Iterator[None]:
 
 @contextmanager
 def _without_banner() -> Iterator[None]:
-    """Drop the line of Ray's C++ code that reports its log level; pass on everything else that is written to stderr."""
+    """Remove the line about the log level that Ray's C++ code writes to stderr, and keep all other output."""
     sys.stderr.flush()
     stderr = os.dup(2)
     try:
@@ -149,9 +150,9 @@ def _without_banner() -> Iterator[None]:
 
 @contextmanager
 def _handlers_kept() -> Iterator[None]:
-    """Preserve the handler of SIGTERM, which Ray replaces."""
+    """Restore the SIGTERM handler that Ray replaces."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # in another thread, Ray cannot replace it either
+        yield  # in other threads, Ray cannot replace the handler
         return
     before = signal.getsignal(signal.SIGTERM)
     try:

@@ -1,16 +1,16 @@
 """Errors of this distribution.
 
     ConfigurationError
-    ├── ClusterConnectionError  no Ray cluster answers, or none can be started
+    ├── ClusterConnectionError  no Ray cluster responds or can be started
     ├── ClusterResourcesError   no node is large enough for a job
     ├── ClusterSizeError        the cluster has too few processors
-    ├── EnvironmentCopyError    an environment cannot be made again in another process
-    └── NodesDifferError        nodes lack a version, a plugin or the shared folder
+    ├── EnvironmentCopyError    an environment cannot be recreated in another process
+    └── NodesDifferError        nodes have different versions or no access to the shared folder
     RunError
-    ├── EnvironmentRunnerError  no environment runner works
+    ├── EnvironmentRunnerError  no environment runner returns data
     └── RemoteJobError          a job failed on its node
 
-Each constructor takes the objects that the error is about, stores them as attributes, and composes the message.
+Each constructor stores its arguments as attributes and composes the error message from them.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from frobs_core.errors import ConfigurationError, RunError
 
 
 class ClusterConnectionError(ConfigurationError):
-    """No Ray cluster answers at an address, or no cluster can be started on this machine.
+    """No Ray cluster responds at an address, or no cluster can be started on this machine.
 
     Args:
-        address: The address of the head node; None: a cluster on this machine.
-        cause: One line with the reason.
+        address: The address of the head node, or None for a cluster on this machine.
+        cause: One-line description of the cause.
     """
 
     def __init__(self, address: str | None, cause: str) -> None:
@@ -42,11 +42,11 @@ class ClusterConnectionError(ConfigurationError):
 
 
 class ClusterResourcesError(ConfigurationError):
-    """No node of the cluster is large enough for one job.
+    """No node of the cluster has enough processors and memory for one job.
 
     Args:
-        processors: Number of processors of a job.
-        memory: Memory of a job [B].
+        processors: Number of processors that a job requires.
+        memory: Memory that a job requires [B].
         nodes: Resources of each node, as Ray reports them.
     """
 
@@ -64,10 +64,10 @@ class ClusterResourcesError(ConfigurationError):
 
 
 class NodesDifferError(ConfigurationError):
-    """Nodes of the cluster cannot run the jobs in the same way as this machine.
+    """Nodes of the cluster differ from this machine, so they cannot run the jobs.
 
     Args:
-        problems: One line per problem, by address of the node.
+        problems: Descriptions of each node's problems, by the address of the node.
     """
 
     def __init__(self, problems: Mapping[str, Sequence[str]]) -> None:
@@ -84,8 +84,8 @@ class RemoteJobError(RunError):
 
     Args:
         name: Name of the job.
-        message: Message of the error on the node.
-        trace: Traceback of the error; may be empty.
+        message: Error message from the node.
+        trace: Traceback from the node, which may be empty.
     """
 
     def __init__(self, name: str, message: str, trace: str) -> None:
@@ -99,8 +99,8 @@ class ClusterSizeError(ConfigurationError):
     """A cluster has fewer processors than the environment runners need.
 
     Args:
-        needed: Number of processors that all environment runners need together.
-        available: Number of processors of the cluster.
+        needed: Total number of processors that the environment runners need.
+        available: Number of processors in the cluster.
     """
 
     def __init__(self, needed: int, available: int) -> None:
@@ -113,10 +113,10 @@ class ClusterSizeError(ConfigurationError):
 
 
 class EnvironmentCopyError(ConfigurationError):
-    """The processes of environment runners cannot create the same environment.
+    """Environment runners in other processes cannot create the same environment.
 
     Args:
-        cause: One line with the reason.
+        cause: One-line description of the cause.
         remedy: Suggested alternative.
     """
 
@@ -133,7 +133,7 @@ class EnvironmentRunnerError(RunError):
     """No environment runner returns data.
 
     Args:
-        cause: One line with the reason.
+        cause: One-line description of the cause.
     """
 
     def __init__(self, cause: str) -> None:

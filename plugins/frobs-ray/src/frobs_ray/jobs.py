@@ -1,4 +1,4 @@
-"""A job as a Ray task. If its node or process dies, it is started again on any node."""
+"""Runs jobs as Ray tasks. If the node or process of a job dies, Ray restarts the job on any node."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ from frobs_train.training.monitor import Progress
 from frobs_train.training.threads import processors_limited_to
 
 RETRIES = 5
-"""Maximum number of restarts of a job after its node or process died."""
+"""Maximum number of times that a job is restarted after its node or process has died."""
 
 Answer = tuple[Any, str | None, str]
-"""Result; error message or None; traceback. Exceptions are not returned, because not all of them can be pickled."""
+"""The result, the error message or None, and the traceback.
+
+The exception itself is not returned, because some exceptions cannot be pickled.
+"""
 
 
 def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, expected: Versions) -> Answer:
@@ -28,10 +31,11 @@ def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, ex
         job: The job.
         index: Key of the job in the mailbox.
         mailbox: Mailbox that receives the progress.
-        processors: Number of processors of the job.
-        expected: Versions on the submitting machine. They are checked here because a node may join the cluster later.
+        processors: Number of processors for the job.
+        expected: Versions on the machine that submitted the job. The node's versions are compared with these versions,
+            because the node may have joined the cluster after the job was submitted.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command shows progress
     if difference := difference_here(expected):
         return None, difference, ""
     sender = Sender(mailbox)

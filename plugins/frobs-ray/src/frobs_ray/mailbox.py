@@ -1,4 +1,4 @@
-"""Transfer of progress from jobs on a cluster to the waiting command."""
+"""Transfers progress from jobs on a cluster to the command that is waiting for them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import ray
 from ray.actor import ActorHandle
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-_EVERY = 0.5  # [s] between messages of one job
+_EVERY = 0.5  # [s] minimum time between messages for one key
 
 
 class _Mailbox:
-    """Stores the latest progress of each job until it is collected."""
+    """Stores the latest progress of each job until the progress is collected."""
 
     def __init__(self) -> None:
         self._latest: dict[Any, Any] = {}
@@ -27,7 +27,7 @@ class _Mailbox:
 
 
 def open_mailbox() -> ActorHandle[Any]:
-    """Start a mailbox on the node of this process; it reserves no processor."""
+    """Start a mailbox on the node of this process without reserving a processor."""
     here = NodeAffinitySchedulingStrategy(ray.get_runtime_context().get_node_id(), soft=False)
     actor: Any = ray.remote(_Mailbox)
     handle: ActorHandle[Any] = actor.options(num_cpus=0, scheduling_strategy=here).remote()
@@ -35,7 +35,7 @@ def open_mailbox() -> ActorHandle[Any]:
 
 
 class Sender:
-    """Sends the progress of jobs, at most twice a second per key.
+    """Sends the progress of jobs to a mailbox, at most twice per second for each key.
 
     Args:
         mailbox: Mailbox from :func:`open_mailbox`.
@@ -46,7 +46,7 @@ class Sender:
         self._next: dict[Any, float] = {}
 
     def send(self, key: Any, progress: Any) -> None:
-        """Send the progress of the job, or of the part of a job, that ``key`` identifies."""
+        """Send the progress of the job or the part of a job that ``key`` identifies."""
         now = time.monotonic()
         if now >= self._next.get(key, 0.0):
             self._next[key] = now + _EVERY
@@ -54,7 +54,7 @@ class Sender:
 
 
 def collect(mailbox: ActorHandle[Any]) -> dict[Any, Any]:
-    """Return the progress that was sent since the last call, by key."""
+    """Return the latest progress that was sent since the last call, by key."""
     reference: Any = mailbox.take.remote()
     found: dict[Any, Any] = ray.get(reference)
     return found

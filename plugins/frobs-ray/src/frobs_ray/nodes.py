@@ -1,4 +1,4 @@
-"""Checks that the nodes of a cluster can run the jobs: versions, plugins, shared folder, memory."""
+"""Checks that a cluster's nodes have the versions, plugins, shared folder and memory that jobs require."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 from frobs_ray.errors import ClusterResourcesError, NodesDifferError
 from frobs_train import versions
 
-_TIMEOUT = 120  # [s] for a node to import FRobs and its plugins
+_TIMEOUT = 120  # [s] maximum time for a node to import FRobs and its plugins
 
 Versions = Mapping[str, str]
-"""Version of Python, FRobs, each plugin and each library, by name."""
+"""Versions of Python, FRobs, all plugins and all libraries, by name."""
 
 
 def flat_versions() -> dict[str, str]:
@@ -39,7 +39,7 @@ def living_nodes() -> list[dict[str, Any]]:
 
 
 def check_resources(processors: int, memory: int) -> None:
-    """Check that a node has the processors and the memory [B] for one job.
+    """Check that at least one node has enough processors and memory [B] for a job.
 
     Raises:
         ClusterResourcesError: No node is large enough.
@@ -50,10 +50,10 @@ def check_resources(processors: int, memory: int) -> None:
 
 
 def check_nodes(folder: Path) -> None:
-    """Check that every node has the same versions as this machine, and can read and write the folder.
+    """Check that every node has the same versions as this machine and can read from and write to a folder.
 
     Raises:
-        NodesDifferError: A node differs; the message lists all differences.
+        NodesDifferError: A node differs from this machine. The error message lists all differences.
     """
     here = ray.get_runtime_context().get_node_id()
     with _token(folder) as token:
@@ -67,7 +67,7 @@ def check_nodes(folder: Path) -> None:
         for address, reference in asked.items():
             try:
                 found, sees_folder = ray.get(reference, timeout=_TIMEOUT)
-            except Exception as error:  # importing FRobs on a node can raise anything
+            except Exception as error:  # importing FRobs on a node can raise any exception
                 problems[address] = [f"FRobs does not run there: {_last_line(error)}"]
                 continue
             lines = describe_differences(flat_versions(), found)
@@ -80,7 +80,7 @@ def check_nodes(folder: Path) -> None:
 
 
 def examine_node(token: Path) -> tuple[dict[str, str], bool]:
-    """Return the versions on the node that runs this function, and whether it sees a file and can write next to it."""
+    """Return this node's versions, and whether the node can see a file and write to the file's folder."""
     beside = token.with_name(f"{token.name}-{secrets.token_hex(4)}")
     try:
         seen = token.is_file()
@@ -102,14 +102,14 @@ def describe_differences(here: Versions, there: Versions) -> list[str]:
 
 
 def difference_here(expected: Versions) -> str:
-    """Return how this node differs from the machine that gave the job; empty if it does not."""
+    """Return how this node differs from the machine that submitted the job, or an empty string if it does not."""
     differences = describe_differences(expected, flat_versions())
     return f"its node differs from the machine of this command: {'; '.join(differences)}." if differences else ""
 
 
 @contextmanager
 def _token(folder: Path) -> Iterator[Path]:
-    """Create a temporary file in a folder, for which other nodes can look."""
+    """Create a temporary file in a folder, so that other nodes can check whether they see the file."""
     path = folder.absolute() / f".frobs-{secrets.token_hex(8)}"
     path.touch()
     try:

@@ -22,42 +22,42 @@ from frobs_train.tuning.study import StudyResult, TrialResult
 from frobs_train.tuning.tune import Search
 
 _POLL = 0.5  # [s]
-_PATIENCE = 120  # [s] for interrupted jobs to write their checkpoints
+_PATIENCE = 120  # [s] maximum time for interrupted jobs to write their checkpoints
 
 
 class RayRunner(Runner):
-    """Runs jobs in parallel on a Ray cluster: one at an address, or a new one on this machine."""
+    """Runs jobs in parallel on an existing Ray cluster, or on a new Ray cluster on this machine."""
 
     name: ClassVar[str] = "ray"
 
     @property
     def address(self) -> str | None:
-        """Address of the cluster to join; None: start one on this machine."""
+        """Address of the cluster to join, or None to start a cluster on this machine."""
         return self.options.address or os.environ.get("RAY_ADDRESS") or None
 
     @property
     def processors(self) -> int:
-        """Number of processors of each job."""
+        """Number of processors for each job."""
         return self.options.processors or 1
 
     def run(
         self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
     ) -> Iterator[Outcome]:
-        """Run jobs on the cluster, and yield each outcome as soon as the job ends.
+        """Run jobs on the cluster, and yield each job's outcome as soon as the job ends.
 
-        If the node or process of a job dies, the job is started again on another node. On Ctrl-C, the running jobs
-        write checkpoints.
+        If the node or process of a job dies, the job is restarted on any node. On Ctrl-C, the running jobs write
+        checkpoints.
 
         Args:
             jobs: The jobs.
-            folder: Folder below which the jobs write; every node must have access to it.
-            on_progress: Called with the index of a job and its progress.
+            folder: Folder for the output of the jobs, to which every node must have access.
+            on_progress: Function that is called with the index and the progress of a job.
 
         Raises:
-            ParameterValueError: The settings of a job request environment runners.
-            ClusterConnectionError: No cluster answers, or none can be started.
-            ClusterResourcesError: No node has the processors or the memory for a job.
-            NodesDifferError: A node has other versions, or no access to the folder.
+            ParameterValueError: A job's settings request environment runners.
+            ClusterConnectionError: No cluster responds, or no cluster can be started.
+            ClusterResourcesError: No node has enough processors and memory for a job.
+            NodesDifferError: A node has different versions, or cannot access the folder.
         """
         _check_env_runners(jobs)
         with connect(self.address):
@@ -88,7 +88,7 @@ class RayRunner(Runner):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings with Ray Tune, with trials in parallel; see :func:`frobs_ray.tuning.tune_on_ray`."""
+        """Search for settings with parallel trials in Ray Tune. See :func:`frobs_ray.tuning.tune_on_ray`."""
         from frobs_ray.tuning import tune_on_ray
 
         return tune_on_ray(self, search, on_trial, on_progress)
@@ -119,7 +119,7 @@ def _outcome(reference: ray.ObjectRef[Answer], index: int, job: Job) -> Outcome:
 
 
 def _cancel(references: list[Any]) -> None:
-    """Interrupt tasks as Ctrl-C does, and wait for them to write their checkpoints."""
+    """Interrupt tasks as Ctrl-C does, and wait until the tasks have written their checkpoints."""
     for reference in references:
         ray.cancel(reference, force=False)
     if references:

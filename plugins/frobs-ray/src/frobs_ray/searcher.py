@@ -1,4 +1,4 @@
-"""Adapter from a study of Optuna to Ray Tune. The study selects the settings of trials and records their results."""
+"""Adapter from an Optuna study to Ray Tune. The study selects the trials' settings and records the trials' results."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ from frobs_train.tuning.study import REPORTS, StudyResult, TrialResult, to_resul
 from frobs_train.tuning.tune import Session
 
 _RUNNER = "runner"
-"""Attribute of the trials that this runner started. A restarted search continues those that have not ended."""
+"""Attribute that marks the trials of this runner. A restarted search continues marked trials that have not ended."""
 
 
 class _Stays:
-    """Base class of objects that Ray must not pickle. It would do so to restore a search, which FRobs does itself."""
+    """Base class for objects that Ray must not pickle.
+
+    Ray pickles objects in order to restore a search, but FRobs restores searches itself.
+    """
 
     def __getstate__(self) -> dict[str, Any]:
         return {}
@@ -49,7 +52,7 @@ class StudyTrials:
         self.left = max(0, session.search.trials - session.finished)
 
     def next(self) -> dict[str, Any] | None:
-        """Return number and settings of the next trial, or None if the study has enough trials."""
+        """Return the number and settings of the next trial, or None if the study has enough trials."""
         if len(self.begun) >= self.left:
             return None
         if self._unfinished:
@@ -64,7 +67,7 @@ class StudyTrials:
 
 
 class StudySearcher(_Stays, Searcher):
-    """Makes Ray Tune take the settings of each trial from the study.
+    """Searcher that provides Ray Tune with the study's settings for each trial.
 
     Args:
         trials: The trials of this search.
@@ -82,21 +85,21 @@ class StudySearcher(_Stays, Searcher):
         """Do nothing, because :class:`Recorder` records results."""
 
     def save(self, checkpoint_path: str) -> None:
-        """Do nothing, because the study is in its own storage."""
+        """Do nothing, because the study has its own storage."""
 
     def restore(self, checkpoint_path: str) -> None:
-        """Do nothing, because the study is in its own storage."""
+        """Do nothing, because the study has its own storage."""
 
 
 class Recorder(_Stays, Callback):
-    """Records the results from Ray Tune in the study.
+    """Callback that records Ray Tune's results in the study.
 
     Args:
         session: The open study.
         trials: The trials of this search.
         mailbox: Mailbox that receives the progress of the trials.
-        on_trial: Called after each trial.
-        on_progress: Called with the number of a trial, the index of its seed and the progress of that run.
+        on_trial: Function that is called after each trial.
+        on_progress: Function that is called with a trial's number, the index of the run's seed, and the run's progress.
     """
 
     def __init__(
@@ -112,7 +115,7 @@ class Recorder(_Stays, Callback):
         self._reported: dict[int, int] = {}
 
     def on_step_end(self, iteration: int, trials: list[Trial], **info: Any) -> None:
-        """Forward the progress."""
+        """Forward the progress of the trials to ``on_progress``."""
         if self._on_progress is not None:
             for (number, index), progress in collect(self._mailbox).items():
                 self._on_progress(number, index, progress)
@@ -120,14 +123,14 @@ class Recorder(_Stays, Callback):
     def on_trial_result(
         self, iteration: int, trials: list[Trial], trial: Trial, result: dict[str, Any], **info: Any
     ) -> None:
-        """Record an intermediate value."""
+        """Record an intermediate value of a trial."""
         number = int(str(trial))
         if "step" in result and result["step"] > self._reported.get(number, -1):
             self._reported[number] = result["step"]
             self._trials.begun[number].report(result["value"], result["step"])
 
     def on_trial_complete(self, iteration: int, trials: list[Trial], trial: Trial, **info: Any) -> None:
-        """Record that a trial was completed, was stopped early, or failed."""
+        """Record whether a trial was completed, was stopped early, or failed."""
         result = trial.last_result or {}
         if "error" in result:
             self._tell(trial, TrialState.FAIL, error=result["error"])

@@ -1,4 +1,4 @@
-"""Trials on a node of the cluster."""
+"""Runs trials on the nodes of a cluster."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from frobs_train.tuning.study import REPORTS
 from frobs_train.tuning.tune import Search, run_folders, run_trial
 
 _OWNER = "trial.json"
-"""File in a checkpoint of Ray that identifies the trial that wrote it."""
+"""File in a Ray checkpoint that identifies the trial that wrote the checkpoint."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,8 +33,8 @@ class Place:
     Attributes:
         search: The search with its settings.
         folder: Absolute path of the study's folder.
-        mailbox: Mailbox that receives the progress.
-        processors: Number of processors of a trial.
+        mailbox: Mailbox that receives the progress of the trials.
+        processors: Number of processors for each trial.
         expected: Versions on the machine that started the search.
     """
 
@@ -46,16 +46,16 @@ class Place:
 
 
 def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
-    """Run a trial, and report its metric to Ray Tune.
+    """Run a trial and report its metric to Ray Tune.
 
-    If the process or node died before, the run continues in its folder. Exceptions are reported as ``error``, because
-    Ray would restart the trial otherwise.
+    If an earlier process or node of the trial died, the run continues in its existing folder. Exceptions are reported
+    as ``error``, because Ray would otherwise restart the trial.
 
     Args:
         config: Mapping with ``number`` and ``settings``.
         place: Data that all trials share.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # no notices when a run continues; the command shows progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command shows progress
     number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])
     if difference := difference_here(place.expected):
         tune.report({"error": difference})
@@ -86,7 +86,7 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
 
 
 def frequent_checkpoints(search: Search) -> Search:
-    """Return a search whose runs write a checkpoint with each report, so that other trials can continue from it."""
+    """Return a search whose runs write a checkpoint with each report, from which other trials can continue."""
     every = max(1, search.resolve().steps // REPORTS)
     return replace(search, settings=(*search.settings, f"checkpoint_every={every}"))
 
@@ -94,7 +94,7 @@ def frequent_checkpoints(search: Search) -> Search:
 def _checkpoint(
     folder: Path, search: Search, study: Path, number: int, settings: Mapping[str, Any]
 ) -> tune.Checkpoint | None:
-    """Copy the run of a trial so that another trial can continue it; None if it has no checkpoint yet."""
+    """Return a copy of a trial's run that another trial can continue, or None if the run has no checkpoint yet."""
     path = _run_folder(search, study, number, settings)
     if not any((path / "checkpoints").glob("step_*")):
         return None
@@ -106,7 +106,7 @@ def _checkpoint(
 
 
 def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, Any]) -> None:
-    """Continue from the run of a better trial, if Ray Tune has chosen one for this trial."""
+    """Continue from a better trial's run if Ray Tune has chosen a better trial."""
     checkpoint = tune.get_checkpoint()
     if checkpoint is None:
         return
@@ -114,7 +114,7 @@ def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, 
     with checkpoint.as_directory() as found:
         owner = json.loads((Path(found) / _OWNER).read_text("utf-8"))
         if owner == {"number": number, "settings": settings} and is_run(path):
-            return  # its own run, which may be ahead of the checkpoint
+            return  # this trial's own run, which may be ahead of the checkpoint
         path.parent.mkdir(parents=True, exist_ok=True)
         config = search.resolve(settings)
         fork_run(Path(found) / "run", path, config.model_copy(update={"seed": config.seed or 0}))

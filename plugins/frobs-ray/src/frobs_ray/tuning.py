@@ -1,4 +1,4 @@
-"""Search for settings with Ray Tune. The study and run folders have the same format as without Ray."""
+"""Searches for settings with Ray Tune. The study and run folders have the same format as without Ray."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from frobs_ray.runner import RayRunner
 
 _RESAMPLED = 0.25
-"""Probability that population-based training draws a new value of a setting instead of varying it."""
+"""Probability that population-based training samples a new value for a setting instead of varying the old value."""
 
 _FIXED = ("algorithm_config.policy_kwargs", "algorithm_config.n_steps", "algorithm_config.buffer_size")
-"""Settings on which networks or buffers depend. A trial keeps them all, or copies them all from a better trial."""
+"""Settings that affect networks or buffers. A trial copies either all or none of these settings from a better trial."""
 
 _QUIET = {
     "TUNE_DISABLE_AUTO_CALLBACK_LOGGERS": "1",
@@ -62,7 +62,7 @@ def tune_on_ray(
     on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
     on_progress: Callable[[int, int, Progress], None] | None = None,
 ) -> StudyResult:
-    """Run trials in parallel, as many as the cluster has room for, until the study is complete.
+    """Run as many trials in parallel as the cluster has resources for, until the study is complete.
 
     The pruner ``halving`` is ASHA, ``hyperband`` is ASHA with several brackets, ``median`` is the median stopping
     rule, and ``population`` is population-based training. After an interruption, unfinished trials continue from their
@@ -71,11 +71,11 @@ def tune_on_ray(
     Args:
         runner: The runner with its options.
         search: The search with its settings.
-        on_trial: Called after each trial.
-        on_progress: Called with the number of a trial, the index of its seed and the progress of that run.
+        on_trial: Function that is called after each trial.
+        on_progress: Function that is called with a trial's number, the index of the run's seed, and the run's progress.
 
     Raises:
-        RunBusyError: Another process uses the study with this runner.
+        RunBusyError: Another process is already using the study with this runner.
         ConfigurationError: A setting is invalid, or the cluster cannot run the trials.
     """
     session = Session(search)
@@ -126,7 +126,7 @@ def tune_on_ray(
 
 
 def _portable(session: Session) -> Search:
-    """Return the search with all settings in one file in the study's folder, to which every node has access."""
+    """Write all settings to a file in the study's folder, and return a search that reads only this file."""
     path = session.folder.absolute() / "base.yaml"
     write_text(path, dump_yaml(plain(session.base.model_dump(), for_yaml=True)))
     return replace(session.search, file=path, flags={}, settings=(), space=None, folder=None, storage=None)
@@ -137,7 +137,7 @@ def _name(trial: Any) -> str:
 
 
 def _population(trials: StudyTrials) -> dict[str, Any]:
-    """Return the members of the population, because Ray's population-based training does not use a searcher."""
+    """Return all members of the population, because Ray's population-based training does not use a searcher."""
     members = list(iter(trials.next, None))
     return tune.grid_search(members)
 
@@ -162,7 +162,7 @@ def _scheduler(session: Session) -> TrialScheduler:
 
 
 def _explore(space: SearchSpace, config: Mapping[str, Any]) -> dict[str, Any]:
-    """Vary the settings that a trial copies from a better one."""
+    """Vary the settings that a trial copies from a better trial."""
     rng, settings = np.random.default_rng(), dict(config["settings"])
     for key, dimension in space.items():
         if key.startswith("algorithm_config.") and not key.startswith(_FIXED):

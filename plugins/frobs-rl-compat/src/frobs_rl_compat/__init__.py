@@ -1,12 +1,13 @@
-"""The implementation of the import names of FRobs_RL.
+"""Support for running and migrating packages written for FRobs_RL.
 
-legacy.py    environment variables for old packages: ``frobs legacy``
-overlay/     the package ``gym`` that they import
-old_gym/     its implementation
-manner.py    old gym's API and Gymnasium's, and wrappers that convert between them
-wrapping.py  wrappers that keep the API of the wrapped environment
-models.py    algorithms that train on both APIs
-migrate/     conversion of a FRobs_RL package to a plugin: ``frobs migrate``
+- ``legacy.py``: environment variables for old packages, which ``frobs legacy`` sets
+- ``overlay/``: the replacements for ``gym`` and ``moveit_commander`` that old packages import
+- ``old_gym/``: implementation of the replacement for ``gym``
+- ``moveit/``: implementation of the replacement for ``moveit_commander``
+- ``manner.py``: conversion between old gym's API and Gymnasium's API
+- ``wrapping.py``: mixin for wrappers that keep the API of the wrapped environment
+- ``models.py``: mixin for algorithms that also accept environments with old gym's API
+- ``migrate/``: conversion of a FRobs_RL package to a plugin for ``frobs migrate``
 
-Importing this package imports no other module.
+Importing this package does not import any of these modules.
 """

@@ -1,4 +1,4 @@
-"""The commands of this distribution, as strings, so that listing them imports nothing."""
+"""The distribution's commands, declared as strings so that listing them does not import their modules."""
 
 from frobs_cli.commands import Command
 

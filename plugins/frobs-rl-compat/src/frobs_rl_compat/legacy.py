@@ -1,4 +1,4 @@
-"""Environment variables with which old packages find ``gym``, ``frobs_rl``, ROS's Python modules and messages."""
+"""Environment variables that let old packages import ``gym``, ``frobs_rl``, ROS's Python modules and messages."""
 
 from __future__ import annotations
 
@@ -20,24 +20,26 @@ from frobs_ros import (
 
 _HERE = Path(__file__).parent
 FROBS_RL = _HERE.parent / "frobs_rl"
-"""The Python package ``frobs_rl``, which is also the ROS package of that name."""
+"""Folder of the Python package ``frobs_rl``, which is also the ROS package of the same name."""
 
 _MOVEIT = "moveit_commander"
 _OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 
 
 def legacy_variables() -> dict[str, str]:
-    """Return the environment variables for an old package and all processes that it starts.
+    """Return environment variables for an old package and all processes that it starts.
 
-    FRobs's ``gym`` and ``frobs_rl`` come before those of a catkin workspace. Otherwise the overlay contains only
-    modules that this Python cannot import, and the stand-ins for MoveIt and other ROS packages that are not installed.
+    FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. Other
+    modules are added only if this Python cannot import them, and stand-ins for MoveIt and other ROS packages are added
+    only if the originals are not installed.
 
     Raises:
-        RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
+        RosNotFoundError: ROS is not installed, or not for this Python version. The error message lists the required
+            Debian packages.
     """
     use_ros()
     installation = find_ros()
-    # Python runs a file named sitecustomize.py at its start, so only the overlay uses this name.
+    # Python runs sitecustomize.py at startup, so overlay_start.py has this name only in the overlay.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
     stand_ins = missing_packages()
     if not _has_moveit(installation):
@@ -51,26 +53,26 @@ def legacy_variables() -> dict[str, str]:
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": packages,
-        "FROBS_PYTHON": sys.executable,  # runs the programs of stand-ins
+        "FROBS_PYTHON": sys.executable,  # the Python that runs the stand-ins' programs
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }
 
 
 def _has_moveit(installation: RosInstallation | None) -> bool:
-    """Return whether MoveIt's own moveit_commander is installed, in this Python or with ROS."""
+    """Return whether MoveIt's own ``moveit_commander`` is installed, either in this Python or with ROS."""
     beside = installation is not None and (installation.modules / _MOVEIT / "__init__.py").is_file()
     return beside or environment_has(_MOVEIT)
 
 
 def _append(folder: Path, value: str) -> str:
-    """Return the value of a path variable with a folder at its end, without adding it twice."""
+    """Return a path variable's value with a folder appended, unless the value already contains the folder."""
     entries = value.split(os.pathsep)
     return os.pathsep.join(entries if str(folder) in entries else [*entries, str(folder)])
 
 
 def _prepend(folder: Path, variable: str) -> str:
-    """Return a path variable with a folder at its start, without the folder of an earlier call."""
+    """Return a path variable's value with a folder prepended, after removing the entries of earlier calls."""
     rest = [entry for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
     kept = [entry for entry in map(Path, rest) if entry != folder and not entry.is_relative_to(cache_folder("ros"))]
     return os.pathsep.join(map(str, [folder, *kept]))

@@ -1,8 +1,8 @@
-"""The two APIs of environments, and wrappers that convert between them.
+"""Conversion between the two environment APIs: old gym's and Gymnasium's.
 
-In Gymnasium's API, ``reset`` returns observation and info, and ``step`` five values. In old gym's API, ``reset``
-returns the observation, and ``step`` four values: ``done`` replaces ``terminated`` and ``truncated``. The class of an
-environment defines its API: classes with the attribute ``has_gym_api`` set to True have old gym's.
+In Gymnasium's API, ``reset`` returns the observation and ``info``, and ``step`` returns five values. In old gym's API,
+``reset`` returns only the observation, and ``step`` returns four values, with ``done`` instead of ``terminated`` and
+``truncated``. An environment has old gym's API if its attribute ``has_gym_api`` is True.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import gymnasium
 from frobs_core.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
-"""Old gym's key for ``truncated`` in the info of an episode's last step."""
+"""Key in old gym's ``info`` that indicates whether an episode was truncated."""
 
 
 def has_gym_api(env: Any) -> bool:
-    """Return whether an environment has old gym's API: ``step`` returns four values."""
+    """Return whether an environment has old gym's API, in which ``step`` returns four values."""
     return getattr(env, "has_gym_api", False) is True
 
 
 def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple[Any, Any, bool, dict[str, Any]]:
-    """Return the values of ``step`` in old gym's API, for Gymnasium's five values."""
+    """Convert the five values that Gymnasium's ``step`` returns to old gym's four values."""
     observation, reward, terminated, truncated, info = answer
     if truncated:
         info = {**info, TRUNCATED: not terminated}
@@ -34,17 +34,17 @@ def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple
 
 
 def understand_reset(answer: Any) -> tuple[Any, dict[str, Any]]:
-    """Return observation and info, for the return value of ``reset`` in either API."""
+    """Convert the return value of ``reset`` in old gym's or Gymnasium's API to ``(observation, info)``."""
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], dict):
         return answer
     return answer, {}
 
 
 def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-    """Return Gymnasium's five values, for the return value of ``step`` in either API.
+    """Convert the return value of ``step`` in old gym's or Gymnasium's API to Gymnasium's five values.
 
     Raises:
-        ConfigurationError: There are neither four nor five values.
+        ConfigurationError: ``step`` returned neither four nor five values.
     """
     if isinstance(answer, tuple) and len(answer) == 5:
         return answer
@@ -60,11 +60,11 @@ def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[s
 
 
 def to_gymnasium(env: Any) -> Any:
-    """Return an environment with Gymnasium's API; unchanged if it already has it.
+    """Convert an environment to Gymnasium's API, or return it unchanged if it already has this API.
 
     Raises:
-        ConfigurationError: The environment, or one of its spaces, uses the real ``gym``, whose classes are not
-            Gymnasium's.
+        ConfigurationError: The environment or one of its spaces is based on the original ``gym``, which is not
+            compatible with Gymnasium.
     """
     spaces = [getattr(env, name, None) for name in ("action_space", "observation_space")]
     if any(_is_of_real_gym(part) for part in (env, *spaces)):
@@ -77,16 +77,16 @@ def to_gymnasium(env: Any) -> Any:
 
 
 class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Converts an environment with old gym's API to Gymnasium's.
+    """Wrapper that converts an environment with old gym's API to Gymnasium's API.
 
     Args:
-        env: The environment. It may accept ``seed`` in ``reset``, have a method ``seed``, or neither.
+        env: The environment, which may accept a seed in ``reset``, have a ``seed`` method, or not support seeding.
     """
 
     has_gym_api = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; the seed is ignored if the environment does not support seeds."""
+        """Begin an episode. The seed is ignored if the environment does not support seeding."""
         given: dict[str, Any] = {"seed": seed, "options": options}
         keywords = {key: value for key, value in given.items() if value is not None and self._takes(key)}
         if seed is not None and "seed" not in keywords and callable(getattr(self.env, "seed", None)):
@@ -94,22 +94,22 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
         return understand_reset(self.env.reset(**keywords))
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """Execute an action; return five values."""
+        """Execute an action and return Gymnasium's five values."""
         return understand_step(self.env, self.env.step(action))
 
     def __getattr__(self, name: str) -> Any:
         return forwarded(self, name)
 
     def _takes(self, keyword: str) -> bool:
-        """Return whether ``reset`` of the environment, and of all wrapped ones, accepts a keyword."""
+        """Return whether ``reset`` accepts a keyword in the environment and in all environments that it wraps."""
         return all(_accepts(env.reset, keyword) for env in _chain(self.env))
 
 
 def forwarded(wrapper: Any, name: str) -> Any:
-    """Return an attribute of the wrapped environment, as wrappers of old gym did, unless it is private.
+    """Return a public attribute of the wrapped environment, as old gym's wrappers did.
 
     Raises:
-        AttributeError: The attribute does not exist.
+        AttributeError: The attribute is private or does not exist.
     """
     if name.startswith("_") or name == "env":
         raise AttributeError(f"'{type(wrapper).__name__}' object has no attribute '{name}'")
@@ -117,7 +117,7 @@ def forwarded(wrapper: Any, name: str) -> Any:
 
 
 def _is_of_real_gym(part: Any) -> bool:
-    """Return whether an environment or a space uses the real ``gym`` instead of the overlay."""
+    """Return whether an environment or a space is based on the original ``gym`` instead of FRobs's overlay."""
     modules = {base.__module__.partition(".")[0] for base in type(part).__mro__}
     return "gym" in modules and not isinstance(part, gymnasium.Env | gymnasium.Space)
 

@@ -1,7 +1,8 @@
-"""Makes packages from 2021 work with current NumPy, in processes that 'frobs legacy run' starts.
+"""Makes packages from 2021 work with current NumPy in processes started by 'frobs legacy run'.
 
-Python imports this module when it starts. It restores names that NumPy has removed when NumPy is imported, makes
-``tf.transformations`` accept arrays with one element as numbers again, and suppresses the traceback of Ctrl-C.
+Python imports this module at startup. When a process imports NumPy, this module restores the names that NumPy has
+removed. The module also makes ``tf.transformations`` accept one-element arrays as numbers again, and suppresses the
+traceback after Ctrl-C.
 """
 
 import functools
@@ -71,13 +72,13 @@ class _Patcher(MetaPathFinder):
 
 
 def _end_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
-    """Print no traceback if Ctrl-C ended the script, also if rospy raised another error for it."""
+    """Print the traceback of an error, except for errors that Ctrl-C caused in Python or in rospy."""
     if not (issubclass(kind, KeyboardInterrupt) or kind.__name__ == "ROSInterruptException"):
         sys.__excepthook__(kind, error, traceback)
 
 
 def _run_next() -> None:
-    """Run the ``sitecustomize`` module that this one hides."""
+    """Run the ``sitecustomize`` module that this module shadows."""
     own = os.path.dirname(__file__)
     spec = PathFinder.find_spec("sitecustomize", [entry for entry in sys.path if entry != own])
     if spec is not None and spec.loader is not None:

@@ -1,4 +1,4 @@
-"""FRobs_RL's wrappers, which keep the API of the wrapped environment."""
+"""Mixin for FRobs_RL's wrappers, which keep the API of the wrapped environment."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values, to_gy
 
 
 class KeepsApi:
-    """Mixin for Gymnasium wrappers: supports environments of both APIs, and has the API of the wrapped one.
+    """Mixin that makes a Gymnasium wrapper support old gym's API and keep the API of the wrapped environment.
 
     Args:
-        env: The environment. Its attributes are accessible through the wrapper.
+        env: The environment to wrap, whose attributes are accessible through the wrapper.
     """
 
     def __init__(self, env: Any, *args: Any, **kwargs: Any) -> None:

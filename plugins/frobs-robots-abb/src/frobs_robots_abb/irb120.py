@@ -1,9 +1,10 @@
-"""The ABB IRB 120, with the kinematics, masses and limits of FRobs_RL's model.
+"""Description of the ABB IRB 120 with the kinematics, masses and limits of the FRobs_RL model.
 
-The gains, which are rounded, make each joint critically damped at 10 Hz at the largest inertia that it carries (1.0
-kg·m² for joints 1 and 2 with the arm stretched; then 0.18, 0.005, 0.0025 and 0.001 kg·m²): Kp = I·ω² and Kd = 2·I·ω
-with ω = 62.8 rad/s. All joints are at least critically damped in all postures. Gravity deflects them by at most about
-10 mrad. The effort limit of 1,000 N·m is reached only if a target jumps by more than 0.25 rad.
+The gains make each joint critically damped at 10 Hz for the largest inertia I that the joint carries: Kp = I·ω² and Kd
+= 2·I·ω with ω = 62.8 rad/s, rounded. The largest inertias are 1.0 kg·m² for joints 1 and 2 (with the arm stretched) and
+0.18, 0.005, 0.0025 and 0.001 kg·m² for joints 3 to 6. In all postures, the joints are at least critically damped, and
+gravity deflects them by at most about 10 mrad. A joint reaches the effort limit of 1,000 N·m only if its target jumps
+by more than 0.25 rad.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from frobs_core.interfaces import DriveGains, Robot
 IRB120 = Robot(
     model="frobs_robots_abb:models/irb120.urdf.xacro",
     name="irb120",
-    # Elbow bent, tool pointing down 0.36 m in front of the base at a height of 0.43 m. No joint is near a limit, and
-    # the posture is not singular, unlike the zero position.
+    # The elbow is bent, and the tool points down, 0.36 m in front of the base at a height of 0.43 m. No joint is near
+    # a limit, and unlike the zero position, the posture is not singular.
     home={"joint_2": 0.2, "joint_3": 0.2, "joint_5": 1.17},
     tcp="tool0",
     gains=DriveGains(

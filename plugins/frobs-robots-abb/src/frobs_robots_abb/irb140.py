@@ -1,10 +1,10 @@
-"""The ABB IRB 140, with the kinematics, masses and limits of FRobs_RL's model.
+"""Description of the ABB IRB 140 with the kinematics, masses and limits of the FRobs_RL model.
 
-The gains, rounded up, make each joint critically damped at the largest inertia that it carries (8.2 and 5.6 kg·m² for
-joints 1 and 2 with the arm stretched; then 0.64, 0.0085, 0.0022 and 0.001 kg·m²): Kp = I·ω² and Kd = 2·I·ω, where ω
-corresponds to 10 Hz. Joints 1 and 2 use 5 Hz, because at 10 Hz they would reach the effort limit of 1,000 N·m if a
-target jumped by 0.03 rad. All joints are at least critically damped in all postures. Gravity deflects joint 2 by up to
-22 mrad, and the others by up to 6 mrad.
+The gains make each joint critically damped for the largest inertia I that the joint carries: Kp = I·ω² and Kd = 2·I·ω,
+rounded up. The frequency ω corresponds to 10 Hz, except for joints 1 and 2. They use 5 Hz, because at 10 Hz they would
+reach the effort limit of 1,000 N·m if a target jumped by 0.03 rad. The largest inertias are 8.2 and 5.6 kg·m² for
+joints 1 and 2 (with the arm stretched) and 0.64, 0.0085, 0.0022 and 0.001 kg·m² for joints 3 to 6. In all postures, the
+joints are at least critically damped. Gravity deflects joint 2 by up to 22 mrad, and the other joints by up to 6 mrad.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from frobs_core.interfaces import DriveGains, Robot
 IRB140 = Robot(
     model="frobs_robots_abb:models/irb140.urdf.xacro",
     name="irb140",
-    # elbow bent, tool pointing down 0.51 m in front of the base at a height of 0.53 m, far from limits and
-    # singularities
+    # The elbow is bent, and the tool points down, 0.51 m in front of the base at a height of 0.53 m. The posture is far
+    # from limits and singularities.
     home={"joint_2": 0.2, "joint_3": 0.1, "joint_5": 1.27},
     tcp="tool0",
     gains=DriveGains(

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord
@@ -15,7 +15,7 @@ def _record(name: str, summary: str) -> RobotRecord:
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Provide the arms."""
+    """Return the records of the arms."""
     return [
         _record("irb120", "ABB IRB 120: six axes, 3 kg payload, 0.58 m reach"),
         _record("irb140", "ABB IRB 140: six axes, 6 kg payload, 0.81 m reach"),

@@ -1,4 +1,4 @@
-"""The Franka Emika Panda with a hand the size of the original."""
+"""Description of the Franka Emika Panda with a hand that has the size of the original hand."""
 
 from __future__ import annotations
 

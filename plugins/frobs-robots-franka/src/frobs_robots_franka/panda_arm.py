@@ -1,4 +1,4 @@
-"""The Franka Emika Panda without a hand."""
+"""Description of the Franka Emika Panda without a hand."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DAMPING = (
     7.8,
     7.0,
     1.0,
-)  # [N·m·s/rad] critical at the largest inertia, including the hand
+)  # [N·m·s/rad] critical damping at the largest inertia, including the hand's
 
 
 def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:

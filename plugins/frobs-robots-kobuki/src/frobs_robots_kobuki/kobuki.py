@@ -1,9 +1,9 @@
-"""The Kobuki with a lidar. The dimensions, masses and lidar are those of FRobs_RL's model.
+"""Description of the Kobuki with a lidar. The dimensions, masses and lidar are those of the FRobs_RL model.
 
-The wheels follow velocity commands: with Kd = 0.05 N·m·s/rad, they follow a change in speed within 30 ms (the robot's
-mass of 2.4 kg is equivalent to m·r²/2 = 1.5e-3 kg·m² at one wheel), which is fast compared with the acceleration limit,
-but slow enough that the tires do not slip. FRobs_RL's drive accelerated the wheel rims at 1 m/s², which is therefore
-the linear limit; the angular limit is 2 · 1 m/s² / separation.
+The wheels follow velocity commands. With Kd = 0.05 N·m·s/rad, they reach a new speed within 30 ms (the robot's mass of
+2.4 kg is equivalent to m·r²/2 = 1.5e-3 kg·m² at one wheel). This response is fast compared with the acceleration limit,
+but slow enough that the tires do not slip. The drive in FRobs_RL accelerated the wheel rims at 1 m/s². The linear
+acceleration limit is therefore 1 m/s², and the angular acceleration limit is 2 · 1 m/s² / separation.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ KOBUKI = Robot(
         separation=_SEPARATION,
         wheel_radius=0.035,
         max_linear_velocity=0.7,  # the Kobuki's own limit
-        max_angular_velocity=1.9,  # [rad/s] specified range of the Kobuki's gyroscope
+        max_angular_velocity=1.9,  # [rad/s] specified measuring range of the Kobuki's gyroscope
         max_linear_acceleration=1.0,
         max_angular_acceleration=2.0 * 1.0 / _SEPARATION,
     ),

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord
@@ -6,7 +6,7 @@ from frobs_core.specs import RobotRecord
 
 @hookimpl
 def frobs_robots() -> list[RobotRecord]:
-    """Provide the arm with and without a gripper."""
+    """Return the records of the arm with and without a gripper."""
     return [
         RobotRecord(
             name="ur5",

@@ -1,8 +1,8 @@
-"""The Universal Robots UR5, with the kinematics, masses and limits of FRobs_RL's model.
+"""Description of the Universal Robots UR5 with the kinematics, masses and limits of the FRobs_RL model.
 
-The drive gains are computed by :func:`frobs_core.models.defaults.default_gains`. The drives are weak for their load
-(150 N·m for up to 3.6 kg·m²), so the first two joints get 4 Hz instead of 10 Hz and are deflected by up to 25 mrad
-under gravity.
+The drive gains are computed by :func:`frobs_core.models.defaults.default_gains`. Because the drives are weak for their
+load (150 N·m for up to 3.6 kg·m²), the gains of the first two joints correspond to 4 Hz instead of 10 Hz, and gravity
+deflects these joints by up to 25 mrad.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from frobs_core.interfaces import Robot
 UR5 = Robot(
     model="frobs_robots_ur:models/ur5.urdf.xacro",
     name="ur5",
-    # At zero, the arm lies along the floor. Here the elbow is up, and the tool points down 0.41 m in front of the base
-    # at a height of 0.37 m: far from all limits except the elbow's, and not singular.
+    # At zero, the arm lies along the floor. At home, the elbow is up, and the tool points down, 0.41 m in front of the
+    # base at a height of 0.37 m. The posture is not singular, and only the elbow is near a limit.
     home={
         "shoulder_lift_joint": -1.75,
         "elbow_joint": 1.9,

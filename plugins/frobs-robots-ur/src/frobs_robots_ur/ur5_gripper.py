@@ -1,4 +1,4 @@
-"""The Universal Robots UR5 with a parallel gripper."""
+"""Description of the Universal Robots UR5 with a parallel gripper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""ROS 1 for FRobs: FRobs_RL's helpers and environments, simulations as Gazebo, and policies as nodes."""
+"""Connects FRobs to ROS 1.
+
+This package provides FRobs_RL's functions and environments, simulations that act as Gazebo, and policies as ROS nodes.
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -39,7 +42,7 @@ __all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use, because most of them require ROS."""
+    """Import a public name from its module on first use, because most of the modules require ROS."""
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_MODULES[name]), name)

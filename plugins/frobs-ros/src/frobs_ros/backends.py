@@ -1,7 +1,7 @@
-"""Backends behind Gazebo's interface: Gazebo itself, or the bridge with a FRobs simulator.
+"""Selects the backend that implements Gazebo's ROS interface: Gazebo itself, or the bridge with a FRobs simulator.
 
-Each backend takes the same :class:`Launch`, and honors, emulates or rejects each of its fields, as listed in
-``TREATMENT``, from which the documentation's table is generated.
+All backends accept the same :class:`Launch` options. ``TREATMENT`` states whether a backend honors, emulates or rejects
+an option. The table in the documentation is generated from ``TREATMENT``.
 """
 
 from __future__ import annotations
@@ -46,16 +46,16 @@ TREATMENT: Mapping[str, tuple[str, str]] = {
         "as on Gazebo",
     ),
 }
-"""Arguments of launch_Gazebo, with their treatment on Gazebo and on the bridge."""
+"""Treatment of each ``launch_Gazebo`` argument by Gazebo and by the bridge."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Launch:
-    """Options for launching a simulation; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
+    """Options for launching a simulation, as described in :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
 
     Attributes:
-        world: World file; None: an empty world.
-        clock_frequency: Rate of the topic /clock [Hz]; 0: every physics step.
+        world: World file, or None for an empty world.
+        clock_frequency: Rate of the /clock topic [Hz], or 0 to publish the time after every physics step.
     """
 
     paused: bool = False
@@ -72,9 +72,9 @@ class Launch:
 
 
 def choose() -> str:
-    """Return the backend from the environment variable or ROS parameter ``FROBS_ROS_BACKEND``, or the default.
+    """Return the backend that the environment variable or ROS parameter ``FROBS_ROS_BACKEND`` selects, or the default.
 
-    The default is Gazebo if ROS has gazebo_ros, else the bridge with MuJoCo.
+    The default is Gazebo if gazebo_ros is installed, and the bridge with MuJoCo otherwise.
 
     Raises:
         ConfigurationError: The selected backend does not exist.
@@ -93,10 +93,10 @@ def choose() -> str:
 
 
 def check(launch: Launch, backend: str) -> None:
-    """Raise an error if a backend does not support an option.
+    """Check that a backend supports the given options.
 
     Raises:
-        ConfigurationError: An option is not supported; the message names it.
+        ConfigurationError: An option is invalid or not supported. The message names the option.
     """
     if launch.clock_frequency < 0:
         raise ParameterValueError(
@@ -119,7 +119,7 @@ def check(launch: Launch, backend: str) -> None:
 
 
 def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
-    """Return the command and the environment that start a backend.
+    """Return the command that starts a backend, and the environment variables for this command.
 
     Raises:
         ProcessError: A required program is not installed.
@@ -131,7 +131,7 @@ def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
 
 
 def has_display() -> bool:
-    """Return whether windows can be opened."""
+    """Return whether a display is available for opening windows."""
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
@@ -156,7 +156,7 @@ def _bridge(launch: Launch, backend: str, gui: bool) -> tuple[list[str], dict[st
     words += ["--gui"] if gui else []
     words += ["--verbose"] if launch.verbose or launch.debug else []
     words += ["--world", str(launch.world)] if launch.world else []
-    variables = dict(os.environ)  # the environment of this Python, with its packages
+    variables = dict(os.environ)  # the bridge needs the packages of this Python
     if launch.debug:
         variables["FROBS_DEBUG"] = "1"
     return words, variables

@@ -1,4 +1,4 @@
-"""The commands of this distribution, as strings, so that listing them imports nothing."""
+"""Declares the commands of this distribution as strings, so that listing the commands does not import them."""
 
 from frobs_cli.commands import Command
 

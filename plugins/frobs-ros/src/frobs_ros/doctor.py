@@ -1,4 +1,4 @@
-"""Examines which parts of ROS and Gazebo are installed."""
+"""Checks which parts of ROS and Gazebo are installed."""
 
 from __future__ import annotations
 
@@ -65,10 +65,10 @@ class RosComponent:
 
     Attributes:
         kind: ``"module"``, ``"program"`` or ``"ROS package"``.
-        needed: Whether frobs-ros cannot work without it.
-        version: Version from its package; empty: unknown.
-        place: Its folder or file; empty: not installed.
-        package: The Debian package that contains it; empty: there is none.
+        needed: Whether frobs-ros requires the component.
+        version: Version of the component, or an empty string if the version is unknown.
+        place: Folder or file of the component, or an empty string if the component is not installed.
+        package: Debian package that contains the component, or an empty string if no package contains it.
     """
 
     name: str
@@ -83,15 +83,15 @@ class RosComponent:
 
 @dataclass(frozen=True, kw_only=True)
 class RosReport:
-    """Result of the examination.
+    """Result of checking the ROS installation.
 
     Attributes:
-        usable: Whether frobs-ros can work.
-        prefix: Folder of ROS; empty: not installed.
-        python: The version of this Python.
-        linked: Whether plain Python can import rospy.
-        missing: The Debian packages that contain what is missing.
-        advice: Recommendations, one per line.
+        usable: Whether frobs-ros can be used.
+        prefix: Folder of the ROS installation, or an empty string if ROS is not installed.
+        python: Version of the running Python interpreter.
+        linked: Whether Python can import rospy without :func:`frobs_ros.environment.use_ros`.
+        missing: Debian packages that contain the missing parts.
+        advice: Recommendations, each in one line.
     """
 
     usable: bool
@@ -106,7 +106,10 @@ class RosReport:
 
 
 def examine_ros() -> RosReport:
-    """Examine all parts of ROS. Starts nothing, and writes only the cache of message packages."""
+    """Check all parts of ROS, without starting any process.
+
+    The generated message packages in the user's cache are the only files that are written.
+    """
     from importlib.machinery import PathFinder
 
     from frobs_ros.master import is_online, master_uri
@@ -161,7 +164,7 @@ def _ros_package(row: _Row) -> RosComponent:
 
 
 def _component(kind: str, row: _Row, place: Path | None, folder: Path | None = None) -> RosComponent:
-    """Return the component for a row; its version is read from a folder's ``package.xml``."""
+    """Return the component for a table row, with the version from the file ``package.xml`` in a folder."""
     name, package, purpose, needed = row
     file = folder / "package.xml" if folder else None
     match = _VERSION.search(file.read_text(errors="replace")) if file and file.is_file() else None

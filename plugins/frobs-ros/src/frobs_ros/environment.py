@@ -1,6 +1,6 @@
-"""Finds ROS 1, and makes its Python modules importable without other modules of the system.
+"""Finds ROS 1, and makes ROS's Python modules importable without exposing the system's other Python modules.
 
-This module does not import ROS or change the process until :func:`use_ros` is called.
+This module neither imports ROS nor changes the process until :func:`use_ros` is called.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PACKAGES = (
     "ros-core", "python3-rospy", "python3-tf2-ros", "python3-sensor-msgs", "python3-geometry-msgs",
     "python3-visualization-msgs",
 )  # fmt: skip
-"""Debian packages that most ROS packages need; ``frobs doctor ros`` lists all."""
+"""Debian packages that most ROS packages require. ``frobs doctor ros`` shows the complete list."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,9 @@ class RosInstallation:
     """Location of a ROS installation.
 
     Attributes:
-        prefix: ``/usr`` for Debian's packages, ``/opt/ros/noetic``, or a conda prefix.
-        modules: Folder of its Python modules.
+        prefix: Root folder of ROS: ``/usr`` for Debian's packages, ``/opt/ros/noetic``, or the prefix of a conda
+            environment.
+        modules: Folder of ROS's Python modules.
     """
 
     prefix: Path
@@ -45,20 +46,24 @@ class RosInstallation:
 
     @property
     def share(self) -> Path:
-        """Folder of its packages."""
+        """Folder of the ROS packages."""
         return self.prefix / "share"
 
     @property
     def programs(self) -> Path:
-        """Folder of its commands."""
+        """Folder of the ROS commands."""
         return self.prefix / "bin"
 
 
 def find_ros() -> RosInstallation | None:
-    """Return the ROS installation, or None: the importable one, then ``/opt/ros/noetic``, then Debian's packages."""
+    """Find the ROS installation, or return None if ROS is not installed.
+
+    An installation that this Python can import takes precedence over ``/opt/ros/noetic``, and ``/opt/ros/noetic`` takes
+    precedence over Debian's packages.
+    """
     spec = importlib.util.find_spec("rospy")
     if spec is not None and spec.origin is not None:
-        modules = Path(spec.origin).resolve().parents[1]  # links are resolved to find the rest of ROS
+        modules = Path(spec.origin).resolve().parents[1]  # follows symbolic links to find the rest of ROS
         return RosInstallation(_prefix(modules), modules)
     for prefix in (DISTRIBUTION, SYSTEM):
         modules = prefix / "lib" / "python3" / "dist-packages"
@@ -68,7 +73,7 @@ def find_ros() -> RosInstallation | None:
 
 
 def _prefix(modules: Path) -> Path:
-    """Return the folder above ``lib/python3…/``; the modules' own folder if there is no ``lib``."""
+    """Return the folder that contains ``lib/python3…/``, or the modules' own folder if no ``lib`` folder exists."""
     for folder in modules.parents:
         if folder.name == "lib":
             return folder.parent
@@ -76,10 +81,10 @@ def _prefix(modules: Path) -> Path:
 
 
 def links_to_ros() -> dict[str, Path]:
-    """Return links to ROS modules that this Python cannot import, and to the modules that they import.
+    """Return links to the ROS modules, and to the modules that ROS imports, unless this Python can already import them.
 
     Raises:
-        RosNotFoundError: ROS is not installed; the message names the Debian packages.
+        RosNotFoundError: ROS is not installed. The message names the Debian packages to install.
     """
     installation = find_ros()
     if installation is None:
@@ -89,10 +94,10 @@ def links_to_ros() -> dict[str, Path]:
 
 @cache
 def link_modules() -> str:
-    """Append links to ROS's modules to ``sys.path``, after all other modules, and return their folder.
+    """Append a folder with links to ROS's modules to the end of ``sys.path``, and return this folder.
 
     Raises:
-        RosNotFoundError: ROS is not installed; the message names the Debian packages.
+        RosNotFoundError: ROS is not installed. The message names the Debian packages to install.
     """
     folder = str(make_overlay(links_to_ros()))
     sys.path.append(folder)
@@ -101,14 +106,14 @@ def link_modules() -> str:
 
 @cache
 def use_ros() -> None:
-    """Make ``import rospy`` and the message packages work in this process. Calling it again has no effect.
+    """Make rospy and the message packages importable in this process. Further calls have no effect.
 
-    Links to missing modules are appended to ``sys.path``, after all other modules. Environment variables that ROS needs
-    are set unless they have a value; see :func:`set_variables`.
+    Folders with links to missing modules are appended to the end of ``sys.path``. Environment variables that ROS
+    requires are set by :func:`set_variables` unless they already have a value.
 
     Raises:
-        RosNotFoundError: ROS is not installed, or not for this Python; the message names the Debian packages.
-        RosError: The message packages cannot be stored.
+        RosNotFoundError: ROS is not installed for this version of Python. The message describes how to install ROS.
+        RosError: The generated message packages cannot be stored.
     """
     folder = link_modules()
     set_variables(os.environ)
@@ -127,10 +132,11 @@ def use_ros() -> None:
 
 
 def set_variables(environment: MutableMapping[str, str]) -> None:
-    """Set the variables that ROS needs, unless they have a value.
+    """Set the environment variables that ROS requires, unless they already have a value.
 
-    The default master is on this machine. If the master is on this machine, and neither ``ROS_HOSTNAME`` nor ``ROS_IP``
-    is set, nodes are named ``localhost``, so that rospy listens only on the loopback address.
+    By default, the ROS master is assumed to be on this machine. If the master is on this machine, and neither
+    ``ROS_HOSTNAME`` nor ``ROS_IP`` is set, nodes use the host name ``localhost``, so that rospy listens only on the
+    loopback address.
     """
     environment.setdefault("ROS_MASTER_URI", MASTER_URI)
     if not environment.get("ROS_HOSTNAME") and not environment.get("ROS_IP") and is_local(environment):
@@ -138,15 +144,15 @@ def set_variables(environment: MutableMapping[str, str]) -> None:
 
 
 def is_local(environment: Mapping[str, str]) -> bool:
-    """Return whether the ROS master is on the loopback address of this machine."""
+    """Return whether the ROS master's address is a loopback address of this machine."""
     host = urlparse(environment.get("ROS_MASTER_URI", MASTER_URI)).hostname or ""
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
 def child_variables() -> dict[str, str]:
-    """Return the environment for programs of ROS, with the system's Python first on ``PATH``.
+    """Return the environment variables for ROS programs, with the system's Python first on ``PATH``.
 
-    Nodes begin with ``#!/usr/bin/env python3``; a different Python would not find rospy.
+    The scripts of ROS nodes start with ``#!/usr/bin/env python3``, and a different Python would not find rospy.
     """
     environment = dict(os.environ)
     set_variables(environment)

@@ -1,16 +1,16 @@
-"""Errors of ROS, in addition to those of :mod:`frobs_core.errors`.
+"""ROS-related exceptions, in addition to the exceptions in :mod:`frobs_core.errors`.
 
 SimulationError                 from the core
-└── RosError                    ROS, or something that ROS runs, failed
-    ├── RosNotFoundError        ROS is not installed for this Python
-    ├── MasterError             no ROS master answers, or it rejects a request
-    ├── ServiceError            a service does not exist, its connection failed, or it rejected a request
+└── RosError                    ROS, or a program that ROS runs, failed
+    ├── RosNotFoundError        ROS is not installed for this version of Python
+    ├── MasterError             no ROS master answers, or the master rejects a request
+    ├── ServiceError            a service does not exist, cannot be reached, or rejected a request
     ├── PackageNotFoundError    a ROS package does not exist, or does not contain a file
     └── ProcessError            a process did not start, or ended immediately
 
 ConfigurationError              from the core
 ├── ControllerError             a ROS controller cannot be loaded, started or used
-├── TrajectoryError             a trajectory message cannot be followed
+├── TrajectoryError             a trajectory message cannot be executed
 └── GazeboElementError          a <gazebo> element of a model file cannot be used
 """
 
@@ -23,15 +23,16 @@ from frobs_core.errors import ConfigurationError, SimulationError, nearest
 
 
 class RosError(SimulationError):
-    """ROS, or something that ROS runs, failed."""
+    """ROS, or a program that ROS runs, failed."""
 
 
 class RosNotFoundError(RosError):
-    """ROS is not installed for this Python.
+    """ROS is not installed for this version of Python.
 
     Args:
-        reason: What is missing.
-        packages: The Debian packages that contain it; if empty, the reason contains another remedy.
+        reason: Description of what is missing.
+        packages: Debian packages that contain the missing parts. If no packages are given, ``reason`` describes another
+            solution.
     """
 
     def __init__(self, reason: str, packages: Sequence[str] = ()) -> None:
@@ -42,11 +43,11 @@ class RosNotFoundError(RosError):
 
 
 class MasterError(RosError):
-    """No ROS master answers, or it rejects a request.
+    """No ROS master answers, or the master rejects a request.
 
     Args:
         uri: Address of the master.
-        reason: Answer of the master; None if it does not answer.
+        reason: Reason why the request failed, or None if no master answers.
     """
 
     def __init__(self, uri: str, reason: str | None = None) -> None:
@@ -58,11 +59,11 @@ class MasterError(RosError):
 
 
 class ServiceError(RosError):
-    """A service does not exist, its connection failed, or it rejected a request.
+    """A service does not exist, cannot be reached, or rejected a request.
 
     Args:
         service: Full name of the service.
-        reason: What happened; what to do.
+        reason: Description of the problem and, if possible, how to fix it.
     """
 
     def __init__(self, service: str, reason: str) -> None:
@@ -75,10 +76,10 @@ class PackageNotFoundError(RosError):
     """A ROS package does not exist, or does not contain a file.
 
     Args:
-        package: The requested name.
-        available: Names of the packages that were found.
-        searched: The folders that were searched.
-        file: The missing file; None: the package itself is missing.
+        package: Name of the requested package.
+        available: Names of the available packages, or of the available files if a file is missing.
+        searched: Folders that were searched.
+        file: The missing file, or None if the package itself is missing.
     """
 
     def __init__(
@@ -105,8 +106,8 @@ class ProcessError(RosError):
 
     Args:
         name: Name of the process.
-        reason: What happened.
-        output: The last lines of its output.
+        reason: Description of the problem.
+        output: Last lines of the process's output.
     """
 
     def __init__(self, name: str, reason: str, output: str = "") -> None:
@@ -122,7 +123,7 @@ class ControllerError(ConfigurationError):
 
     Args:
         controller: Name of the controller.
-        reason: What is wrong and what to do.
+        reason: Description of the problem and how to fix it.
     """
 
     def __init__(self, controller: str, reason: str) -> None:
@@ -132,15 +133,15 @@ class ControllerError(ConfigurationError):
 
 
 class TrajectoryError(ConfigurationError):
-    """A trajectory message cannot be followed; the message names the field."""
+    """A trajectory message cannot be executed. The error text names the invalid field."""
 
 
 class GazeboElementError(ConfigurationError):
     """A ``<gazebo>`` element of a model file cannot be used.
 
     Args:
-        element: The plugin or sensor: ``"the plugin 'drive'"``.
-        reason: What is wrong and what to do.
+        element: Plugin or sensor in the form ``"the plugin 'drive'"``.
+        reason: Description of the problem and how to fix it.
     """
 
     def __init__(self, element: str, reason: str) -> None:

@@ -1,12 +1,13 @@
-"""Runs one command, and ends all its processes when the owner requests it or has ended.
+"""Runs a command, and ends all of the command's processes on request or when the owner process ends.
 
-This is a separate program, ``python -I -S guard.py COMMAND…``, that uses only the standard library. Its standard input
-is a pipe whose other end the owner holds. The pipe closes when the owner ends for any reason, including ``kill -9``.
-Everything that the command starts, including daemons, stays below this process in the process tree
-(PR_SET_CHILD_SUBREAPER), so no process is left.
+This module, the guard, is a separate program, ``python -I -S guard.py COMMAND…``, which uses only the standard library.
+The guard's standard input is a pipe from the owner process. The pipe closes when the owner ends for any reason,
+including ``kill -9``. All processes that the command starts, including daemons, remain descendants of the guard
+(PR_SET_CHILD_SUBREAPER), so that the guard can end all of them.
 
-``--respawn`` restarts the command when it ends by itself; ``--grace S`` is the time that it gets after SIGINT, and
-again after SIGTERM [s]; ``--inside`` sends SIGINT to the processes that the command runs, for terminals.
+``--respawn`` restarts the command when it ends by itself. ``--grace S`` sets the time to wait for the command to end
+after SIGINT, and again after SIGTERM [s]. ``--inside`` sends SIGINT to the command's child processes instead of the
+command, which is required if the command is a terminal emulator.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _RESPAWN_PAUSE = 1.0
 
 
 def descendants(pid: int) -> list[int]:
-    """Return the processes below one, in the order in which they were started."""
+    """Return the IDs of a process's descendants, parents before their children."""
     children: dict[int, list[int]] = {}
     for entry in os.listdir("/proc"):
         if entry.isdigit():
@@ -35,7 +36,7 @@ def descendants(pid: int) -> list[int]:
                 with open(f"/proc/{entry}/stat", "rb") as file:
                     fields = file.read().rpartition(b")")[2].split()
             except OSError:
-                continue  # it ended in the meantime
+                continue  # the process has ended in the meantime
             if fields[0] != b"Z":
                 children.setdefault(int(fields[1]), []).append(int(entry))
     found, todo = [], [pid]
@@ -70,7 +71,7 @@ def _wait_until_none(grace: float) -> bool:
 
 
 def _end(child: subprocess.Popen[bytes], grace: float, inside: bool) -> None:
-    """End the command and its processes: SIGINT to the command, then SIGTERM, then SIGKILL to all that remain."""
+    """End the command with SIGINT, and end the processes that remain with SIGTERM and then SIGKILL."""
     if child.poll() is None:
         _signal((inside and descendants(child.pid)) or [child.pid], signal.SIGINT)
         if _wait_until_none(grace):
@@ -96,7 +97,7 @@ def _start(command: list[str]) -> subprocess.Popen[bytes]:
 
 
 def main(arguments: list[str]) -> int:
-    """Run; return the command's exit code."""
+    """Run the command, and return its exit code, or 0 if the command was ended on request."""
     respawn, inside, grace = False, False, 5.0
     while arguments[0].startswith("--"):
         option = arguments.pop(0)
@@ -112,7 +113,7 @@ def main(arguments: list[str]) -> int:
     child = _start(arguments)
     while True:
         ready, _, _ = select.select([0, told], [], [], _LOOK)
-        # A process that the owner forked may hold the pipe open, so the owner is checked as well.
+        # A fork of the owner may keep the pipe open, so the owner is checked as well.
         if 0 in ready or os.getppid() != owner or (told in ready and b"!" in os.read(told, 4096)):
             _end(child, grace, inside)
             return 0
@@ -122,12 +123,12 @@ def main(arguments: list[str]) -> int:
             time.sleep(_RESPAWN_PAUSE)
             child = _start(arguments)
         elif code is not None:
-            _end(child, grace, inside)  # processes that a killed launcher has left
+            _end(child, grace, inside)  # a killed launcher may leave processes behind
             return code if code >= 0 else 128 - code
 
 
 def _reap_adopted(child: int) -> None:
-    """Reap orphaned child processes that have ended, but keep the exit code of the command itself."""
+    """Reap orphaned child processes that have ended, but not the command itself, whose exit code is still needed."""
     with open(f"/proc/self/task/{os.getpid()}/children") as file:
         adopted = [pid for pid in map(int, file.read().split()) if pid != child]
     for pid in adopted:

@@ -1,11 +1,12 @@
-"""Ctrl-C in scripts that are ROS nodes.
+"""Handles Ctrl-C in scripts that are ROS nodes.
 
-rospy's signal handler shuts the node down in the main thread, at an arbitrary point. It can wait forever for a lock
-that the main thread itself holds, and it prints a traceback if the signal arrives while a log line is written. The
-handler in this module shuts the node down in another thread.
+rospy's signal handler shuts the node down in the main thread, at an arbitrary point. rospy's handler can wait forever
+for a lock that the main thread itself holds, and prints a traceback if the signal arrives while a log line is written.
+The handler in this module shuts the node down in another thread.
 
-Like rospy's handler, it raises no KeyboardInterrupt, so that a script which never checks ``rospy.is_shutdown()``, such
-as a training script, would continue without its node. :func:`interruptible` ends such a script.
+Like rospy's handler, this handler does not raise KeyboardInterrupt. Therefore, a script that never checks
+``rospy.is_shutdown()``, such as a training script, would continue after its node was shut down. :func:`interruptible`
+ends such a script.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Raise KeyboardInterrupt if a signal has shut the node down, also in place of the errors that follow from it.
+    """Raise KeyboardInterrupt if a signal has shut down the node, instead of any errors that the shutdown causes.
 
     Raises:
-        KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut the node down.
+        KeyboardInterrupt: A signal, such as SIGINT from Ctrl-C, has shut down the node.
     """
     if _was_interrupted:
         raise KeyboardInterrupt
@@ -47,7 +48,7 @@ def _shut_down(number: int, frame: Any) -> None:
     import rospy.core
 
     _was_interrupted = True
-    # Thread.start would take a lock that the main thread may hold.
+    # Thread.start would acquire a lock that the main thread may hold.
     _thread.start_new_thread(rospy.core.signal_shutdown, (f"signal-{number}",))
     previous = rospy.core._signalChain.get(number)
     if callable(previous):

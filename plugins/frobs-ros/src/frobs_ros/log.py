@@ -1,4 +1,4 @@
-"""Logging for functions that return True or False: why they return False."""
+"""Logs the errors of functions that return a value such as False instead of raising an exception."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 LOG = logging.getLogger("rosout.frobs_ros")
-"""Child of rospy's logger: after ``rospy.init_node``, messages appear on the screen, in ROS's log and on /rosout."""
+"""Child of rospy's logger. After ``rospy.init_node``, messages appear on the screen, in ROS's log and on /rosout."""
 
 
 refused: dict[str, FrobsError] = {}
-"""The errors of functions marked with ``answers(…, vital=True)``, if their last call failed."""
+"""Errors of functions decorated with ``answers(…, vital=True)`` whose last call failed, by function name."""
 
 _constructing: ContextVar[bool] = ContextVar("constructing", default=False)
 
 
 @contextlib.contextmanager
 def constructing() -> Iterator[None]:
-    """Make functions that an environment requires raise their errors inside this context."""
+    """Make functions that are marked as ``vital`` raise errors instead of logging them inside this context."""
     token = _constructing.set(True)
     try:
         yield
@@ -37,15 +37,15 @@ def constructing() -> Iterator[None]:
 
 
 def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Make a function return ``refusal`` and log the error when it would raise an error of FRobs.
+    """Decorate a function so that it logs FRobs errors and returns ``refusal`` instead of raising them.
 
-    A missing ROS installation is still raised. :func:`or_raise` calls the original function. Arguments that the
-    docstring does not describe are added to it from :mod:`frobs_ros.arguments`.
+    RosNotFoundError is still raised. :func:`or_raise` returns the original function. If the docstring has no ``Args``
+    section, the section is added from :mod:`frobs_ros.arguments`.
 
     Args:
         refusal: Return value after an error.
-        pair: Return ``(refusal, text of the error)``.
-        vital: An environment's constructor fails if this function fails.
+        pair: Whether to return ``(refusal, error message)`` after an error.
+        vital: Whether an environment's constructor fails if this function fails.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -71,5 +71,5 @@ def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callabl
 
 
 def or_raise(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the original function of this package, which raises errors instead of logging them."""
+    """Return the function that :func:`answers` decorated, which raises errors instead of logging them."""
     return getattr(function, "__wrapped__", function)

@@ -1,4 +1,4 @@
-"""The ROS master: checks whether one answers, and starts one."""
+"""Connects to the ROS master, and starts a master if necessary."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from frobs_ros.environment import MASTER_URI, is_local, use_ros
 from frobs_ros.errors import MasterError
 
 START_TIMEOUT = 30.0
-"""[s] to wait for a master to answer."""
+"""Maximum time to wait for a ROS master to answer [s]."""
 
 
 def master_uri() -> str:
-    """Return the URI of the master."""
+    """Return the URI of the ROS master."""
     return os.environ.get("ROS_MASTER_URI") or MASTER_URI
 
 
 def is_online() -> bool:
-    """Return whether a master answers."""
+    """Return whether a ROS master answers."""
     use_ros()
-    # Unlike rosgraph's check, this closes the connection at once. Any server may answer there.
+    # Unlike rosgraph's check, this closes the connection immediately. The answer may come from any kind of server.
     with contextlib.suppress(Exception), xmlrpc.client.ServerProxy(master_uri()) as proxy:
         status, *_ = cast("list[Any]", proxy.getPid("/frobs"))
         return bool(status == 1)
@@ -32,7 +32,7 @@ def is_online() -> bool:
 
 
 def require() -> None:
-    """Return if a master answers.
+    """Check that a ROS master answers.
 
     Raises:
         MasterError: No master answers.
@@ -42,7 +42,7 @@ def require() -> None:
 
 
 def connect() -> Any:
-    """Return the XML-RPC interface of the master.
+    """Return the XML-RPC interface of the ROS master.
 
     Raises:
         MasterError: No master answers.
@@ -54,15 +54,15 @@ def connect() -> Any:
 
 
 def ensure(*, terminal: bool = False) -> processes.Process | None:
-    """Start a master unless one answers; it ends with this process.
+    """Start a ROS master if none answers. The new master ends when this process ends.
 
-    Only rosmaster is started: the node rosout, which ``roscore`` starts too, listens on every interface.
+    Only rosmaster is started. ``roscore`` would also start the node rosout, which listens on every network interface.
 
     Returns:
-        The master; None if one answered already.
+        The new master, or None if a master was already running.
 
     Raises:
-        MasterError: No master answers at ``ROS_MASTER_URI``, and that address is not on this machine.
+        MasterError: No master answers at ``ROS_MASTER_URI``, and this address is not on this machine.
         ProcessError: The master did not start.
     """
     if is_online():

@@ -1,8 +1,8 @@
-"""A simulation that follows a real robot, so that a policy's task and controller work on that robot.
+"""Provides a simulation that follows a real robot, so that a policy's task and controller can be used on the robot.
 
-The environment of the training defines observations and actions. To avoid defining them again for ROS, the simulation
-of this environment is set to the state that the robot measures. Its task then returns the observation, and its
-controller converts the action into a command for the joints.
+The training environment defines the observations and actions. To avoid defining observations and actions again for ROS,
+the environment's simulation is set to the robot's measured state. The environment's task then returns the observation,
+and the environment's controller converts the action into a joint command.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from frobs_deploy import Bundle
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredLidar(Lidar):
-    """A lidar whose readings are set from outside.
+    """A lidar whose readings are set from a real robot's scans.
 
     Attributes:
-        reading: (rays,) [m], writable.
+        reading: Measured ranges [m], as a writable array of shape (rays,).
     """
 
     type_name: ClassVar[str] = "measured lidar"
@@ -38,17 +38,17 @@ class MeasuredLidar(Lidar):
 
     @classmethod
     def like(cls, lidar: Lidar) -> MeasuredLidar:
-        """Return a measured lidar with the rays of ``lidar``, without its noise and faults."""
+        """Return a measured lidar with the same rays as ``lidar``, but without noise and faults."""
         same = {each.name: getattr(lidar, each.name) for each in fields(Lidar)}
         same |= {"rate": None, "noise": 0.0, "resolution": 0.0, "delay": 0.0, "dropout": 0.0}
         return cls(**same, reading=np.full(lidar.rays, lidar.range_max))
 
 
 class Measured(Instrument):
-    """Returns the reading of its sensor."""
+    """An instrument that returns the readings of a measured lidar."""
 
     def measure(self) -> Floats:
-        """Return (1, rays) [m]."""
+        """Return the measured ranges, (1, rays) [m]."""
         return np.array(self.sensor.reading[None])  # type: ignore[attr-defined]
 
 
@@ -57,10 +57,11 @@ class State:
     """Measured state of a robot, in the order of the policy's joints.
 
     Attributes:
-        positions: (dof,) [rad or m]
-        velocities: (dof,) [rad/s or m/s]
-        base: pos (3,) [m], quat_wxyz (4,), lin_vel_world (3,) [m/s] and ang_vel_world (3,) [rad/s] of a moving base.
-        scans: (rays,) [m] by name of the lidar.
+        positions: Joint positions, (dof,) [rad or m].
+        velocities: Joint velocities, (dof,) [rad/s or m/s].
+        base: None for a fixed base, or the state of a moving base: pos (3,) [m], quat_wxyz (4,), lin_vel_world (3,)
+            [m/s] and ang_vel_world (3,) [rad/s].
+        scans: Scan of each lidar, (rays,) [m], by the lidar's name.
     """
 
     positions: Floats
@@ -71,11 +72,11 @@ class State:
 
 @dataclass(frozen=True)
 class Command:
-    """Command for the joints until the next one.
+    """A joint command, which applies until the next command.
 
     Attributes:
-        mode: Positions [rad or m], velocities [rad/s or m/s] or efforts [N·m or N].
-        values: (dof,)
+        mode: Type of the values: positions [rad or m], velocities [rad/s or m/s] or efforts [N·m or N].
+        values: Commanded value of each joint, (dof,).
     """
 
     mode: CommandMode
@@ -83,19 +84,20 @@ class Command:
 
 
 class Mirror:
-    """The environment of a policy bundle, following a robot.
+    """The environment that a policy was trained in, with a simulation that follows a real robot.
 
     Args:
-        simulator: Simulator that stores the robot's state; any simulator works.
+        bundle: Bundle that contains the policy.
+        simulator: Simulator that represents the robot's state. Any simulator can be used.
         speed: Fraction of the joints' velocity limits that commands may use, in (0, 1].
 
     Attributes:
-        lidars: Lidars that must be measured, by name.
-        measured_pose: Pose in the world at the last :meth:`observe`, of a moving base or else of the tool: pos (3,) [m]
-            and quat_wxyz (4,).
+        lidars: Lidars whose scans must be measured, by name.
+        measured_pose: Pose in the world frame at the last call of :meth:`observe`, as pos (3,) [m] and quat_wxyz (4,).
+            The measured pose is the base's pose if the base moves, and the tool's pose otherwise.
 
     Raises:
-        ConfigurationError: The policy was trained with wrappers, or uses images, or ``speed`` is out of range.
+        ConfigurationError: The policy was trained with wrappers or uses images, or ``speed`` is out of range.
     """
 
     def __init__(self, bundle: Bundle, simulator: str = "mujoco", speed: float = 1.0) -> None:
@@ -120,7 +122,7 @@ class Mirror:
         robot = self.env.robot.robot
         if robot.lidars:
             self.env.close()
-            keywords.pop("sensors", None)  # the description already contains them
+            keywords.pop("sensors", None)  # the robot's description already contains the sensors
             self.env = _make(trained["id"], {**keywords, "robot": _measuring(robot)})
         handle = self.env.robot
         self.lidars: Mapping[str, Any] = handle.robot.lidars
@@ -129,30 +131,30 @@ class Mirror:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints in every joint array, in order."""
+        """Joint names, in the order of all joint arrays."""
         return self.env.robot.joint_names
 
     @property
     def moves(self) -> bool:
-        """Whether the base moves and must be measured."""
+        """Whether the robot's base moves, so that its state must be measured."""
         return self.env.robot.robot.base != "fixed"
 
     @property
     def goal_size(self) -> int:
-        """Number of coordinates of a goal: 2 for a robot whose only joints are wheels, else 3."""
+        """Number of goal coordinates: 2 for a robot whose only joints are drive wheels, and 3 for other robots."""
         drive = self.env.robot.robot.differential_drive
         wheels = drive.left + drive.right if drive is not None else ()
         return 2 if set(wheels) == set(self.joint_names) else 3
 
     def begin(self, state: State, options: Mapping[str, Any] | None = None) -> None:
-        """Begin an episode at the robot's current state.
+        """Start an episode in the robot's measured state.
 
         Args:
-            state: Measured state.
-            options: Reset options of the task: ``{"goal": (goal_size,)}``.
+            state: Measured state of the robot.
+            options: Reset options of the task, such as ``{"goal": …}`` with an array of shape (goal_size,).
 
         Raises:
-            UnknownParameterError: The task has no such option.
+            UnknownParameterError: The task does not support an option.
             ConfigurationError: The value of an option is invalid.
         """
         self._follow(state)  # the reset reads lidars
@@ -160,7 +162,7 @@ class Mirror:
         self._follow(state)
 
     def observe(self, state: State) -> Any:
-        """Return the task's observation of the measured state."""
+        """Return the task's observation for the measured state."""
         context = self.env.step_context
         context.rng.clock += 1
         self._follow(state)
@@ -174,10 +176,10 @@ class Mirror:
         return observation[0]
 
     def act(self, action: Any) -> Command:
-        """Return the joint command for an action, inside the joint limits.
+        """Return the joint command for an action, clipped to the joint limits.
 
-        A commanded position differs from the joint's position by at most the motion that its velocity limit allows in a
-        control step.
+        A commanded position is also clipped to the range that the joint can reach in one control step without exceeding
+        its velocity limit.
         """
         handle = self.env.robot
         measured = handle.joint_positions[0].copy()
@@ -199,17 +201,17 @@ class Mirror:
         return Command(mode, last)
 
     def hold(self, state: State) -> Command:
-        """Return a command that stops the robot: current positions, or zero velocities or efforts."""
+        """Return a command that stops the robot: the measured positions, zero velocities, or zero efforts."""
         mode = self.env.robot.command_mode
         still = state.positions if mode is CommandMode.POSITION else np.zeros_like(state.positions)
         return Command(mode, still.copy())
 
     def is_success(self) -> bool:
-        """Whether the task is currently successful."""
+        """Return whether the task is currently successful."""
         return bool(self.env.task.is_success()[0])
 
     def close(self) -> None:
-        """Release the simulation. Calling it again has no effect."""
+        """Close the environment. Further calls have no effect."""
         self.env.close()
 
     def _follow(self, state: State) -> None:

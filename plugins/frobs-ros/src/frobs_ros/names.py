@@ -1,13 +1,13 @@
-"""Names in ROS's graph."""
+"""Joins names in the ROS graph."""
 
 from __future__ import annotations
 
 
 def join(*parts: str | None) -> str:
-    """Return a global name: ``join("/robot/", "controller_manager")`` is ``"/robot/controller_manager"``.
+    """Join parts of a name to a global ROS name, such as ``"/robot/controller_manager"``.
 
     Args:
-        *parts: Names, with or without slashes around; None and ``"/"`` add nothing.
+        *parts: Parts of the name, with or without leading and trailing slashes. None and ``"/"`` are ignored.
     """
     words = [word for part in parts for word in (part or "").split("/") if word]
     return "/" + "/".join(words)

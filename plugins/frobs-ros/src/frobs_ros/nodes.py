@@ -1,4 +1,4 @@
-"""Nodes that are registered with a ROS master, and which of them this process started."""
+"""Finds and shuts down nodes that are registered with a ROS master."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CALLER = "/frobs"
 
 
 class _Timed(xmlrpc.client.Transport):
-    """Limits the time to wait for a node that hangs."""
+    """An XML-RPC transport with a time limit, because a node may hang."""
 
     def make_connection(self, host: Any) -> Any:
         """Return a connection with a time limit."""
@@ -24,7 +24,7 @@ class _Timed(xmlrpc.client.Transport):
 
 
 def names() -> set[str]:
-    """Return the names of all nodes.
+    """Return the names of all registered nodes.
 
     Raises:
         MasterError: No master answers.
@@ -34,7 +34,7 @@ def names() -> set[str]:
 
 
 def pid_of(name: str) -> int | None:
-    """Return the process ID of a node; None if the node does not answer."""
+    """Return the process ID of a node, or None if the node does not answer."""
     try:
         code, _, pid = _node(name).getPid(_CALLER)
     except (OSError, xmlrpc.client.Error, RosError):
@@ -43,12 +43,12 @@ def pid_of(name: str) -> int | None:
 
 
 def of(pids: set[int], among: set[str]) -> set[str]:
-    """Return the nodes that run in the given processes."""
+    """Return the names in ``among`` whose nodes run in one of the processes ``pids``."""
     return {name for name in among if pid_of(name) in pids}
 
 
 def ours() -> set[str]:
-    """Return the nodes in processes that this process started, without its own node.
+    """Return the names of all nodes that this process started as child processes.
 
     Raises:
         MasterError: No master answers.
@@ -58,7 +58,7 @@ def ours() -> set[str]:
 
 
 def shut_down(name: str) -> None:
-    """Request a node to end.
+    """Ask a node to shut down.
 
     Raises:
         MasterError: No master answers, or the node is not registered.

@@ -1,8 +1,9 @@
-"""Folders with links to ROS's Python modules, without other modules of the system.
+"""Creates folders with links to ROS's Python modules, without the system's other Python modules.
 
-Debian keeps ROS's modules in one folder with its own NumPy, PyYAML and many others. Adding that folder to ``sys.path``
-would mix them with those of a virtual environment, so an overlay contains only links to ROS's modules. It excludes
-every module that the environment already has, so its position on the path does not matter.
+Debian installs ROS's modules in the same folder as NumPy, PyYAML and many other modules. Adding this folder to
+``sys.path`` would mix these modules with the modules of a virtual environment, so an overlay contains only links to
+ROS's modules. An overlay excludes all modules that the environment already contains, so its position on ``sys.path``
+does not matter.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ LIBRARIES = frozenset([
     "rosnode", "rosparam", "rospy", "rosservice", "rostopic", "rosunit", "roswtf", "tf", "tf2_geometry_msgs",
     "tf2_kdl", "tf2_py", "tf2_ros", "tf_conversions",
 ])  # fmt: skip
-"""Python modules of ROS that are not message packages."""
+"""ROS's Python modules, except for message packages."""
 
 IMPORTED = frozenset(
     ["Cryptodome", "catkin_pkg", "defusedxml", "distro", "docutils", "gnupg", "netifaces", "pyparsing", "rospkg"]
@@ -38,10 +39,10 @@ IMPORTED = frozenset(
 
 
 def make_overlay(links: Mapping[str, Path]) -> Path:
-    """Return a folder with these links. The same links always give the same folder, which is created atomically.
+    """Return a folder that contains the given links, and create it atomically if it does not exist.
 
     Args:
-        links: Target of each link, by file name in the folder.
+        links: Target of each link, by the link's file name. The same links always result in the same folder.
 
     Raises:
         RosNotFoundError: The cache folder cannot be written.
@@ -60,7 +61,7 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
             made.rename(folder)
         except OSError:
             shutil.rmtree(made)
-            if not folder.is_dir():  # no other process created it: the cache cannot be used
+            if not folder.is_dir():  # no other process created the folder, so the cache cannot be used
                 raise
     except OSError as error:
         raise RosNotFoundError(
@@ -71,7 +72,7 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
 
 
 def delete_unused(folder: Path) -> None:
-    """Mark a folder of the cache as used, and delete its neighbors that were not used for 60 days."""
+    """Mark a cache folder as used, and delete sibling folders that have not been used for 60 days."""
     with contextlib.suppress(OSError):
         os.utime(folder)
         for other in folder.parent.iterdir():
@@ -80,10 +81,10 @@ def delete_unused(folder: Path) -> None:
 
 
 def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
-    """Return links to all ROS modules that the environment does not have, and to the modules that they import.
+    """Return links to ROS's modules and the modules that ROS imports, unless the environment already contains them.
 
     Args:
-        folders: Folders to search; the first one with a module is used.
+        folders: Folders to search. If several folders contain a module, the first of these folders is used.
     """
     found: dict[str, Path] = {}
     for folder in reversed(dict.fromkeys(filter(Path.is_dir, folders))):
@@ -97,24 +98,27 @@ def links_to_modules(folders: Sequence[Path]) -> dict[str, Path]:
 
 
 def links_to_messages() -> dict[str, Path]:
-    """Return links to FRobs's own message packages that the environment does not have; generating them needs genpy."""
-    from frobs_ros.messages import message_folder  # a late import, because of a cycle
+    """Return links to the message packages that FRobs generates, unless the environment already contains them.
+
+    Generating the packages requires genpy.
+    """
+    from frobs_ros.messages import message_folder  # imported here to avoid a circular import
 
     folders = [path.parent for path in message_folder().glob("*/__init__.py")]
     return {folder.name: folder for folder in folders if not environment_has(folder.name)}
 
 
 def environment_has(name: str) -> bool:
-    """Return whether this Python imports a top-level module without any overlay."""
+    """Return whether this Python can import a top-level module without an overlay."""
     path = [entry for entry in sys.path if entry and not Path(entry).is_relative_to(cache_folder("ros"))]
     spec = PathFinder.find_spec(name, path)
     return (
         spec is not None and spec.origin is not None
-    )  # a namespace package has no origin: any folder of that name is one
+    )  # a module without an origin is a namespace package, which may be any folder
 
 
 def _modules_of_ros(folder: Path) -> Iterator[str]:
-    """Yield ROS's modules in a folder; message packages are recognized by their subpackages ``msg`` and ``srv``."""
+    """Yield the names of ROS's modules in a folder. Message packages contain a subpackage ``msg`` or ``srv``."""
     for name in os.listdir(folder):
         if name in LIBRARIES or any((folder / name / kind / "__init__.py").is_file() for kind in ("msg", "srv")):
             yield name

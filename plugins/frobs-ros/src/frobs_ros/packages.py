@@ -1,4 +1,4 @@
-"""Finds ROS packages by name like ``rospack find``, without rospack."""
+"""Finds ROS packages by name, like ``rospack find``, but without rospack."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from frobs_ros.errors import PackageNotFoundError
 def find_package(name: str) -> Path:
     """Return the folder of a ROS package.
 
-    It searches the folders of ``ROS_PACKAGE_PATH`` and all folders below them, the ``share`` folders of
-    ``CMAKE_PREFIX_PATH``, and the ``share`` folder of ROS itself.
+    The search covers the folders in ``ROS_PACKAGE_PATH`` and all their subfolders, the ``share`` folders of the
+    prefixes in ``CMAKE_PREFIX_PATH``, and ROS's own ``share`` folder.
 
     Raises:
-        PackageNotFoundError: The package does not exist; the nearest name is suggested.
+        PackageNotFoundError: The package does not exist. The message suggests the closest match.
     """
     seen: dict[str, Path] = {}
     sources = path_folders("ROS_PACKAGE_PATH")
@@ -36,10 +36,10 @@ def find_package(name: str) -> Path:
 
 
 def find_file(package: str, folder: str, file: str) -> Path:
-    """Return a file of a ROS package.
+    """Return the path of a file in a ROS package.
 
     Raises:
-        PackageNotFoundError: The package or the file in it does not exist.
+        PackageNotFoundError: The package does not exist, or does not contain the file.
     """
     path = find_package(package) / folder.strip("/") / file.lstrip("/")
     if path.is_file():
@@ -49,10 +49,10 @@ def find_file(package: str, folder: str, file: str) -> Path:
 
 
 def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
-    """Return a file of a ROS package: in its folder ``folder``, by its path in the package, or anywhere below it.
+    """Find a file in a ROS package: in the given folder, by its path in the package, or by its name in any subfolder.
 
     Raises:
-        PackageNotFoundError: The package or file does not exist; suggests files with the suffix.
+        PackageNotFoundError: The package or file does not exist. The message suggests files with the given suffix.
     """
     root = find_package(package)
     for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
@@ -63,7 +63,7 @@ def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
 
 
 class RosPackages(Packages):
-    """Packages that a model file refers to: those of ROS first, then those in folders around the file."""
+    """Finds packages that a model file refers to, first among the ROS packages, then in folders around the file."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(None, file)
@@ -72,7 +72,7 @@ class RosPackages(Packages):
         """Return the folder of a package.
 
         Raises:
-            ModelFileError: The package is not found.
+            ModelFileError: The package does not exist.
         """
         try:
             return find_package(name)

@@ -1,4 +1,4 @@
-"""ROS's parameter server without importing ROS: FRobs_RL's algorithm classes read their YAML through it."""
+"""Accesses ROS's parameter server, which stores the parameters of FRobs_RL's algorithms, if a master is running."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _TIMEOUT = 1.0
 
 
 def parameter_server() -> Any:
-    """Return ``rospy``, with ``set_param``, ``has_param`` and ``get_param``, if a master answers, else None.
+    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, or None if no master answers.
 
-    If nothing listens at the master's address, no part of ROS is imported.
+    If no process listens at the master's address, ROS is not imported.
     """
     address = urlparse(master_uri())
     try:

@@ -1,4 +1,4 @@
-"""The loop that runs a policy on a robot, at its control rate, and never with outdated measurements."""
+"""Runs a policy on a robot at the policy's control rate, and stops the robot when measurements are outdated."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from frobs_ros.ros_robot import RosRobot
 
 _POLL = 0.001
-"""[s] between two reads of the clock, which can be that of a simulation and stand still."""
+"""Time between two reads of the ROS clock [s]. The clock does not advance while a simulation is paused."""
 
 
 class RobotSilentError(FrobsError):
-    """A robot does not publish its measurements, or no longer does.
+    """A robot does not publish its measurements, or has stopped publishing them.
 
     Args:
         missing: Name of the missing measurement.
-        seconds: Time without it.
+        seconds: Time since the measurement was last received [s].
     """
 
     def __init__(self, missing: str, seconds: float) -> None:
@@ -37,11 +37,13 @@ class RobotSilentError(FrobsError):
 
 @dataclass
 class Report:
-    """Statistics of a policy's run.
+    """Statistics about running a policy on a robot.
 
     Attributes:
-        late: Steps that were more than half a control step late.
-        restarts: Number of new goals, and of times that the clock went back.
+        steps: Number of commands that were sent.
+        late: Number of commands that were more than half a control step late.
+        restarts: Number of times that an episode was restarted because of a new goal or a reset of the clock.
+        is_success: Whether the task was successful at the end.
     """
 
     steps: int = 0
@@ -60,19 +62,22 @@ def act(
     seconds: float | None = None,
     on_step: Callable[[Report], None] | None = None,
 ) -> Report:
-    """Run a policy on a robot until the node ends, the time is over, or Ctrl-C; then hold the robot's position.
+    """Run a policy on a robot, and then command the robot to hold its position.
+
+    The run ends when the node shuts down, when ``seconds`` have passed, or on Ctrl-C.
 
     Args:
-        robot: The robot.
-        mirror: Mirror of the policy's bundle.
-        policy: The policy.
-        goal: (3,) [m] goal of the task; a wheeled robot uses x and y. None: drawn by the task until a goal is received.
+        robot: Robot to control.
+        mirror: Mirror that was created from the policy's bundle.
+        policy: Policy to run.
+        goal: Goal of the task, (3,) [m]. A wheeled robot uses only x and y. By default, the task samples a goal, which
+            is used until a goal is received.
         timeout: Maximum time without measurements [s].
-        seconds: Duration by the robot's clock; None: unlimited.
-        on_step: Function that is called after each step.
+        seconds: Duration according to the robot's clock [s]. Unlimited by default.
+        on_step: Function that is called with the report after each step.
 
     Raises:
-        RobotSilentError: The robot sends no measurements for too long.
+        RobotSilentError: The robot has not sent measurements for longer than ``timeout``.
     """
     period = mirror.env.control_timestep
     state = _first(robot, timeout)
@@ -104,7 +109,7 @@ def act(
             report.late += now - due > 0.5 * period
             robot.send(mirror.act(policy.act(mirror.observe(state))), period)
             report.steps += 1
-            due = max(due + period, now)  # missed steps are not made up for
+            due = max(due + period, now)  # missed steps are skipped
             if on_step is not None:
                 on_step(report)
         report.is_success = mirror.is_success()
@@ -114,7 +119,7 @@ def act(
 
 
 def _first(robot: RosRobot, timeout: float) -> State:
-    """Wait until everything has been measured once."""
+    """Wait until all measurements have been received once, and return the state."""
     while (state := robot.state()) is None:
         _watch(robot, timeout)
         time.sleep(_POLL)

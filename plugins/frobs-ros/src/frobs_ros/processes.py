@@ -1,7 +1,7 @@
-"""Processes that this process starts and owns by handle: none is ended by name, and none is left over.
+"""Starts and ends child processes. Processes that this process did not start are never ended.
 
-Each runs below a guard (:mod:`frobs_ros.guard`), which ends it and all its child processes on request, and when this
-process ends: at exit, after an exception, Ctrl-C or ``kill -9``.
+Each child process runs under a guard (:mod:`frobs_ros.guard`). The guard ends the child process and all its descendants
+on request, or when the process that started them ends for any reason, including ``kill -9``.
 """
 
 from __future__ import annotations
@@ -35,13 +35,17 @@ _collecting: ContextVar[list[Process] | None] = ContextVar("collecting", default
 
 
 class Process:
-    """A process that this process started, with all its child processes.
+    """A command that this process started, including all the command's child processes.
 
     Args:
-        kind: Purpose: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"``, ``"state publisher"``.
-        log: File with its output; None: its output goes to the output of this process.
-        grace: Time that it gets after SIGINT, and again after SIGTERM [s].
-        owner: ID of the process that may end it; forks of that process may not.
+        kind: Purpose of the command: ``"master"``, ``"launch"``, ``"node"``, ``"gazebo"`` or ``"state publisher"``.
+        name: Name of the command in messages.
+        popen: The guard process.
+        log: File that contains the command's output, or None if the output is not stored in a file.
+        grace: Time to wait for the command to end after SIGINT, and again after SIGTERM [s].
+
+    Attributes:
+        owner: ID of the process that started the command. Only this process may end the command, not a fork of it.
     """
 
     def __init__(self, kind: str, name: str, popen: subprocess.Popen[bytes], log: Path | None, grace: float) -> None:
@@ -56,17 +60,17 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Process ID of the guard, the parent of all processes of the command."""
+        """Process ID of the guard, which is the ancestor of all the command's processes."""
         return self._popen.pid
 
     @property
     def is_running(self) -> bool:
-        """Whether the command or any of its child processes runs."""
+        """Whether the command or any of its child processes is running."""
         return self.returncode is None
 
     @property
     def returncode(self) -> int | None:
-        """Exit code of the command; None while it runs."""
+        """Exit code of the command, or None while the command is running."""
         code = self._popen.poll()
         if code is not None:
             self._let_go()
@@ -77,10 +81,10 @@ class Process:
         return set(descendants(self.pid)) if self.is_running else set()
 
     def stop(self) -> bool:
-        """End it with SIGINT, then SIGTERM, then SIGKILL. Calling it again has no effect.
+        """End the command with SIGINT, then SIGTERM, then SIGKILL. Further calls have no effect.
 
         Returns:
-            Whether all its processes have ended.
+            Whether all the command's processes have ended.
         """
         if os.getpid() != self.owner:
             return False
@@ -92,21 +96,21 @@ class Process:
         return not self.is_running
 
     def _let_go(self) -> None:
-        """Close this end of the guard's pipe, which makes the guard end everything."""
+        """Close the pipe to the guard, which makes the guard end all the command's processes."""
         if self._popen.stdin is not None:
             with contextlib.suppress(OSError):
                 self._popen.stdin.close()
 
     def report_end(self) -> None:
-        """Wait until it has ended, and log its last output if it failed by itself."""
+        """Wait until the command has ended, and log its last output if it failed by itself."""
         code = self._popen.wait()
         if self._stopped or not (code or self.in_window):
             return
-        said = "its window was closed" if self.in_window else f"exit code {code}"  # xterm hides the code
+        said = "its window was closed" if self.in_window else f"exit code {code}"  # xterm hides the exit code
         LOG.error("%s ended by itself: %s. Last output:\n%s", self.name, said, self.output() or "(nothing)")
 
     def output(self) -> str:
-        """Return its last output, as far as it is kept."""
+        """Return the end of the command's output, or an empty string if the output is not stored."""
         if self.log is None:
             return ""
         with contextlib.suppress(OSError):
@@ -117,7 +121,7 @@ class Process:
         """Wait until a condition holds.
 
         Raises:
-            ProcessError: The process ended or the time is over; then the process is ended.
+            ProcessError: The process ended, or it was ended because the condition did not hold within ``timeout`` [s].
         """
         until = time.monotonic() + timeout
         while not ready():
@@ -130,7 +134,7 @@ class Process:
 
 
 def wait_for(condition: Callable[[], object], timeout: float, poll: float = _POLL) -> bool:
-    """Wait until a condition holds, at most ``timeout`` [s]; return whether it does."""
+    """Wait at most ``timeout`` [s] until a condition holds, and return whether the condition holds."""
     until = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > until:
@@ -150,19 +154,19 @@ def start(
     respawn: bool = False,
     grace: float = 5.0,
 ) -> Process:
-    """Start a command that this process owns.
+    """Start a command in child processes that end with this process.
 
     Args:
-        kind: Purpose; see :class:`Process`.
-        command: The program and its arguments.
-        name: Name for messages, and title of the window.
-        terminal: Whether to run it in an xterm. Without an xterm or a display its output goes to a file, whose path is
-            logged.
-        output: Destination of its output: ``"screen"``, the output of this process; ``"log"``, a file; None, discarded.
-            A window shows it.
-        environment: Environment variables; None: those for programs of ROS.
-        respawn: Whether to restart it when it ends by itself.
-        grace: Time that it gets after SIGINT, and again after SIGTERM [s].
+        kind: Purpose of the command, as in :class:`Process`.
+        command: Program and its arguments.
+        name: Name of the command in messages, and title of its window.
+        terminal: Whether to run the command in an xterm window. If xterm or a display is missing, the output goes to a
+            file, whose path is logged.
+        output: Destination of the command's output: ``"screen"`` for the output of this process, ``"log"`` for a file,
+            or None to discard the output. Ignored if ``terminal`` is true.
+        environment: Environment variables. By default, the variables for ROS programs are used.
+        respawn: Whether to restart the command when it ends by itself.
+        grace: Time to wait for the command to end after SIGINT, and again after SIGTERM [s].
 
     Raises:
         ProcessError: The program is not installed.
@@ -184,7 +188,7 @@ def start(
     elif terminal:
         LOG.warning("%s writes to %s", name, log)
     with contextlib.ExitStack() as stack:
-        written = log is not None and not window  # a window writes its log itself
+        written = log is not None and not window  # xterm writes the log file itself
         to = (
             stack.enter_context(log.open("wb"))
             if log and written
@@ -211,7 +215,7 @@ def start(
 
 
 def _window(name: str, log: Path, variables: Mapping[str, str]) -> list[str]:
-    """Return the command prefix that opens a window; empty if that is not possible."""
+    """Return the command prefix that opens an xterm window, or an empty list if no window can be opened."""
     missing = "xterm is not installed" if shutil.which("xterm", path=variables.get("PATH")) is None else ""
     if not variables.get("DISPLAY"):
         missing = "there is no display"
@@ -222,7 +226,7 @@ def _window(name: str, log: Path, variables: Mapping[str, str]) -> list[str]:
 
 
 def log_folder() -> Path:
-    """Return the folder for the output of processes of this process, created on first use."""
+    """Return the folder for the log files of the started commands, which is created on first use."""
     global _folder
     if _folder is None or not _folder.is_dir():
         base = os.environ.get("ROS_LOG_DIR")
@@ -236,7 +240,7 @@ _folder: Path | None = None
 
 
 def owned(kinds: Iterable[str] = ()) -> list[Process]:
-    """Return running processes that this process owns, of some kinds or of all, oldest first."""
+    """Return the running commands that this process started, oldest first, or only commands of the given kinds."""
     wanted = set(kinds)
     with _lock:
         found = list(_owned.values())
@@ -247,18 +251,18 @@ def owned(kinds: Iterable[str] = ()) -> list[Process]:
 
 
 def stop(processes: Iterable[Process]) -> bool:
-    """End processes, newest first.
+    """End the given processes, newest first.
 
     Returns:
-        Whether all of them have ended.
+        Whether all processes have ended.
     """
-    ended = [process.stop() for process in reversed(list(processes))]  # all of them, even if one does not end
+    ended = [process.stop() for process in reversed(list(processes))]  # a list, to stop all processes
     return all(ended)
 
 
 @contextlib.contextmanager
 def collected() -> Iterator[list[Process]]:
-    """Collect the processes that are started in this context; an error ends them."""
+    """Collect the processes that are started in this context, and end them if an exception is raised."""
     found: list[Process] = []
     token = _collecting.set(found)
     try:

@@ -1,6 +1,7 @@
-"""FRobs_RL's ``RobotBasicEnv``: a robot in Gazebo or the bridge, as a Gymnasium environment.
+"""Implements FRobs_RL's ``RobotBasicEnv``, a Gymnasium environment for a robot in Gazebo or in the bridge.
 
-It is separate from FRobs's five component kinds, and meant for porting. Subclasses implement six hooks.
+``RobotBasicEnv`` is intended for porting FRobs_RL environments. It does not use FRobs's simulators, robots,
+controllers, tasks or algorithms. Subclasses implement six hook methods.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from frobs_ros.ros_spawn import spawn_model_in_gazebo
 
 
 def _whole(init: Callable[..., None]) -> Callable[..., None]:
-    """Make the outermost constructor of an environment atomic: an error ends all processes that it has started."""
+    """Wrap a constructor so that an error ends all processes that the outermost constructor has started."""
 
     @functools.wraps(init)
     def construct(self: RobotBasicEnv, *args: Any, **kwargs: Any) -> None:
@@ -45,58 +46,62 @@ def _whole(init: Callable[..., None]) -> Callable[..., None]:
 
 
 class RobotBasicEnv(gym.Env[Any, Any]):
-    """Base class of environments whose robot is in a ROS graph.
+    """Base class for environments whose robot is controlled through ROS.
 
-    Depending on its arguments, the constructor launches the simulation, sets its speed and time step, spawns the robot
-    and resets its controllers, in this order. :meth:`close` ends only the processes that it has started; an error ends
-    them at once. Subclasses set the spaces. If a model cannot be spawned, or a node, launch file or controller cannot
-    be started, while the constructor of a subclass runs, the constructor raises the reason.
+    Depending on its arguments, the constructor launches the simulation, sets the simulation's speed and time step,
+    spawns the robot, and resets the robot's controllers, in this order. If the constructor raises an error, it ends all
+    processes that it has started. :meth:`close` ends only processes that the constructor has started. Subclasses must
+    set the observation space and the action space.
 
-    A step in mode 1 unpauses the simulation while :meth:`_send_action` runs, so its simulated duration is that of the
-    call times the real-time factor. A step in mode 2 always lasts ``num_gazebo_steps`` physics steps.
+    If the constructor of a subclass calls a function that cannot spawn a model, or cannot start a node, a launch file
+    or a controller, the constructor raises this function's error.
+
+    In step mode 1, the simulation runs only while :meth:`_send_action` runs, so the simulated duration of a step is the
+    duration of this call multiplied by the real-time factor. In step mode 2, a step always takes ``num_gazebo_steps``
+    physics steps.
 
     Args:
-        launch_gazebo: Whether to launch the simulation; see :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
+        launch_gazebo: Whether to launch the simulation with :func:`frobs_ros.ros_gazebo.launch_Gazebo`.
         gazebo_init_paused: Whether the simulation starts paused.
-        gazebo_use_gui: Whether the simulation has a window.
+        gazebo_use_gui: Whether the simulation opens a window.
         gazebo_recording: Whether the simulation records its state.
-        gazebo_freq: Rate of the topic /clock [Hz].
-        world_path: A world file.
-        world_pkg: A ROS package with a world file; used if no path is given.
-        world_filename: The world file in the package.
-        gazebo_max_freq: Maximum real-time factor: 1 is real time, 10 ten times as fast.
+        gazebo_freq: Rate of the /clock topic [Hz].
+        world_path: Path of a world file.
+        world_pkg: ROS package that contains a world file. Ignored if a path is given.
+        world_filename: Name of the world file in the package.
+        gazebo_max_freq: Maximum real-time factor. 1 is real time, 10 is ten times real time, and 0 is unlimited.
         gazebo_timestep: Physics time step [s].
-        spawn_robot: Whether to spawn the robot; see :func:`frobs_ros.ros_spawn.spawn_model_in_gazebo`.
+        spawn_robot: Whether to spawn the robot with :func:`frobs_ros.ros_spawn.spawn_model_in_gazebo`.
         model_name_in_gazebo: Name of the robot in the simulation.
         namespace: Namespace of the robot's topics and services.
-        pkg_name: ROS package with the robot's files.
+        pkg_name: ROS package that contains the robot's files.
         urdf_file: URDF or xacro file of the robot.
-        urdf_folder: Folder of that file in the package.
-        controller_file: YAML file of the controllers in the package's folder ``config``.
+        urdf_folder: Folder of the URDF or xacro file in the package.
+        controller_file: YAML file with the controllers' parameters, in the package's ``config`` folder.
         controller_list: Names of the controllers.
-        urdf_xacro_args: Arguments of the xacro file: ``["effort:=true"]``.
+        urdf_xacro_args: Arguments of the xacro file, such as ``["effort:=true"]``.
         rob_state_publisher_max_freq: Maximum rate of the state publisher [Hz].
-        rob_st_term: Whether to run the state publisher in an xterm.
+        rob_st_term: Whether to run the state publisher in an xterm window.
         model_pos_x: Initial position along x [m].
         model_pos_y: Initial position along y [m].
         model_pos_z: Initial position along z [m].
-        model_ori_x: x of the initial orientation, a unit quaternion; four zeros, the default, mean no rotation.
-        model_ori_y: y of the quaternion.
-        model_ori_z: z of the quaternion.
-        model_ori_w: w, the scalar part of the quaternion.
-        reset_controllers: Whether each reset stops and restarts the controllers.
-        reset_mode: 1 resets models, 2 also the clock.
-        step_mode: 1 unpauses the simulation during an action, 2 advances by physics steps.
-        num_gazebo_steps: Number of physics steps per step in mode 2.
+        model_ori_x: x component of the initial orientation, a unit quaternion. By default, all four components are 0,
+            which means no rotation.
+        model_ori_y: y component of the initial orientation.
+        model_ori_z: z component of the initial orientation.
+        model_ori_w: Scalar component of the initial orientation.
+        reset_controllers: Whether to stop and restart the controllers at each reset.
+        reset_mode: 1 to reset only the models, or 2 to reset the models and the clock.
+        step_mode: 1 to run the simulation while an action is sent, or 2 to advance the simulation by physics steps.
+        num_gazebo_steps: Number of physics steps per environment step in step mode 2.
 
     Attributes:
-        info: Last return value of ``step`` and ``reset``; hooks write into it: ``is_success``.
-        reset_options: The ``options`` of the last ``reset``.
+        info: The ``info`` dictionary of the current step or reset. Hooks may add entries, such as ``is_success``.
+        reset_options: The ``options`` that were passed to the last ``reset``.
 
     Raises:
-        ConfigurationError: An argument is invalid, arguments contradict each other, or the backend does not support
-            one.
-        RosError: Something did not start or rejected a request; the message contains details.
+        ConfigurationError: An argument is invalid, conflicts with another argument, or is not supported by the backend.
+        RosError: A ROS program did not start or rejected a request. The message contains details.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
@@ -138,15 +143,16 @@ class RobotBasicEnv(gym.Env[Any, Any]):
                 self._reset_controllers()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Send an action, then get the observation, the reward and the end of the episode.
+        """Send an action, and return the resulting observation and reward.
 
         Returns:
-            Observation, reward, terminated, False, info.
+            The observation, the reward, whether the episode has terminated, False for truncation, and the ``info``
+            dictionary.
 
         Raises:
             ResetNeededError: The environment is closed.
             RosError: The simulation or the ROS master has ended.
-            KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
+            KeyboardInterrupt: A signal, such as SIGINT from Ctrl-C, has shut down this process's node.
         """
         self._require_open("step")
         with interruptible():
@@ -166,20 +172,20 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         return observation, reward, terminated, False, self.info
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode.
+        """Start a new episode.
 
         Args:
-            seed: Seed of ``np_random``, which hooks draw from; None: it is not reseeded.
-            options: Stored in ``reset_options`` for the hooks.
+            seed: Seed for ``np_random``, which hooks use for random numbers. By default, ``np_random`` is not reseeded.
+            options: Options that are stored in ``reset_options`` for the hooks.
 
         Returns:
-            Observation and info.
+            The observation and the ``info`` dictionary.
 
         Raises:
             ResetNeededError: The environment is closed.
             MasterError: No ROS master answers.
             RosError: The simulation has ended.
-            KeyboardInterrupt: A signal, such as that of Ctrl-C, has shut this process's node down.
+            KeyboardInterrupt: A signal, such as SIGINT from Ctrl-C, has shut down this process's node.
         """
         self._require_open("reset")
         super().reset(seed=seed)
@@ -192,18 +198,18 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             return self._get_observation(), self.info
 
     def _reset_gazebo(self) -> None:
-        """Reset the simulation, prepare the episode while it runs, and pause it."""
+        """Reset the simulation, prepare the episode while the simulation runs, and pause the simulation."""
         or_raise(world.gazebo_pause_physics)()
         reset = world.gazebo_reset_world if self._settings.reset_mode == 1 else world.gazebo_reset_sim
         or_raise(reset)()
         with _unpaused():
             if self._settings.reset_controllers:
-                self._reset_controllers()  # a controller manager switches in its update, so not while paused
+                self._reset_controllers()  # controllers cannot be switched while the simulation is paused
             self._check_subs_and_pubs_connection()
             self._set_episode_init_params()
 
     def close(self) -> None:
-        """End only the processes that this environment has started. Calling it again has no effect."""
+        """End the processes that this environment has started, and no others. Further calls have no effect."""
         if getattr(self, "_closed", True):
             return
         self._closed = True
@@ -226,37 +232,37 @@ class RobotBasicEnv(gym.Env[Any, Any]):
             raise ResetNeededError(f"{what} was called on a closed environment; create a new one.")
 
     def _send_action(self, action: Any) -> None:
-        """Send an action to the robot; implemented by subclasses."""
+        """Send an action to the robot. Subclasses must implement this method."""
         raise NotImplementedError(f"{type(self).__name__} must implement _send_action, which sends an action")
 
     def _get_observation(self) -> Any:
-        """Return an observation of the observation space; implemented by subclasses."""
+        """Return an observation from the observation space. Subclasses must implement this method."""
         raise NotImplementedError(
             f"{type(self).__name__} must implement _get_observation, which returns the observation"
         )
 
     def _get_reward(self) -> float:
-        """Return the reward of the step; implemented by subclasses."""
+        """Return the reward for the current step. Subclasses must implement this method."""
         raise NotImplementedError(f"{type(self).__name__} must implement _get_reward, which returns the reward")
 
     def _check_if_done(self) -> bool:
-        """Return whether the episode has ended; implemented by subclasses.
+        """Return whether the episode has ended. Subclasses must implement this method.
 
-        On success, set ``self.info["is_success"] = 1.0``.
+        If the task has succeeded, implementations should set ``self.info["is_success"] = 1.0``.
         """
         raise NotImplementedError(
             f"{type(self).__name__} must implement _check_if_done, which returns whether the episode has ended"
         )
 
     def _check_subs_and_pubs_connection(self) -> bool:
-        """Wait until topics and services exist; implemented by subclasses."""
+        """Wait until the required topics and services exist. Subclasses must implement this method."""
         raise NotImplementedError(
             f"{type(self).__name__} must implement _check_subs_and_pubs_connection, which waits for topics and "
             "services; return True if it needs none"
         )
 
     def _set_episode_init_params(self) -> None:
-        """Prepare an episode, drawing poses and goals from ``np_random``; implemented by subclasses."""
+        """Prepare an episode, with random poses and goals from ``np_random``. Subclasses must implement this method."""
         raise NotImplementedError(
             f"{type(self).__name__} must implement _set_episode_init_params, which prepares an episode"
         )
@@ -276,7 +282,7 @@ def _unpaused() -> Iterator[None]:
 
 
 def _ensure_node() -> None:
-    """Initialize a node in this process, unless the script has done so."""
+    """Initialize a ROS node in this process, unless the script has already initialized one."""
     import rospy
 
     if not rospy.core.is_initialized():

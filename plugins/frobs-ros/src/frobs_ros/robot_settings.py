@@ -1,4 +1,4 @@
-"""The arguments of RobotBasicEnv: validated, and passed on to the functions that use them."""
+"""Validates the arguments of RobotBasicEnv, and passes them to the functions that use them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LAUNCH: Mapping[str, str] = {
     "world_pkg": "custom_world_pkg",
     "world_filename": "custom_world_name",
 }
-"""Arguments of RobotBasicEnv, with their names in launch_Gazebo."""
+"""Argument names of RobotBasicEnv, and the corresponding argument names of launch_Gazebo."""
 
 ROBOT: Mapping[str, str] = {
     "pkg_name": "pkg_name",
@@ -34,12 +34,12 @@ ROBOT: Mapping[str, str] = {
     "model_name_in_gazebo": "gazebo_name",
     **{f"model_{name}": name for name in ("pos_x", "pos_y", "pos_z", "ori_w", "ori_x", "ori_y", "ori_z")},
 }
-"""Arguments of RobotBasicEnv, with their names in spawn_model_in_gazebo."""
+"""Argument names of RobotBasicEnv, and the corresponding argument names of spawn_model_in_gazebo."""
 
 
 @dataclass(frozen=True)
 class RobotSettings:
-    """The arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, which describes them."""
+    """Arguments of :class:`frobs_ros.robot_basic_env.RobotBasicEnv`, whose docstring describes them."""
 
     launch_gazebo: bool = False
     gazebo_init_paused: bool = True
@@ -75,10 +75,10 @@ class RobotSettings:
     num_gazebo_steps: int = 1
 
     def check(self) -> None:
-        """Validate the arguments before anything is started.
+        """Validate the arguments before any process is started.
 
         Raises:
-            ConfigurationError: An argument is invalid; the message names it and its valid values.
+            ConfigurationError: An argument is invalid. The message names the argument and its valid values.
         """
         for name in ("reset_mode", "step_mode"):
             if getattr(self, name) not in (1, 2):
@@ -100,7 +100,7 @@ class RobotSettings:
         self._say_what_is_not_used()
 
     def _say_what_is_not_used(self) -> None:
-        """Log arguments for a launch or a robot that this environment does not create."""
+        """Log a warning about launch or robot arguments that are ignored because nothing is launched or spawned."""
         launch = ("gazebo_recording", "world_path", "world_pkg", "world_filename")
         robot = ("pkg_name", "urdf_file", "controller_file", "urdf_xacro_args", "rob_state_publisher_max_freq")
         for switch, names in (("launch_gazebo", launch), ("spawn_robot", robot)):
@@ -111,15 +111,15 @@ class RobotSettings:
                 )
 
     def launch(self) -> dict[str, Any]:
-        """Return the arguments of launch_Gazebo."""
+        """Return the arguments for launch_Gazebo."""
         return {theirs: getattr(self, ours) for ours, theirs in LAUNCH.items()}
 
     def robot(self) -> dict[str, Any]:
-        """Return the arguments of spawn_model_in_gazebo."""
+        """Return the arguments for spawn_model_in_gazebo."""
         found = {theirs: getattr(self, ours) for ours, theirs in ROBOT.items()}
         return found | {"controllers_list": list(self.controller_list or ())}
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """Return the names of the arguments, in order."""
+        """Return the argument names, in order."""
         return tuple(field.name for field in fields(cls))

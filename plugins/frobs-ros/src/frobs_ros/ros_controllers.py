@@ -1,6 +1,6 @@
-"""FRobs_RL's ``ros_controllers``: load, start, stop, reset and unload the controllers of a robot.
+"""Implements FRobs_RL's ``ros_controllers``: loads, starts, stops, resets and unloads a robot's controllers.
 
-Each function returns True or False, and the log contains the reason for False.
+Most functions return whether they succeeded. If a function fails, the reason is logged.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ STRICTNESS = {1: "best effort", 2: "strict"}
 
 @answers(False, vital=True)
 def load_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Load a controller, unless it is loaded already."""
+    """Load a controller, unless it is already loaded."""
     use_ros()
     from controller_manager_msgs.srv import LoadController
 
@@ -39,14 +39,14 @@ def load_controller_srv(controller_name: str, ns: str | None = None, max_retries
 
 @answers(None)
 def load_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
-    """Load controllers."""
+    """Load several controllers."""
     for controller in controller_list:
         load_controller_srv(controller, ns, max_retries)
 
 
 @answers(False)
 def unload_controller_srv(controller_name: str, ns: str | None = None, max_retries: int = 5) -> bool:
-    """Unload a controller that does not run."""
+    """Unload a controller that is not running."""
     use_ros()
     from controller_manager_msgs.srv import UnloadController
 
@@ -60,7 +60,7 @@ def unload_controller_srv(controller_name: str, ns: str | None = None, max_retri
 
 @answers(None)
 def unload_controller_list_srv(controller_list: Sequence[str], ns: str | None = None, max_retries: int = 5) -> None:
-    """Unload controllers that do not run."""
+    """Unload several controllers that are not running."""
     for controller in controller_list:
         unload_controller_srv(controller, ns, max_retries)
 
@@ -75,7 +75,7 @@ def switch_controllers_srv(
     timeout: float = 3.0,
     max_retries: int = 5,
 ) -> bool:
-    """Start controllers and stop others, in one call of the controller manager."""
+    """Start some controllers and stop others, in a single call to the controller manager."""
     use_ros()
     from controller_manager_msgs.srv import SwitchController
 
@@ -93,7 +93,7 @@ def switch_controllers_srv(
         "timeout": timeout,
     }
     done = _try(lambda: call(service, SwitchController, tries=max_retries, **fields).ok, max_retries)
-    # With best effort the controller manager accepts names that it does not know.
+    # In best-effort mode, the controller manager accepts unknown names.
     states = _states(ns)
     idle = [name for name in start if states.get(name) != "running"]
     busy = [name for name in stop if states.get(name) == "running" and name not in start]
@@ -112,7 +112,7 @@ def start_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Start loaded controllers."""
+    """Start controllers that are loaded."""
     return or_raise(switch_controllers_srv)(start_controllers, [], ns, strictness, start_asap, timeout)
 
 
@@ -137,7 +137,7 @@ def reset_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Stop controllers and start them again."""
+    """Stop and restart controllers."""
     switch = or_raise(switch_controllers_srv)
     switch([], reset_controllers, ns, strictness, start_asap, timeout, max_retries)
     return switch(reset_controllers, [], ns, strictness, start_asap, timeout, max_retries)
@@ -151,7 +151,7 @@ def spawn_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Load controllers and start them."""
+    """Load and start controllers."""
     for controller in spawn_controllers:
         or_raise(load_controller_srv)(controller, ns)
     return or_raise(start_controllers_srv)(spawn_controllers, ns, strictness, start_asap, timeout)
@@ -165,7 +165,7 @@ def kill_controllers_srv(
     start_asap: bool = False,
     timeout: float = 3.0,
 ) -> bool:
-    """Stop controllers and unload them."""
+    """Stop and unload controllers."""
     or_raise(stop_controllers_srv)(kill_controllers, ns, strictness, start_asap, timeout)
     for controller in kill_controllers:
         or_raise(unload_controller_srv)(controller, ns)
@@ -173,7 +173,7 @@ def kill_controllers_srv(
 
 
 def _try(ask: Callable[[], bool], tries: int) -> bool:
-    """Repeat the request until it succeeds."""
+    """Repeat a request until it succeeds, at most ``tries`` times, and return whether it succeeded."""
     for attempt in range(max(tries, 1)):
         if attempt:
             time.sleep(_PAUSE)
@@ -183,7 +183,7 @@ def _try(ask: Callable[[], bool], tries: int) -> bool:
 
 
 def _states(ns: str | None) -> dict[str, str]:
-    """Return the state of each loaded controller."""
+    """Return the state of each loaded controller, by name."""
     from controller_manager_msgs.srv import ListControllers
 
     listed = call(join(ns, "controller_manager", "list_controllers"), ListControllers)

@@ -1,6 +1,6 @@
-"""FRobs_RL's ``ros_gazebo``: launch Gazebo or the bridge, and use its services.
+"""Implements FRobs_RL's ``ros_gazebo``: launches Gazebo or the bridge, and calls the simulation's services.
 
-Each function returns the same values as in FRobs_RL, and the log contains the reason if it returns False.
+Each function returns the same values as in FRobs_RL. If a function returns False, the reason is logged.
 """
 
 from frobs_ros.gazebo.launch import close_Gazebo, launch_Gazebo

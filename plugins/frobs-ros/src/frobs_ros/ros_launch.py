@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_launch``: launch files, in processes that this process owns."""
+"""Implements FRobs_RL's ``ros_launch``, which runs launch files in child processes."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from frobs_ros.log import LOG, answers
 from frobs_ros.packages import find_anywhere
 
 START_TIMEOUT = 30.0
-"""[s] to wait for the first node of a launch file."""
-_GRACE = 20.0  # roslaunch allows each node 15 s
+"""Maximum time to wait for the first node of a launch file [s]."""
+_GRACE = 20.0  # roslaunch waits 15 s for each node to end
 
 
 @answers(False, vital=True)
 def ros_launch_from_pkg(
     pkg_name: str, launch_file: str, args: Sequence[str] | None = None, launch_new_term: bool = True
 ) -> bool:
-    """Run a launch file of a ROS package."""
+    """Run a launch file from a ROS package."""
     return launch(find_anywhere(pkg_name, "launch", launch_file, ".launch"), args, terminal=launch_new_term)
 
 
@@ -35,17 +35,17 @@ def ros_launch_from_path(
 
 @answers(False)
 def ros_kill_launch_process() -> bool:
-    """End the launch files that this process runs, with all their nodes; others are not affected."""
+    """End the launch files that this process has started, and all their nodes. Other nodes are not affected."""
     return processes.stop(processes.owned(["launch"]))
 
 
 def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
-    """Run a launch file; return when its first node is registered.
+    """Run a launch file, and return when its first node is registered.
 
-    A ROS master is started if none answers.
+    If no ROS master answers, a master is started.
 
     Raises:
-        ConfigurationError: The file does not exist, or an argument is not of the form ``name:=value``.
+        ConfigurationError: The file does not exist, or an argument does not have the form ``name:=value``.
         ProcessError: roslaunch failed.
     """
     if not file.is_file():

@@ -1,4 +1,7 @@
-"""FRobs_RL's ``ros_node``: nodes and the master. Only processes that this process started are ended."""
+"""Implements FRobs_RL's ``ros_node``, which starts and ends nodes and the ROS master.
+
+Only :func:`ros_kill_node` may end nodes that this process has not started.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from frobs_ros.overlay import links_to_messages, make_overlay
 from frobs_ros.packages import find_package
 
 START_TIMEOUT = 15.0
-"""[s] until a node must be registered with the master."""
+"""Maximum time to wait for a node to register with the master, or to end on request [s]."""
 OUTPUTS = ("log", "screen", None)
 _SILENCE = 3.0
 
@@ -33,17 +36,18 @@ def ros_node_from_pkg(
     ns: str = "/",
     output: str | None = "log",
 ) -> bool:
-    """Run a node of a ROS package.
+    """Run a node from a ROS package.
 
     Args:
         pkg_name: Name of the package.
         node_name: Name of the node's program in the package.
         launch_master: Whether to start a ROS master if none answers.
-        launch_master_term: Whether to run that master in an xterm.
-        launch_new_term: Whether to run the node in an xterm.
-        name: Name of the node in the graph; default: the node's own name.
+        launch_master_term: Whether to run a new master in an xterm window.
+        launch_new_term: Whether to run the node in an xterm window.
+        name: Name of the node in the ROS graph. Defaults to the node's own name.
         ns: Namespace of the node.
-        output: Destination of its output: ``"log"``, a file; ``"screen"``, the output of this process; None, discarded.
+        output: Destination of the node's output: ``"log"`` for a file, ``"screen"`` for the output of this process, or
+            None to discard the output.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'log', 'screen' or None")
@@ -57,10 +61,10 @@ def ros_node_from_pkg(
 
 @answers(False)
 def ros_kill_node(node_name: str) -> bool:
-    """End a node by name, regardless of who started it.
+    """End a node by name, regardless of which process started the node.
 
     Args:
-        node_name: Name of the node in the graph.
+        node_name: Name of the node in the ROS graph.
     """
     name = join(node_name)
     silence: RosError | None = None
@@ -68,7 +72,7 @@ def ros_kill_node(node_name: str) -> bool:
         nodes.shut_down(name)
     except MasterError:
         raise
-    except RosError as error:  # it may have ended before it answered
+    except RosError as error:  # the node may have ended before it answered
         silence = error
     if not processes.wait_for(lambda: name not in nodes.names(), START_TIMEOUT if silence is None else _SILENCE):
         raise silence or RosError(f"the node {name} did not end within {START_TIMEOUT:g} s of the request.")
@@ -77,7 +81,7 @@ def ros_kill_node(node_name: str) -> bool:
 
 @answers(False)
 def ros_kill_all_nodes() -> bool:
-    """End the nodes in processes that this process started, but neither its own node nor any others."""
+    """End all nodes that this process has started in child processes. Other nodes are not affected."""
     found = nodes.ours() if master.is_online() else set()
     for name in found:
         try:
@@ -92,7 +96,7 @@ def ros_kill_all_nodes() -> bool:
 
 @answers(False)
 def ros_kill_master() -> bool:
-    """End the ROS master if this process started it; otherwise return False."""
+    """End the ROS master if this process started it, or return False if another process started it."""
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
@@ -102,15 +106,15 @@ def ros_kill_master() -> bool:
 
 @answers(False)
 def ros_kill_all_processes() -> bool:
-    """End all processes that this process has started: nodes, launch files, Gazebo, the master; no others."""
+    """End all processes that this process has started: nodes, launch files, the simulation and the ROS master."""
     return processes.stop(processes.owned())
 
 
 def find_node(package: str, node: str) -> Path:
-    """Return the program of a node, as ``rosrun PACKAGE NODE`` finds it.
+    """Return the path of the program that ``rosrun PACKAGE NODE`` would run.
 
     Raises:
-        PackageNotFoundError: The package or the program does not exist; lists alternatives.
+        PackageNotFoundError: The package or the program does not exist. The message lists alternatives.
     """
     folder = find_package(package)
     prefixes = [Path(prefix) for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if prefix]
@@ -129,10 +133,10 @@ def find_node(package: str, node: str) -> Path:
 
 
 def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | None]:
-    """Return the command and the environment that run a node; None: the environment of ROS's programs.
+    """Return the command that runs a node, and its environment variables, or None for the variables of ROS programs.
 
-    A Python node of a package runs with this Python, which has the modules that the package imports. ROS's own nodes
-    run with the system's Python.
+    Python nodes from other packages run with this Python, which can import the modules that the packages require. ROS's
+    own nodes run with the system's Python.
     """
     with program.open("rb") as file:
         first = file.readline(200)
@@ -156,27 +160,27 @@ def start_node(
     remaps: tuple[str, ...] = (),
     environment: Mapping[str, str] | None = None,
 ) -> processes.Process:
-    """Start a node; return when it is registered with the master.
+    """Start a node, and return when the node is registered with the master.
 
     Args:
-        kind: Kind of the process.
-        command: Program of the node, preceded by its interpreter if necessary.
-        name: Name in the graph; default: the node's own name.
+        kind: Kind of the process, as in :class:`frobs_ros.processes.Process`.
+        command: Program of the node, preceded by an interpreter if necessary.
+        name: Name of the node in the ROS graph. Defaults to the node's own name.
         ns: Namespace of the node.
-        terminal: Whether to run it in an xterm.
-        output: Destination of its output.
-        remaps: Additional arguments: ``"_rate:=30"``, ``"a:=b"``.
-        environment: Its environment variables; None: those of ROS's programs.
+        terminal: Whether to run the node in an xterm window.
+        output: Destination of the node's output, as in :func:`ros_node_from_pkg`.
+        remaps: Additional arguments of the node, such as ``"_rate:=30"`` or ``"a:=b"``.
+        environment: Environment variables of the node. By default, the variables for ROS programs are used.
 
     Raises:
         MasterError: No master answers.
-        ProcessError: It ended immediately, or did not register with the master in time.
+        ProcessError: The node ended immediately, or did not register with the master in time.
     """
     before = nodes.names()
     words = [*command, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
     title = join(ns, name or Path(command[-1]).name)
     process = processes.start(kind, words, name=title, terminal=terminal, output=output, environment=environment)
-    replaces = {join(ns, name)} & before if name else set()  # a node replaces another one of the same name
+    replaces = {join(ns, name)} & before if name else set()  # a new node replaces a node of the same name
 
     def is_known() -> bool:
         found = (nodes.names() - before) | replaces

@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_params``: load YAML files into the parameter server."""
+"""Implements FRobs_RL's ``ros_params``, which loads YAML files into ROS's parameter server."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from frobs_ros.packages import find_file
 
 @answers(False)
 def ros_load_yaml_from_pkg(pkg_name: str, file_name: str, ns: str = "/") -> bool:
-    """Load a YAML file from the folder ``config`` of a ROS package into parameters."""
+    """Load ROS parameters from a YAML file in the ``config`` folder of a ROS package."""
     return _load(find_file(pkg_name, "config", file_name), ns)
 
 
 @answers(False)
 def ros_load_yaml_from_path(file_path: str, ns: str = "/") -> bool:
-    """Load a YAML file into parameters."""
+    """Load ROS parameters from a YAML file."""
     return _load(Path(file_path).expanduser(), ns)
 
 
 def _load(path: Path, ns: str) -> bool:
-    """Load a file as ``rosparam load`` does: angles may be ``deg(90)``, and other parameters are kept."""
+    """Load a file like ``rosparam load``, including angles such as ``deg(90)``, and keep all other parameters."""
     for parameters, namespace in _read(path, ns):
         if not isinstance(parameters, dict):
             raise ConfigFileError(path, None, "it must contain a mapping of parameters.")
@@ -57,7 +57,7 @@ def _read(path: Path, ns: str) -> list[tuple[Any, str]]:
 
 
 def _leaves(parameters: dict[Any, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """Return each value that is not a mapping, with its full name."""
+    """Return the full name and the value of each parameter in nested mappings."""
     found: list[tuple[str, Any]] = []
     for key, value in parameters.items():
         name = f"{prefix}{key}"

@@ -1,4 +1,4 @@
-"""A robot behind ROS topics: subscribes to its measurements and publishes commands."""
+"""Subscribes to a robot's measurements on ROS topics, and publishes commands for the robot."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _MODES = {"position": CommandMode.POSITION, "velocity": CommandMode.VELOCITY, "e
 
 @dataclass(frozen=True)
 class Topics:
-    """Topics of a robot; relative names are in its namespace.
+    """Topics of a robot. Relative names are resolved in the robot's namespace.
 
     Attributes:
-        joint_states: sensor_msgs/JointState, from one or several publishers.
-        odom: nav_msgs/Odometry of a moving base.
-        scan: sensor_msgs/LaserScan of the lidar.
-        goal: geometry_msgs/Point in the world [m]: a new goal.
-        cmd_vel: geometry_msgs/Twist, for a wheeled robot without a named controller.
+        joint_states: Topic of the joint states (sensor_msgs/JointState), which may have several publishers.
+        odom: Topic of the odometry of a moving base (nav_msgs/Odometry).
+        scan: Topic of the lidar's scans (sensor_msgs/LaserScan).
+        goal: Topic of new goals in the world frame [m] (geometry_msgs/Point).
+        cmd_vel: Topic of the velocity commands for a wheeled robot without a named controller (geometry_msgs/Twist).
     """
 
     joint_states: str = "joint_states"
@@ -45,18 +45,22 @@ class Topics:
 
 
 class RosRobot:
-    """A robot that is measured and commanded over ROS topics. The process must already be a ROS node.
+    """A robot that is controlled through ROS topics. The process must already be a ROS node.
 
     Args:
-        controller: Controller that receives the commands; None: the ``cmd_vel`` topic of a wheeled robot.
+        mirror: Mirror of the robot.
+        namespace: ROS namespace of the robot.
+        controller: Controller that receives the commands. By default, a wheeled robot is controlled through its
+            ``cmd_vel`` topic.
+        topics: Topics of the robot.
 
     Attributes:
-        odom_frame: Frame of the last measured odometry.
+        odom_frame: Frame of the most recent odometry message.
 
     Raises:
-        ConfigurationError: The controller is unknown, does not run, or does not accept the policy's commands; or the
+        ConfigurationError: The controller is unknown, is not running, or does not accept the policy's commands, or the
             policy uses several lidars.
-        RosError: No master answers, or the call of the controller manager fails.
+        RosError: No master answers, or a call to the controller manager fails.
     """
 
     def __init__(
@@ -96,7 +100,7 @@ class RosRobot:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
 
     def _open(self, controller: str | None, topics: Topics) -> tuple[Any, Any]:
-        """Return a publisher, and a function that converts a command into its message."""
+        """Return the publisher for commands, and a function that converts a command to a message."""
         import rospy
         from geometry_msgs.msg import Twist
         from std_msgs.msg import Float64MultiArray
@@ -140,7 +144,7 @@ class RosRobot:
         )
 
     def _check_running(self, controller: str) -> None:
-        """Raise an error if the controller does not run; without a controller manager, assume that it runs."""
+        """Check that a controller is running, unless no controller manager is available."""
         from controller_manager_msgs.srv import ListControllers
 
         service = self._name("controller_manager/list_controllers")
@@ -158,7 +162,7 @@ class RosRobot:
     def _controllers(self) -> str:
         import rosgraph
 
-        try:  # asks the master itself: rospy answers from its cache
+        try:  # ask the master directly, because rospy returns cached values
             found = connect().getParam(self._namespace or "/")
         except rosgraph.MasterError:
             found = {}
@@ -181,7 +185,7 @@ class RosRobot:
         moving = np.array([[twist.linear.x, twist.linear.y, twist.linear.z]])
         turning = np.array([[twist.angular.x, twist.angular.y, twist.angular.z]])
         pos = np.array([pose.position.x, pose.position.y, pose.position.z])
-        with self._lock:  # a twist is given in the frame of the base
+        with self._lock:  # the twist is expressed in the frame of the base
             self.odom_frame = message.header.frame_id
             self._base = pos, quat, quat_rotate(quat[None], moving)[0], quat_rotate(quat[None], turning)[0]
             self._heard["odometry"] = time.monotonic()
@@ -196,13 +200,13 @@ class RosRobot:
             self._goal = np.array([message.x, message.y, message.z])
 
     def now(self) -> float:
-        """Return ROS's time [s], which may stop and go back."""
+        """Return the current ROS time [s], which may stop or jump back."""
         import rospy
 
         return float(rospy.get_time())
 
     def state(self) -> State | None:
-        """Return the last measured state; None until everything has been measured."""
+        """Return the most recent state, or None if some measurements have not been received yet."""
         with self._lock:
             if -math.inf in self._heard.values():
                 return None
@@ -212,23 +216,23 @@ class RosRobot:
         return State(both[:, 0], both[:, 1], base, scans)
 
     def silent(self) -> tuple[str, float]:
-        """Return the measurement that is missing for the longest time, and its age [s]."""
+        """Return the name of the oldest measurement, and the time since this measurement was received [s]."""
         with self._lock:
             what = min(self._heard, key=self._heard.__getitem__)
             return what, time.monotonic() - max(self._heard[what], self._began)
 
     def new_goal(self) -> Floats | None:
-        """Return a goal (3,) [m] that was received since the last call, or None."""
+        """Return the goal, (3,) [m], that was received since the last call, or None if no goal was received."""
         with self._lock:
             goal, self._goal = self._goal, None
         return goal
 
     def send(self, command: Command, seconds: float) -> None:
-        """Publish a command; a trajectory gets ``seconds`` to complete."""
+        """Publish a command. The duration of a trajectory command is ``seconds`` [s]."""
         self._publisher.publish(self._message(command, seconds))
 
     def is_over(self) -> bool:
-        """Return whether the node is shut down."""
+        """Return whether the node has been shut down."""
         import rospy
 
         return bool(rospy.is_shutdown())

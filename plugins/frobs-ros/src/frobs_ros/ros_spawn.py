@@ -1,4 +1,4 @@
-"""FRobs_RL's ``ros_spawn``: spawn a robot with its description, publishers and controllers."""
+"""Implements FRobs_RL's ``ros_spawn``, which spawns a robot with its description, state publisher and controllers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def init_robot_state_pub(
     """Start a robot_state_publisher, which publishes the poses of a robot's links on tf.
 
     The parameter ``<namespace>/robot_description`` must exist. The node is :mod:`frobs_ros.state_publisher`, which
-    behaves like ROS's own.
+    behaves like ROS's own robot_state_publisher.
     """
     description = join(namespace, _DESCRIPTION)
     if not connect().hasParam(description):
@@ -46,7 +46,7 @@ def spawn_model_in_gazebo(
     pkg_name: str,
     model_urdf_file: str,
     controllers_file: str | None,
-    controllers_list: Sequence[str] = [],  # FRobs_RL's default; it is only read
+    controllers_list: Sequence[str] = [],  # FRobs_RL's default, which is never changed
     model_urdf_folder: str = "/urdf",
     ns: str = "/",
     args_xacro: Sequence[str] | None = None,
@@ -62,7 +62,7 @@ def spawn_model_in_gazebo(
     ori_y: float = 0.0,
     ori_z: float = 0.0,
 ) -> bool:
-    """Spawn a robot: description, state publisher, model, controller parameters and controllers."""
+    """Spawn a robot with its description, state publisher, model, controller parameters and controllers."""
     quat = orientation(ori_x, ori_y, ori_z, ori_w)
     or_raise(urdf_load_from_pkg)(pkg_name, model_urdf_file, _DESCRIPTION, model_urdf_folder, ns, args_xacro)
     or_raise(init_robot_state_pub)(ns, max_pub_freq, rob_st_term)

@@ -1,7 +1,7 @@
-"""FRobs_RL's ``ros_urdf``: load robot descriptions from files as texts or into the parameter server.
+"""Implements FRobs_RL's ``ros_urdf``, which loads robot descriptions from files as strings or into ROS parameters.
 
-Files are expanded by xacro regardless of their suffix; packages of FRobs_RL also load SDF with these functions. Parsing
-a file requires no part of ROS.
+All files are expanded by xacro, regardless of their suffix. FRobs_RL packages also load SDF files with these functions.
+Parsing a file does not require ROS.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def urdf_load_from_pkg(
     ns: str | None = None,
     args_xacro: Sequence[str] | None = None,
 ) -> bool:
-    """Load a URDF or xacro file of a ROS package into a parameter."""
+    """Load a URDF or xacro file from a ROS package into a ROS parameter."""
     return _load(parse_model(find_file(pkg_name, folder, model_name), args_xacro), param_name, ns)
 
 
@@ -34,7 +34,7 @@ def urdf_load_from_pkg(
 def urdf_load_from_path(
     model_path: str, param_name: str, ns: str | None = None, args_xacro: Sequence[str] | None = None
 ) -> bool:
-    """Load a URDF or xacro file into a parameter."""
+    """Load a URDF or xacro file into a ROS parameter."""
     return _load(parse_model(Path(model_path), args_xacro), param_name, ns)
 
 
@@ -42,29 +42,29 @@ def urdf_load_from_path(
 def urdf_parse_from_pkg(
     pkg_name: str, model_name: str, folder: str = "/urdf", args_xacro: Sequence[str] | None = None
 ) -> str | None:
-    """Return the URDF from a URDF or xacro file of a ROS package.
+    """Expand a URDF or xacro file from a ROS package.
 
     Returns:
-        The URDF; None if the package or file does not exist or is invalid.
+        The expanded URDF, or None if the package does not exist, or if the file does not exist or is invalid.
     """
     return parse_model(find_file(pkg_name, folder, model_name), args_xacro)
 
 
 @answers(None)
 def urdf_parse_from_path(model_path: str, args_xacro: Sequence[str] | None = None) -> str | None:
-    """Return the URDF from a URDF or xacro file.
+    """Expand a URDF or xacro file.
 
     Returns:
-        The URDF; None if the file does not exist or is invalid.
+        The expanded URDF, or None if the file does not exist or is invalid.
     """
     return parse_model(Path(model_path), args_xacro)
 
 
 def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
-    """Expand a file.
+    """Expand a file with xacro, and return the resulting XML.
 
     Raises:
-        ConfigurationError: An argument is not of the form ``name:=value``.
+        ConfigurationError: An argument does not have the form ``name:=value``.
         ModelFileError: The file is missing or invalid.
     """
     file = path.expanduser().absolute()
@@ -76,10 +76,10 @@ def parse_model(path: Path, arguments: Sequence[str] | None = None) -> str:
 
 
 def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
-    """Return xacro arguments by name.
+    """Return the values of xacro arguments by name.
 
     Raises:
-        ConfigurationError: An argument is not of the form ``name:=value``.
+        ConfigurationError: An argument does not have the form ``name:=value``.
     """
     if isinstance(arguments, str):
         raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value', not a string")

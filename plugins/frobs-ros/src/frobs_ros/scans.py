@@ -1,4 +1,4 @@
-"""Conversion of laser scans to the rays of a lidar."""
+"""Converts laser scans to ranges along the rays of a lidar."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from frobs_core.interfaces import Lidar
 
 
 def rays_of(scan: Any, lidar: Lidar) -> Floats:
-    """Return the ranges of a scan along the rays of a lidar; each ray uses the nearest beam.
+    """Return the ranges of a scan along the rays of a lidar, using the nearest beam for each ray.
 
     Returns:
-        (rays,) [m]
+        Range along each ray, (rays,) [m].
 
     Raises:
-        ConfigurationError: The scan does not cover a ray.
+        ConfigurationError: The scan does not cover all rays, or contains no beams.
     """
     ranges = np.asarray(scan.ranges, np.float64)
     wanted = np.arctan2(lidar.directions[:, 1], lidar.directions[:, 0])

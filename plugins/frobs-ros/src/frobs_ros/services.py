@@ -1,4 +1,4 @@
-"""Service calls, with persistent connections where possible, and a reason for each failure."""
+"""Calls ROS services, using persistent connections if possible, and reports the reason for each failure."""
 
 from __future__ import annotations
 
@@ -14,17 +14,19 @@ from frobs_ros.master import master_uri
 
 _PAUSE = 0.05
 LASTING = "/gazebo/"
-"""Prefix of the simulation's own services, whose connections stay open because they exist as long as it does.
+"""Prefix of the simulation's own services.
 
-Other services, such as those of a robot's controller manager, are removed with the robot. rospy does not close their
-connections, so a call could reach a removed service.
+Connections to these services stay open, because the services exist until the simulation ends.
+
+Other services, such as the services of a robot's controller manager, are removed together with the robot. rospy does
+not close connections to removed services, so a call through an open connection could reach a removed service.
 """
 _open = threading.local()
-"""A connection per service and thread: threads cannot share one."""
+"""Open connections of each thread, by service name. Threads cannot share a connection."""
 
 
 def patience() -> float:
-    """Return the time to wait for a service that does not exist yet [s]: ``FROBS_ROS_TIMEOUT``, or 10."""
+    """Return the maximum time to wait for a service to appear [s], from ``FROBS_ROS_TIMEOUT`` or 10 s by default."""
     return float(os.environ.get("FROBS_ROS_TIMEOUT") or 10.0)
 
 
@@ -34,9 +36,9 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
     Args:
         name: Full name of the service.
         service: Class of the service.
-        *args: Fields of the request, in order.
+        *args: Request fields, in order.
         tries: Number of attempts.
-        **fields: Fields of the request by name.
+        **fields: Request fields, by name.
 
     Raises:
         MasterError: No master answers.
@@ -57,16 +59,16 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
             failure = ServiceError(name, f"the call failed: {error}")
         except rospy.ROSException as error:
             raise ServiceError(name, f"the request is invalid: {error}") from error
-    is_offered(name)  # a missing master is the better explanation
+    is_offered(name)  # raises the more helpful MasterError if no master answers
     raise failure
 
 
 def wait_for(name: str, timeout: float | None = None) -> None:
-    """Wait until a service exists, for ``timeout`` [s] or :func:`patience`.
+    """Wait until a service exists, for at most ``timeout`` [s], which defaults to the result of :func:`patience`.
 
     Raises:
         MasterError: No master answers.
-        ServiceError: The service does not exist in time.
+        ServiceError: The service did not become available in time.
     """
     if name in _connections():
         return

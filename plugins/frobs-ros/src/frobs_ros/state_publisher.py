@@ -1,9 +1,9 @@
-"""Poses of a robot's links on tf, like ROS's robot_state_publisher 1.15, but listening only where rospy does.
+"""Publishes the poses of a robot's links on tf, like ROS's robot_state_publisher 1.15.
 
-ROS's publisher is written in C++, and roscpp listens on every interface, regardless of ROS_IP and ROS_HOSTNAME.
-``python -m frobs_ros.state_publisher`` replaces it: the parameters ``robot_description``, ``tf_prefix``,
-``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, the topics ``joint_states``, ``/tf``,
-``/tf_static``.
+ROS's publisher is written in C++, and roscpp listens on every network interface, regardless of ROS_IP and ROS_HOSTNAME.
+The replacement ``python -m frobs_ros.state_publisher`` respects both variables, and supports the parameters
+``robot_description``, ``tf_prefix``, ``~publish_frequency``, ``~use_tf_static`` and ``~ignore_timestamp``, and the
+topics ``joint_states``, ``/tf`` and ``/tf_static``.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ NAME = "robot_state_publisher"
 """Default name of the node."""
 DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
-"""Default maximum rate [Hz]."""
+"""Default maximum publishing rate [Hz]."""
 
-_AHEAD = 0.5  # [s] for which fixed joints on /tf are valid beyond now, as they are repeated
+_AHEAD = 0.5  # [s] by which the stamps of fixed joints on /tf are in the future
 _QUEUE = 100  # messages, as in tf2's broadcasters
 
 
 def read_joints(text: str, source: str) -> tuple[Joint, ...]:
-    """Read the joints of a URDF; shapes, masses and limits are ignored.
+    """Read the joints of a URDF, ignoring shapes, masses and limits.
 
     Raises:
         ModelFileError: The text is not a URDF, or its joints do not form a tree.
@@ -51,7 +51,7 @@ def read_joints(text: str, source: str) -> tuple[Joint, ...]:
 
 
 class Frames:
-    """The frames that joints move: the pose of each joint's child in its parent, at a position."""
+    """Computes the pose of each joint's child link relative to its parent link."""
 
     def __init__(self, joints: Iterable[Joint]) -> None:
         self.joints = tuple(joints)
@@ -63,10 +63,11 @@ class Frames:
         self._ways = quat_rotate(self._quat, self._axes) * (1.0 - self._turns)[:, None]  # (k, 3), in the parent's frame
 
     def positions(self, told: Mapping[str, float]) -> Floats:
-        """Return the joints' positions (k,) [rad or m]; NaN for joints without a known position.
+        """Return the joint positions, (k,) [rad or m], with NaN for joints whose position is unknown.
 
         Args:
-            told: Known positions by joint. A joint that mimics another follows it, unless its own position is known.
+            told: Known positions, by joint name. If the position of a mimic joint is unknown, the position is computed
+                from the mimicked joint.
         """
         found = np.full(len(self.joints), np.nan)
         for i, joint in enumerate(self.joints):
@@ -77,19 +78,19 @@ class Frames:
         return found
 
     def poses(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Return the frames at positions (k,) [rad or m].
+        """Return the poses of the child links for joint positions, (k,) [rad or m].
 
         Returns:
-            pos (k, 3) [m] and quat_wxyz (k, 4).
+            The positions pos, (k, 3) [m], and the orientations quat_wxyz, (k, 4).
         """
         turned = quat_from_axis_angle(self._axes, positions * self._turns)
         return self._pos + self._ways * positions[:, None], quat_multiply(self._quat, turned)
 
 
 def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
-    """Return the frames of the moving joints, and of the fixed ones.
+    """Return the frames of the moving joints and the frames of the fixed joints.
 
-    As in ROS's publisher, planar joints count as fixed, and floating ones are ignored.
+    As in ROS's publisher, planar joints are treated as fixed joints, and floating joints are ignored.
     """
     joints = tuple(joints)
     return (
@@ -99,10 +100,11 @@ def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
 
 
 class Pace:
-    """Decides when a message of joint states is due: not before a minimum time after the last one with its joints.
+    """Decides whether a joint state message is due, which limits the rate at which each joint's frame is published.
 
     Args:
-        frequency: Maximum rate [Hz].
+        frequency: Maximum publishing rate [Hz].
+        always: Whether every message is due.
     """
 
     def __init__(self, frequency: float, always: bool = False) -> None:
@@ -111,14 +113,14 @@ class Pace:
         self._last: dict[str, int] = {}
 
     def is_due(self, names: Collection[str], stamp: int) -> bool:
-        """Return whether a message with a stamp [ns] is due, and if so record it as published.
+        """Return whether a message with the given time stamp [ns] is due, and if so, record the time stamp.
 
-        If stamps go back, after a reset of the simulation, the record is cleared.
+        If the time stamp is earlier than a recorded one, for example after a simulation reset, the message is due.
         """
         last = [self._last[name] for name in names if name in self._last]
         due = (
             self._always
-            or len(last) < len(names)  # a joint is new
+            or len(last) < len(names)  # a joint has no recorded stamp
             or stamp >= min(last, default=stamp) + self._interval
             or stamp < max(last, default=stamp)
         )
@@ -128,7 +130,7 @@ class Pace:
 
 
 def prefixed(prefix: str, frame: str) -> str:
-    """Return a frame's name on tf: with the prefix, unless it begins with a slash."""
+    """Return a frame's name on tf, which has the prefix unless ``frame`` begins with a slash."""
     if frame.startswith("/"):
         return frame[1:]
     prefix = prefix.removeprefix("/")
@@ -136,16 +138,17 @@ def prefixed(prefix: str, frame: str) -> str:
 
 
 class StatePublisher:
-    """Publishes the frames for received joint states; the process must be a ROS node.
+    """Publishes link poses on tf for each received joint state message. The process must already be a ROS node.
 
     Args:
-        frequency: Maximum rate [Hz].
-        static: Whether fixed joints are published once, on ``/tf_static``; else repeatedly on ``/tf``.
-        always: Whether every message is used, regardless of its stamp.
+        joints: Joints of the robot.
+        frequency: Maximum publishing rate [Hz].
+        static: Whether to publish fixed joints once on ``/tf_static``, instead of repeatedly on ``/tf``.
+        always: Whether to use every message, regardless of its time stamp.
         prefix: Prefix of the frame names.
 
     Raises:
-        ConfigurationError: The rate is not above 0.
+        ConfigurationError: The publishing rate is not positive.
     """
 
     def __init__(
@@ -188,7 +191,7 @@ class StatePublisher:
             if not self._pace.is_due(message.name, stamp.to_nsec()):
                 return
             strange = set(message.name) - self._names
-            self._names |= strange  # logged once
+            self._names |= strange  # to log each unknown joint only once
         if strange:
             rospy.logwarn("joint_states contains joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
         positions = self._moving.positions(dict(zip(message.name, message.position, strict=True)))
@@ -205,7 +208,7 @@ class StatePublisher:
 
 
 def to_message(frames: Frames, positions: Floats, stamp: Any, prefix: str = "") -> Any:
-    """Return a ``tf2_msgs/TFMessage`` of the frames whose positions (k,) [rad or m] are finite."""
+    """Return a ``tf2_msgs/TFMessage`` with the frames of all joints whose positions, (k,) [rad or m], are finite."""
     from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
     from std_msgs.msg import Header
     from tf2_msgs.msg import TFMessage
@@ -226,11 +229,11 @@ def to_message(frames: Frames, positions: Floats, stamp: Any, prefix: str = "") 
 
 
 def read_description() -> tuple[Joint, ...]:
-    """Return the joints of the robot in the nearest parameter ``robot_description``.
+    """Read the robot's joints from the parameter ``robot_description`` in the closest enclosing namespace.
 
     Raises:
         MasterError: No master answers, or the parameter does not exist.
-        ModelFileError: The parameter is not a robot description.
+        ModelFileError: The parameter does not contain a valid robot description.
     """
     import rosgraph
     import rospy
@@ -247,13 +250,13 @@ def read_description() -> tuple[Joint, ...]:
 
 
 def main() -> None:
-    """Run the node until it is shut down; exit the process with an error message if it cannot run."""
+    """Run the node until it is shut down, or exit the process with an error message if the node cannot start."""
     use_ros()
     import rospy
 
     try:
         require()
-        joints = read_description()  # before creating the node, which would replace a running one of the same name
+        joints = read_description()  # read before the new node replaces a running node of the same name
         rospy.init_node(NAME)
         StatePublisher(
             joints,

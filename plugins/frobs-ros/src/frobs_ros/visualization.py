@@ -1,4 +1,4 @@
-"""Shows in RViz the path of the robot, and the task's markers, such as the goal."""
+"""Publishes the robot's path and the task's markers, such as the goal, for display in RViz."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ if TYPE_CHECKING:
     from frobs_ros.ros_robot import RosRobot
 
 PATH, MARKERS = "path", "visualization_marker_array"
-"""Names of the topics in the robot's namespace."""
+"""Topic names, relative to the robot's namespace."""
 
 _INTERVAL = 0.1  # [s] between two messages of a topic
 _SPACING = 0.01  # [m] between two poses of a tool's path
 _BASE_SPACING = 0.05  # [m] between two poses of a base's path
-_LENGTH = 1000  # poses of a path; serializing them takes about 5 ms of a control step
+_LENGTH = 1000  # maximum number of poses in a path, which take about 5 ms of a control step to serialize
 
 
 class Visualization:
-    """Publishes the path and the markers of a policy if there are subscribers. The process must already be a ROS node.
+    """Publishes a robot's path and a task's markers if the topics have subscribers.
 
-    The path (``nav_msgs/Path``) is that of a moving base, or of the tool of a fixed arm. It begins with the episode.
-    The markers (``visualization_msgs/MarkerArray``) are those of the task; each marker's namespace is its name. Both
-    are in the frame of the odometry if the base moves, and else in the frame of the robot's root link.
+    The process must already be a ROS node. The path (``nav_msgs/Path``) shows the motion of a moving base, or of a
+    fixed arm's tool, since the start of the episode. The markers (``visualization_msgs/MarkerArray``) are the task's
+    markers, and each marker's namespace is its name. The path and the markers are expressed in the odometry frame if
+    the base moves, and otherwise in the frame of the robot's root link.
 
     Args:
-        robot: The robot.
-        mirror: The environment that follows the robot.
+        robot: Robot that the policy controls.
+        mirror: Mirror that follows the robot.
         namespace: Namespace of the topics.
     """
 
@@ -57,7 +58,7 @@ class Visualization:
         """Append the robot's measured pose to its path, and publish messages that are due.
 
         Args:
-            report: Report of the policy after its step; a new path begins when its number of restarts changes.
+            report: Report after the policy's latest step. If the number of restarts has changed, a new path begins.
         """
         if report.restarts != self._restarts:
             self._restarts = report.restarts
@@ -88,7 +89,7 @@ class Visualization:
 
 
 class _Frame:
-    """The frame of a robot's messages, and the pose of the mirror's world in it."""
+    """The frame in which messages are expressed, and the transformation from the mirror's world to this frame."""
 
     def __init__(self, robot: RosRobot, mirror: Mirror) -> None:
         if mirror.moves:
@@ -108,7 +109,7 @@ class _Frame:
         return Header(stamp=rospy.Time.now(), frame_id=self.name)
 
     def pose(self, pos: Floats, quat_wxyz: Floats) -> Any:
-        """Return a pose in the world, pos (3,) [m] and quat_wxyz (4,), as a ``geometry_msgs/Pose`` in this frame."""
+        """Convert a world pose, pos (3,) [m] and quat_wxyz (4,), to a ``geometry_msgs/Pose`` in this frame."""
         from geometry_msgs.msg import Point, Pose, Quaternion
 
         x, y, z = quat_rotate(self._quat, pos - self._pos).tolist()

@@ -1,4 +1,4 @@
-"""Adds robots to a MuJoCo model as bodies, joints and actuators, from the core's model or their own MJCF files."""
+"""Adds robots to a MuJoCo model as bodies, joints and actuators, from parsed robot models or from MJCF files."""
 
 from __future__ import annotations
 
@@ -20,15 +20,18 @@ _JOINT_TYPES = {
     JointType.PRISMATIC: mujoco.mjtJoint.mjJNT_SLIDE,
 }
 _OF_THE_SIMULATION = ("option", "size", "statistic", "visual")
-"""Sections of an MJCF file that the environment replaces."""
+"""Sections of an MJCF file that are ignored because they describe the simulation and not the robot."""
 HARD = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance of joint limits and equalities, with a time constant of two timesteps: as hard as MuJoCo allows. With the
-default, a 20 ms spring, a strong drive exceeds a limit by several degrees, and a mimic joint lags behind.
+"""Impedance (``solimp``) of joint limits and equality constraints.
+
+Together with a time constant of two timesteps, this impedance makes the constraints as hard as MuJoCo allows. With
+MuJoCo's default time constant of 20 ms, strong drives would exceed joint limits by several degrees, and mimic joints
+would lag behind their leaders.
 """
 
 
 def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, visuals: bool) -> None:
-    """Add the bodies, joints and shapes of a robot.
+    """Add a robot's bodies, joints and shapes to a specification.
 
     Raises:
         ModelFileError: A joint cannot be simulated, or a mesh cannot be read.
@@ -46,7 +49,7 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
         root.add_freejoint(name=f"{name}/base")
 
     meshes = Meshes(spec)
-    waiting = [(root, model.root)]  # not recursive, because a robot may be deeper than Python's recursion limit
+    waiting = [(root, model.root)]  # no recursion, because a robot's chain of links may exceed Python's recursion limit
     while waiting:
         element, link_name = waiting.pop()
         link = links[link_name]
@@ -102,7 +105,7 @@ def set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
 
 
 def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
-    """Add an actuator for each joint: effort = clip(ctrl + b1·q + b2·q̇), which is the drive law."""
+    """Add an actuator that implements the drive law, effort = clip(ctrl + b1·q + b2·q̇), for each actuated joint."""
     stiffness, damping, _ = active_gains(placement.command_modes, *placement.drive_gains)
     for joint, kp, kd in zip(placement.model.actuated_joints, stiffness, damping, strict=True):
         limited = np.isfinite(joint.limits.effort)
@@ -120,9 +123,9 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
 
 
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
-    """Attach a robot from its own MJCF file, with the core's names and without the file's actuators."""
+    """Attach a robot from its MJCF file, with the joint names of its parsed model and without the file's actuators."""
     model = placement.model
-    document = ElementTree.fromstring(model.xml)  # with names, a single root body and absolute paths
+    document = ElementTree.fromstring(model.xml)  # complete with names, a single root body and absolute paths
     for section in _OF_THE_SIMULATION:
         for element in document.findall(section):
             document.remove(element)
@@ -156,7 +159,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
 
 
 def _fix_masses(robot: mujoco.MjSpec) -> None:
-    """Set the compiled mass of each body, because MuJoCo applies ``settotalmass`` only to a whole model.
+    """Scale a robot's masses and inertias to its ``settotalmass``, which MuJoCo only applies to a complete model.
 
     Raises:
         ValueError: MuJoCo cannot compile the robot.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class MujocoBody(BodyHandle):
-    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
         mocap: MuJoCo's mocap index of a kinematic body, or −1 if the body is not kinematic.
@@ -34,13 +34,13 @@ class MujocoBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self._simulation.derived("xpos")[:, self._id], self._simulation.derived("xquat")[:, self._id]
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
-        twist = self._simulation.derived("cvel")[:, self._id]  # about the center of mass: angular, linear
+        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
+        twist = self._simulation.derived("cvel")[:, self._id]  # angular and linear velocity about the center of mass
         if self._free is None:
             return twist[:, 3:], twist[:, :3]
         dof = self._free.dofadr[0]
@@ -73,7 +73,7 @@ class MujocoBody(BodyHandle):
         self._simulation.mark_stale(mask)
 
     def start(self) -> None:
-        """Set the body to its initial velocity in the scene."""
+        """Set the body's velocity to its initial velocity in the scene."""
         if self._initial_twist != AT_REST:
             self.write_twist(*map(np.array, self._initial_twist))
 
@@ -81,7 +81,7 @@ class MujocoBody(BodyHandle):
 def put_free_twist(
     states: Mapping[str, Floats], joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
 ) -> None:
-    """Set the velocity of a tree with a free joint, (n, 3) each."""
+    """Set the linear [m/s] and angular [rad/s] velocity of a free joint's body in the world, (n, 3) each."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
     quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
     qvel = states["qvel"]

@@ -36,19 +36,20 @@ def build_model(
     overlaps: bool = False,
     options: Options = MappingProxyType({}),
 ) -> mujoco.MjModel:
-    """Compile robots and a scene.
+    """Compile a MuJoCo model that contains robots and a scene.
 
-    Link bodies are named ``robot/link``; joints and their actuators are named ``robot/joint``. Scene bodies, cameras
-    and contact sensors keep their names.
+    Links become bodies named ``robot/link``. Joints and their actuators are named ``robot/joint``. Scene bodies,
+    cameras and contact sensors have the same names as in the scene.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
         physics_timestep: [s]
-        visuals: Whether to include visual shapes. A model without them has the same states and steps faster.
-        overlaps: Whether links that overlap at home push each other apart. Convex hulls of neighbors often overlap, in
-            which case the robot could not be controlled.
-        options: Fields of ``mjOption`` that differ from MuJoCo's defaults.
+        visuals: Whether to include visual shapes. A model without visual shapes has the same state variables and steps
+            faster.
+        overlaps: Whether links that overlap at the home position can collide. The convex hulls of neighboring links
+            often overlap. If neighboring links collided, the robot could not be controlled.
+        options: Values of ``mjOption`` fields that replace MuJoCo's defaults, by field name.
 
     Raises:
         ModelFileError: MuJoCo rejects a robot's model, or a mesh cannot be read.
@@ -82,7 +83,7 @@ def build_model(
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
             bodies = [side for link in placement.model.links if spec.body(side := f"{name}/{link.name}")]
-            for first, second in combinations(bodies, 2):  # links between the joints of one MJCF body are not bodies
+            for first, second in combinations(bodies, 2):  # links between joints of one MJCF body are not MuJoCo bodies
                 spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, attachment in scene.attachments.items():
         add_attachment(spec, name, attachment, scene.attachment_pose(name, robots))

@@ -11,12 +11,12 @@ from frobs_core.arrays import Floats, Mask
 
 
 def numbers_of(mask: Mask | None) -> slice | np.ndarray:
-    """Return the indices of the environments selected by a mask, or a slice for all."""
+    """Return the indices of the environments that a mask selects, or a full slice if the mask is None."""
     return slice(None) if mask is None else np.flatnonzero(mask)
 
 
 def columns_of(addresses: Sequence[int]) -> Any:
-    """Return a slice if the addresses are consecutive, to make views possible, otherwise an array."""
+    """Return consecutive addresses as a slice, which allows views, and other addresses as an array."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
         return slice(first, first + len(addresses))
@@ -24,7 +24,7 @@ def columns_of(addresses: Sequence[int]) -> Any:
 
 
 def put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, values: Floats | float) -> None:
-    """Write values, (rows, columns, …), to a state array."""
+    """Write values of the shape (rows, columns, …) to a state array."""
     if isinstance(rows, slice) or isinstance(columns, slice):
         state[rows, columns] = values
     else:

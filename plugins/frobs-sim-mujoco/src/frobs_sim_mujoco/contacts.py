@@ -1,4 +1,4 @@
-"""Contacts for tasks and sensors, measured over a whole control step."""
+"""Measures a scene's declared contacts over a whole control step."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from frobs_core.errors import SceneError
 from frobs_core.interfaces import Contact, ContactState, Placement, Scene
 from frobs_sim_mujoco.columns import columns_of
 
-_FOUND, _FORCE = 1, 2  # data flags of a contact sensor: number of contacts, and their force
-_STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: the contact with the largest force, or the sum of all
+_FOUND, _FORCE = 1, 2  # data flags of a contact sensor: number of contacts, and force
+_STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: contact with the largest force, or sum of all forces
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
-    """Return the objects that a contact ignores, by the sensor that counts them; a robot includes its links."""
+    """Return the objects that a contact ignores, by sensor name. Links of ignored robots are omitted."""
     whole = set(contact.ignore)
     return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
 
@@ -27,8 +27,8 @@ def add_contact(
 ) -> None:
     """Add contact sensors for the number of contacts, the force of the strongest contact, and the total force.
 
-    MuJoCo cannot exclude bodies from ``"*"``. Separate sensors therefore measure ignored contacts, and forces between
-    bodies of the same side.
+    MuJoCo cannot exclude bodies from ``"*"``. Therefore, separate sensors count the ignored contacts and measure the
+    forces between bodies on the same side.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:
@@ -77,7 +77,7 @@ def _inner(name: str) -> str:
 
 
 def _overlaps(contact: Contact) -> bool:
-    """Return whether both bodies at a contact point may belong to both sides."""
+    """Return whether the two sides of a contact can contain the same body."""
     return "*" in (contact.first, contact.second) or contact.first == contact.second
 
 
@@ -85,7 +85,7 @@ class ContactReader:
     """Reads the contact sensors of a model.
 
     Args:
-        model: Model compiled with sensors for the scene's contacts.
+        model: Compiled model with sensors for the scene's contacts.
         scene: Scene that declares the contacts.
     """
 
@@ -94,31 +94,33 @@ class ContactReader:
             return int(model.sensor(sensor).adr[0])
 
         contacts = scene.contacts.items()
-        # The number of contacts minus the ignored ones. These are integers, so any order of summation is exact.
+        # Weights that yield the number of contacts minus the number of ignored contacts. All values are integers, so
+        # sums are exact in any order.
         counted = np.zeros((model.nsensordata, len(contacts)))
         for i, (name, contact) in enumerate(contacts):
             counted[at(name), i] = 1.0
             counted[[at(ignored) for ignored in _ignored(name, contact)], i] = -1.0
         self._counts = columns_of(np.flatnonzero(counted.any(axis=1)).tolist())
         self._counted = counted[self._counts]
-        # The force follows the count. If there is no force, the count is used as a placeholder and never read.
+        # In the sensor data, the force follows the count. For contacts that do not measure forces, the count is a
+        # placeholder, and ``contact_force`` raises an error.
         self._forces = [at(name) + (0 if contact.ignore else 1) for name, contact in contacts]
         self._totals = [(i, at(_total(name))) for i, (name, contact) in enumerate(contacts) if not contact.ignore]
         self._inner = [(i, at(_inner(name))) for i, (name, c) in enumerate(contacts) if _overlaps(c) and not c.ignore]
 
     def read(self, data: Floats, contacts: ContactState) -> None:
-        """Write the measurements of a control step.
+        """Compute a control step's contact state from sensor data.
 
         Args:
-            data: (num_envs, decimation, nsensordata)
-            contacts: Receives the values.
+            data: Sensor data after each physics step, (num_envs, decimation, nsensordata).
+            contacts: Contact state to update.
         """
         np.logical_or.reduce(data[..., self._counts] @ self._counted > 0, axis=1, out=contacts.closed)
-        if not self._totals:  # contacts that ignore something have no force
+        if not self._totals:  # contacts that ignore bodies do not measure forces
             return
         np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
         mean = np.add.reduce(data, axis=1) / data.shape[1]
         for column, at in self._totals:
-            contacts.resultant[:, column] = -mean[:, at : at + 3]  # MuJoCo's forces act on the second side
+            contacts.resultant[:, column] = -mean[:, at : at + 3]  # MuJoCo reports the force on the second side
         for column, at in self._inner:
             contacts.resultant[:, column] += mean[:, at : at + 3]

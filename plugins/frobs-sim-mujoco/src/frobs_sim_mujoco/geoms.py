@@ -1,4 +1,4 @@
-"""Shapes of robots and scenes as geoms, and the groups that determine their visibility and collisions."""
+"""Adds shapes to a MuJoCo model as geoms, and defines the geom groups for rendering and rays."""
 
 from __future__ import annotations
 
@@ -13,21 +13,23 @@ from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphe
 from frobs_sim_mujoco.meshes import Meshes
 
 SCENE_GROUP = 0
-"""Geom group of the scene's collision shapes: rendered, and hit by rays."""
+"""Geom group of the scene's collision shapes, which are rendered and hit by rays."""
 VISUAL_GROUP = 1
 """Geom group of visual shapes."""
 ROBOT_GROUPS = (2, 3, 4, 5)
-"""Geom groups of each robot's collision shapes: hit by rays, except the robot's own rays."""
+"""Geom groups of the robots' collision shapes. A robot's lidars do not detect shapes in the robot's own group."""
 
 PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
-"""Contact impedance for links that set their own friction, such as gripper pads, with a time constant of two timesteps.
-With MuJoCo's default, a 20 ms spring, pads pressing with 70 N sink 10 mm into a 0.1 kg object.
+"""Contact impedance (``solimp``) of links that set their own friction, such as gripper pads.
+
+The contact time constant is two timesteps. With MuJoCo's default of 20 ms, pads that press with 70 N would sink 10 mm
+into a 0.1 kg object.
 """
 
 
 @cache
 def seen_except(group: int | None = None) -> npt.NDArray[np.uint8]:
-    """Return the geom groups that a ray hits, (mjNGROUP,): all colliding groups, except one robot's."""
+    """Return a mask of the geom groups that rays hit, (mjNGROUP,): all colliding groups except ``group``."""
     seen = np.zeros(int(mujoco.mjNGROUP), np.uint8)
     seen[[other for other in (SCENE_GROUP, *ROBOT_GROUPS) if other != group]] = 1
     return seen
@@ -43,7 +45,7 @@ def add_shape(
     *,
     collides: bool,
 ) -> list[mujoco.MjsGeom]:
-    """Add a shape as one geom. A colliding mesh gets one per convex piece, a visual mesh one per color."""
+    """Add a shape as one geom, or a mesh as one geom per convex piece (if colliding) or per color (if visual)."""
     if isinstance(geometry, Mesh):
         geoms = []
         for name, own_rgba in meshes.hull(geometry) if collides else meshes.drawn(geometry):
@@ -67,7 +69,7 @@ def add_shape(
 def _add_plain_geom(
     element: mujoco.MjsBody, origin: Pose, group: int, rgba: tuple[float, float, float, float] | None, *, collides: bool
 ) -> mujoco.MjsGeom:
-    """Add a geom with all settings except its shape."""
+    """Add a geom and set all of its fields except the shape."""
     geom = element.add_geom(pos=origin.pos, quat=origin.quat_wxyz, group=group)
     geom.contype = geom.conaffinity = int(collides)
     geom.rgba = rgba or (0.7, 0.7, 0.72, 1.0)
@@ -79,8 +81,10 @@ def _add_plain_geom(
 def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
     """Set the sliding friction of a body's shapes, regardless of the other body's friction.
 
-    MuJoCo uses the larger of two coefficients unless one has priority, and omits friction only if a contact has one
-    dimension. Shapes with friction also become as hard as :data:`PAD_IMPEDANCE` and the timestep allow.
+    By default, MuJoCo uses the larger of two bodies' friction coefficients, so the body's shapes are given priority. If
+    ``friction`` is 0, the contact dimension is set to 1, because MuJoCo only omits friction in one-dimensional
+    contacts. If ``friction`` is positive, the shapes also use :data:`PAD_IMPEDANCE` and a time constant of two
+    timesteps.
 
     Raises:
         ConfigurationError: The body does not exist.

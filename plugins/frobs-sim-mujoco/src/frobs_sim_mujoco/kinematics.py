@@ -1,4 +1,4 @@
-"""Poses, velocities and rays of a single environment, without the dynamics and the overhead of a batch."""
+"""Computes poses, velocities and rays of a single environment, without dynamics and without the overhead of a batch."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class Kinematics:
-    """Computes poses and velocities after a state was written or steps were recorded.
+    """Computes poses and velocities after the state has been written or steps have been recorded.
 
-    The results are bit-identical to those of the batch's forward pass, which also detects collisions and computes mass
-    matrices that tasks and sensors do not read.
+    The results are bit-identical to those of the batch's forward pass. The forward pass is slower, because it also
+    detects collisions and computes mass matrices, which tasks and sensors do not need.
 
     Args:
         batch: A batch with one environment.
@@ -28,7 +28,7 @@ class Kinematics:
         self._model_is_stale = False
 
     def mark_model_stale(self) -> None:
-        """Mark the model's parameters as changed."""
+        """Mark the model's parameters as changed, so that :meth:`update` reads them again."""
         self._model_is_stale = True
 
     def update(self) -> None:
@@ -42,20 +42,20 @@ class Kinematics:
         mujoco.mj_comVel(self._model, self._data)
 
     def field(self, name: str) -> Floats:
-        """Return a field of MjData that :meth:`update` computes, (1, …), as a view."""
+        """Return a view of an MjData field that :meth:`update` computes, (1, …)."""
         return read_only(getattr(self._data, name)[None])
 
     def rays(self, origin: Floats, directions: Floats, max_range: float, seen: np.ndarray) -> Floats:
-        """Cast rays from one point, with all poses as of the last :meth:`update`.
+        """Cast rays from one point, using the poses from the last :meth:`update`.
 
         Args:
             origin: (3,) [m] in the world.
             directions: (k, 3) unit vectors.
-            max_range: Distance returned for a ray that hits nothing [m].
-            seen: (mjNGROUP,) uint8 geom groups that rays hit.
+            max_range: Length of the rays [m], which is also returned for rays that hit nothing.
+            seen: Mask of the geom groups that rays hit, (mjNGROUP,) uint8.
 
         Returns:
-            (1, k) [m]
+            Distances at which the rays hit something, (1, k) [m].
         """
         k = len(directions)
         distances, geoms, vectors = np.empty(k), np.empty(k, np.int32), directions.ravel()

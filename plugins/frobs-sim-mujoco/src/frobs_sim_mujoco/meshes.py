@@ -1,4 +1,4 @@
-"""Meshes as triangles instead of files, so that all formats are handled the same way."""
+"""Adds meshes to a MuJoCo model as triangles instead of files, so that all file formats are handled in the same way."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_core.models import Mesh, MeshPart, Rgba, convex_parts, read_mesh, sca
 _LEAST_VERTICES = 4  # minimum number that MuJoCo accepts
 
 Use = tuple[str, Rgba | None]
-"""Name of a mesh in the specification, and the mesh's color."""
+"""Name and color of a mesh in the specification."""
 
 
 class Meshes:
@@ -26,9 +26,9 @@ class Meshes:
         self._hulls: dict[Mesh, list[Use]] = {}
 
     def hull(self, mesh: Mesh) -> list[Use]:
-        """Return a single mesh for all colors, or the pieces of a decomposed mesh.
+        """Return the collision meshes of a mesh: the whole mesh, or its convex pieces if it is decomposed.
 
-        In MuJoCo, the convex hulls of these meshes collide, but rays hit their triangles.
+        MuJoCo computes collisions with the convex hulls of the returned meshes, and rays with their triangles.
 
         Raises:
             ModelFileError: The file cannot be read.
@@ -45,7 +45,7 @@ class Meshes:
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[Use]:
-        """Return a mesh for each part, with its color.
+        """Return the name and the color of each single-color part of a mesh, for rendering.
 
         Raises:
             ModelFileError: The file cannot be read.
@@ -60,8 +60,8 @@ class Meshes:
 
     def _add(self, name: str, part: MeshPart) -> None:
         element = self._spec.add_mesh(name=name)
-        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # for single triangles, which can be rendered
+        missing = max(0, _LEAST_VERTICES - len(part.vertices))  # MuJoCo rejects single triangles unless they are padded
         element.uservert = np.pad(part.vertices, ((0, missing), (0, 0)), "edge").astype("f4").ravel()
         element.userface = part.faces.ravel()
-        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # it has no mass and may be open
+        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # the mesh has no mass, and may be open
         self._known.add(name)

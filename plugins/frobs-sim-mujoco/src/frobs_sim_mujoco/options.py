@@ -31,14 +31,15 @@ _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
 }
 
 Options = Mapping[str, int | float | Sequence[float]]
-"""Values for fields of ``mjOption``, by name."""
+"""Values of ``mjOption`` fields, by field name."""
 
 
 def read_options(given: Mapping[str, Any]) -> Options:
     """Validate options and convert them to MuJoCo's numeric values.
 
     Args:
-        given: Arguments of the simulation, by name. Only fields of ``mjOption`` are used; None means MuJoCo's default.
+        given: Arguments of the simulation, by name. Arguments that are not ``mjOption`` fields are ignored. If an
+            argument is None, MuJoCo's default applies.
 
     Raises:
         ConfigurationError: A value is out of range.

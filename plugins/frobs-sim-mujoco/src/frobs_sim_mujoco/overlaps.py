@@ -12,12 +12,12 @@ from frobs_core.models import home_positions
 
 
 def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Overlap]:
-    """Return the pairs of overlapping bodies, deepest first.
+    """Return a robot's overlapping body pairs, deepest first.
 
     Args:
         model: The compiled model.
-        state: (n,) one environment's row of the batch.
-        prefix: Prefix of the robot's body names: ``"robot/"``.
+        state: One environment's row of the batch's states, (n,).
+        prefix: Prefix of the robot's body names, such as ``"robot/"``.
     """
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -31,7 +31,7 @@ def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Ove
 
 
 def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> list[tuple[str, str]]:
-    """Return the names in the model of each pair of bodies of one robot that overlap at home."""
+    """Return the body pairs that overlap within each robot at its home position, by MuJoCo body name."""
     data = mujoco.MjData(model)
     for name, placement in robots.items():
         robot = placement.model
@@ -50,7 +50,7 @@ def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> 
 
 
 def _touching(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[tuple[str, str, float]]:
-    """Yield the two bodies and the depth [m] of each contact between overlapping bodies."""
+    """Yield the two body names and the penetration depth [m] of each contact between overlapping bodies."""
     mujoco.mj_fwdPosition(model, data)
     for contact in data.contact:
         if contact.dist < 0.0:

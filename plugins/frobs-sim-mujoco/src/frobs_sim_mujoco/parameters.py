@@ -1,4 +1,4 @@
-"""Physical parameters that differ between environments, in MuJoCo's expanded model fields."""
+"""Reads and writes physical parameters that differ between environments, in the batch's expanded model fields."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FIELDS = (
 
 
 def body_id(simulation: MujocoSimulation, name: str) -> int:
-    """Return the index of a scene body or a ``robot/link``.
+    """Return the MuJoCo body index of a scene body or a ``robot/link``.
 
     Raises:
         UnknownNameError: The body does not exist.
@@ -40,7 +40,7 @@ def body_id(simulation: MujocoSimulation, name: str) -> int:
 
 
 def read(simulation: MujocoSimulation, name: str, target: str) -> Floats:
-    """Return a parameter for each environment, (num_envs, …)."""
+    """Return a parameter's value in each environment, (num_envs, …)."""
     match name:
         case "mass":
             return _field(simulation, "body_mass")[:, body_id(simulation, target)].copy()
@@ -100,7 +100,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
 
 
 def snapshot(simulation: MujocoSimulation) -> Snapshot:
-    """Return the expanded fields and the drive gains."""
+    """Return the expanded model fields, the written sizes and the drive gains."""
     state: Snapshot = {}
     for field in _FIELDS:
         expanded = simulation.batch.expanded(field)
@@ -113,7 +113,7 @@ def snapshot(simulation: MujocoSimulation) -> Snapshot:
 
 
 def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
-    """Restore a snapshot. Fields that it does not contain are reset to the model's values."""
+    """Restore a snapshot. Fields that the snapshot does not contain are reset to the model's values."""
     changed = False
     saved = {key.removeprefix("size/"): sizes for key, sizes in state.items() if key.startswith("size/")}
     for name in {*simulation.sizes, *saved}:
@@ -136,7 +136,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
 
 
 def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Set the size of a body's shapes relative to their nominal sizes, regardless of earlier sizes."""
+    """Scale a body's nominal shapes by its written size factors."""
     model, batch, body = simulation.model, simulation.batch, body_id(simulation, target)
     sizes = simulation.sizes[target][rows]
     batch.expand("body_ipos")[rows, body] = sizes[:, None] * model.body_ipos[body]
@@ -147,7 +147,7 @@ def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.
 
 
 def _write_inertia(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Set a body's inertia from its mass and size."""
+    """Compute a body's inertia from its current mass and size factor."""
     model, body = simulation.model, body_id(simulation, target)
     if not model.body_mass[body] > 0:
         return

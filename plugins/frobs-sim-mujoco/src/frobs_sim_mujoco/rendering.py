@@ -1,4 +1,4 @@
-"""Rendering and the viewer. OpenGL is not initialized until the first image is rendered."""
+"""Renders images and opens the viewer. OpenGL is only initialized when the first image is rendered."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ _PROBE = (
 )
 
 _FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
-"""Quality of fast images: no antialiasing, no shadows, and few triangles for spheres and cylinders."""
+"""Quality settings of fast images: no antialiasing, no shadows, and few triangles for spheres and cylinders."""
 
 _FLAT = np.array([100.0, 100.0, 1e-3])
-"""Half edges of boxes that replace planes in fast images [m]."""
+"""Half-lengths [m] of the boxes that replace planes in fast images."""
 
 _MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its own textures and framebuffer
 
 
 @lru_cache(maxsize=1)
 def _choose_backend() -> str:
-    """Return a working OpenGL backend: the user's ``MUJOCO_GL``, EGL, or OSMesa.
+    """Return a working OpenGL backend: the backend in ``MUJOCO_GL`` if it is set, otherwise EGL or OSMesa.
 
-    A backend that does not work can crash the process, so each is tried in a separate process.
+    A backend that does not work can crash the process, so each backend is tried in a separate process.
 
     Raises:
         RenderingUnavailableError: No backend works.
@@ -60,12 +60,12 @@ def _choose_backend() -> str:
 
 
 class Drawn:
-    """The rendered model. It has more shapes than the simulated one, and shows one environment's state at a time.
+    """The rendered model, which includes visual shapes and shows the state of one environment at a time.
 
     Args:
-        model: The batch's model with visual shapes added.
-        batch: The states.
-        sizes: Sizes that have been written for scene bodies, (num_envs,) by name; may change later.
+        model: The simulated model with additional visual shapes.
+        batch: Batch that contains the states.
+        sizes: Written size factors of scene bodies, by name, (num_envs,) each, in a mapping that may change later.
     """
 
     def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
@@ -87,7 +87,8 @@ class Drawn:
 class Renderer:
     """Renders the environments of a batch.
 
-    Images of all sizes use one model. Each combination of size and quality has its own OpenGL context, which is cached.
+    All images are rendered from the same model. Each combination of image size and quality has its own OpenGL context,
+    which is cached.
 
     Args:
         drawn: The rendered model.
@@ -99,7 +100,7 @@ class Renderer:
     def __init__(self, drawn: Drawn) -> None:
         self._drawn, self._model = drawn, drawn.model
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
-            # MuJoCo selected a backend when it was imported, before rendering was requested, so select one again.
+            # The backend that MuJoCo selected during its import may not work, so select a working one.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
         self._full = {name: getattr(self._model.vis.quality, name) for name in _FAST}
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}
@@ -129,7 +130,7 @@ class Renderer:
     def draw(
         self, env: int, camera: str | None, size: tuple[int, int], modality: str, markers: Sequence[Marker], fast: bool
     ) -> np.ndarray[Any, Any]:
-        """Render one environment. The arguments and the result, (h, w, c), are as for ``Simulation.render``."""
+        """Return an image of one environment, (h, w, c). See ``Simulation.render`` for the arguments and the result."""
         self._drawn.show(env)
         renderer = self._renderer(size, fast)
         renderer.update_scene(self._drawn.data, -1 if camera is None else camera, self._option)
@@ -180,7 +181,7 @@ class Viewer:
             self._window.opt.geomgroup[group] = 0
 
     def sync(self) -> None:
-        """Show the current state. This has no effect after the window is closed."""
+        """Show the current state, unless the window has been closed."""
         if self._window.is_running():
             with self._window.lock():
                 self._drawn.show(0)
@@ -192,7 +193,7 @@ class Viewer:
 
 
 def _flatten_planes(scene: mujoco.MjvScene) -> None:
-    """Draw planes as large flat boxes, which is twice as fast with software OpenGL."""
+    """Replace planes with large flat boxes, which software OpenGL renders twice as fast."""
     for geom in scene.geoms[: scene.ngeom]:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, _FLAT

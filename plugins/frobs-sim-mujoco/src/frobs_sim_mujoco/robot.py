@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from frobs_sim_mujoco.simulation import MujocoSimulation
 
 
-# A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) at p + arm. The matrix (6, 6) of
-# this conversion is _SWAP + arm @ _ARM, flattened to (36,) and (3, 36), so that a single product computes it.
+# A twist (angular, linear) about a point p becomes (linear − arm × angular, angular) about p + arm. The (6, 6) matrix
+# of this conversion is _SWAP + arm @ _ARM. The constants are flattened to (36,) and (3, 36), so that a single product
+# computes the matrices of all environments.
 _SWAP = np.eye(6)[[3, 4, 5, 0, 1, 2]].ravel()
 _ARM = np.zeros((3, 36))
 _ARM.reshape(3, 6, 6)[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
@@ -29,12 +30,12 @@ _ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 class MujocoRobot(RobotHandle):
-    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation
         self._batch = simulation.batch
-        self._seen = seen_except(group)  # geom groups that the robot's lidars see
+        self._seen = seen_except(group)  # geom groups that the robot's lidars detect
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
@@ -44,7 +45,7 @@ class MujocoRobot(RobotHandle):
         self._q_columns = columns_of([mj.jnt_qposadr[j] for j in joints])
         actuators = [mj.actuator(f"{name}/{joint}").id for joint in self.joint_names]
         self.actuators = slice(actuators[0], actuators[0] + self.dof) if actuators else slice(0, 0)
-        self._ctrl = states["ctrl"][:, self.actuators]  # a view of the state rows
+        self._ctrl = states["ctrl"][:, self.actuators]  # a view of the batch's states
         self._efforts = read_only(simulation.efforts[:, self.actuators])
         self.gains_written = False
         self._mimics = [
@@ -69,17 +70,17 @@ class MujocoRobot(RobotHandle):
 
     @property
     def joint_positions(self) -> Floats:
-        """(num_envs, dof) [rad or m]."""
+        """Joint positions, (num_envs, dof) [rad or m]."""
         return np.take(self._qpos, self._q_columns, axis=1) if self._positions is None else self._positions
 
     @property
     def joint_velocities(self) -> Floats:
-        """(num_envs, dof) [rad/s or m/s]."""
+        """Joint velocities, (num_envs, dof) [rad/s or m/s]."""
         return np.take(self._qvel, self.dofs, axis=1) if self._velocities is None else self._velocities
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
+        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
@@ -92,25 +93,25 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def go_home(self) -> None:
-        """Move the joints to home, at rest, with the drives holding them there."""
+        """Set the joints to their home positions at rest, and command the drives to hold them."""
         self.write_joint_state(self.home)
         self._hold()
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold."""
+        """Change the command mode, and command the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self.apply_gains()
         self._hold()
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
         ratio = self._write_gains(which, rows, values)
         self.apply_gains()
         self._ctrl[rows] *= ratio
         self.gains_written = True
 
     def hold_home(self, rows: slice | np.ndarray) -> None:
-        """Command home, with the current gains."""
+        """Command the home positions, zero velocity or zero effort, using the current gains."""
         self._ctrl[rows] = self._factor[rows] * self.holding_command(self.home[rows])
 
     def apply_gains(self) -> None:
@@ -120,7 +121,7 @@ class MujocoRobot(RobotHandle):
         bias[:, self.actuators, 1:3] = -np.stack([self._active_stiffness, self._active_damping], axis=-1)
 
     def command(self, values: Floats) -> None:
-        """Set the targets of the drives."""
+        """Set the drives' targets."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._ctrl)
         else:
@@ -131,12 +132,12 @@ class MujocoRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        """Twist of the root link: lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
@@ -159,7 +160,7 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, currently or for given joint positions."""
+        """Return the pose of a link in the world, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
@@ -168,26 +169,26 @@ class MujocoRobot(RobotHandle):
                 return self._pose_between(self._between[link])
             body, derived = self._body(frame), self._simulation.derived
             found = derived("xpos")[:, body], derived("xquat")[:, body]
-            self._poses[frame] = found  # views of arrays that the batch refreshes
+            self._poses[frame] = found  # views of arrays that the batch updates in place
         self._simulation.refresh()
         return found
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
         twist = self._simulation.derived("cvel")[
             :, self._body(frame)
-        ]  # about the tree's center of mass: angular, linear
+        ]  # angular and linear velocity about the tree's center of mass
         pos, _ = self.frame_pose(frame)
         arm = pos - self._simulation.derived("subtree_com")[:, self._tree]
         return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         found = self._motions.get(frame)
         if found is None:
             if self.frame_name(frame) in self._between:
                 return super().frame_jacobian(frame)
-            # Views of arrays that the batch refreshes: reference points, and the motion of each dof, (num_envs, 6, nv).
+            # Views of arrays that the batch updates in place: reference points, and dof motions (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
             motions = self._simulation.derived("cdof").transpose(0, 2, 1)
             found = self._motions[frame] = self.frame_pose(frame)[0], centre, motions, self._moved_by(frame)
@@ -200,13 +201,13 @@ class MujocoRobot(RobotHandle):
         return jacobian if moved is None else jacobian * moved
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
+        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen, from_one_point=True)
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:
-        """Return the pose of a link that is not a MuJoCo body because it is between joints of the same MJCF body."""
+        """Return the pose of a link that is not a MuJoCo body, because it lies between two joints of one MJCF body."""
         pos, quat = self.frame_pose(joint.parent)
         element = self._simulation.model.joint(f"{self.name}/{joint.name}")
         rest = self._simulation.model.qpos0[element.qposadr] if joint.name in self.model.passive_joints else 0.0
@@ -226,7 +227,7 @@ class MujocoRobot(RobotHandle):
         return found
 
     def _moved_by(self, frame: str) -> Floats | None:
-        """Return 1 for each joint that moves a link and 0 for the others, (dof,), or None if all joints move it."""
+        """Return 1 for each joint that moves a link and 0 for each other joint, (dof,), or None if all joints do."""
         mj, body = self._simulation.model, self._body(frame)
         chain = set()
         while body:
@@ -237,7 +238,7 @@ class MujocoRobot(RobotHandle):
 
 
 def _view(state: Floats, columns: slice | np.ndarray) -> Floats | None:
-    """Return a read-only view of consecutive columns, or None if they are not consecutive."""
+    """Return a read-only view of columns, or None if the columns are not consecutive."""
     if not isinstance(columns, slice):
         return None
     return read_only(state[:, columns])

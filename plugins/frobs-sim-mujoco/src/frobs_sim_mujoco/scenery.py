@@ -12,11 +12,11 @@ from frobs_sim_mujoco.articulation import HARD, set_inertia
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import Meshes
 
-_FAR = 8.0  # [m] distance beyond which small squares would flicker
+_FAR = 8.0  # [m] viewing distance beyond which small floor squares would flicker
 
 
 def light_up(spec: mujoco.MjSpec) -> None:
-    """Set up the visual environment: sky, soft light, and a large enough framebuffer."""
+    """Add a sky and soft light, and enlarge the framebuffer for rendering."""
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -28,7 +28,7 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1440
     spec.visual.quality.shadowsize = 4096
-    spec.visual.map.shadowclip = 2.0  # multiple of the scene's extent; more distant shadows are noisy
+    spec.visual.map.shadowclip = 2.0  # multiple of the scene's extent; with larger values, shadows are noisy
     spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
     spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
     spec.visual.headlight.specular = (0.05, 0.05, 0.05)
@@ -43,13 +43,16 @@ def light_up(spec: mujoco.MjSpec) -> None:
 
 
 def show_far(model: mujoco.MjModel, scene: Scene) -> None:
-    """Let distant cameras see the floor. By default, the maximum viewing distance depends on the size of the bodies."""
+    """Increase the model's maximum viewing distance, so that even distant cameras can see the floor.
+
+    By default, the maximum viewing distance depends on the size of the bodies.
+    """
     model.vis.map.zfar = max(model.vis.map.zfar, 3.0 * scene.span / model.stat.extent)
 
 
 def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
     """Add an infinite checkered plane at z = 0."""
-    repeat = 4.0 if scene.span < _FAR else 0.5  # repetitions of two by two squares per meter
+    repeat = 4.0 if scene.span < _FAR else 0.5  # repetitions per meter of a pattern of two by two squares
     spec.add_texture(
         name="floor",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -94,13 +97,13 @@ def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None
 
 
 def add_attachment(spec: mujoco.MjSpec, name: str, attachment: Attachment, pose: Pose) -> None:
-    """Weld two bodies together; ``pose`` is the second body's pose in the first body's frame.
+    """Weld two bodies together, with ``pose`` as the second body's pose in the first body's frame.
 
     Raises:
-        ConfigurationError: One of the two is a link that is not a MuJoCo body.
+        ConfigurationError: A side of the attachment is a link that is not a MuJoCo body.
     """
     for side in (attachment.first, attachment.second):
-        if spec.body(side) is None:  # links between joints of the same MJCF body are not bodies
+        if spec.body(side) is None:  # links between joints of one MJCF body are not MuJoCo bodies
             raise SceneError(f"attachment '{name}'", f"refers to '{side}', which is not a body of the scene.")
     anchor, torque_scale = (0.0, 0.0, 0.0), 1.0
     data = [*anchor, *pose.pos, *pose.quat_wxyz, torque_scale, 0.0]
@@ -121,10 +124,10 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     """Add a camera.
 
     Raises:
-        ConfigurationError: The camera is fixed to an object that is not a body of the scene.
+        ConfigurationError: The camera is fixed to an object that is not a MuJoCo body.
     """
     parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
-    if parent is None:  # links between joints of the same MJCF body are not bodies
+    if parent is None:  # links between joints of one MJCF body are not MuJoCo bodies
         raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
     back = np.subtract(camera.pos, camera.target)
     back = back / np.linalg.norm(back)

@@ -1,4 +1,4 @@
-"""The MuJoCo simulation: a batch of states, stepped by native threads."""
+"""The MuJoCo simulation, which steps a batch of states in native threads."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _CTRL = int(mujoco.mjtState.mjSTATE_CTRL)
 _DIVERGED = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADQACC) + 1)
 _STATES = ("time", "qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat", "xfrc_applied")
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of model file element."""
+"""YAML file that describes how each kind of model-file element is translated."""
 
 
 class Native(NamedTuple):
@@ -53,7 +53,7 @@ class Native(NamedTuple):
 
     Attributes:
         model: The compiled model.
-        batch: The states, one row per environment.
+        batch: Batch of states, with one row per environment.
     """
 
     model: mujoco.MjModel
@@ -61,11 +61,11 @@ class Native(NamedTuple):
 
 
 class BareMujoco:
-    """A minimal loop as a user of MuJoCo would write it: ``mj_step`` on one MjData, or ``Batch.step`` on many.
+    """Minimal MuJoCo loop for benchmarks: ``mj_step`` for one environment, or ``Batch.step`` for several environments.
 
     Args:
         model: The compiled model.
-        num_envs: 1, or more for a batch.
+        num_envs: Number of environments. If it is greater than 1, a batch is used.
         num_threads: Number of threads for the batch.
     """
 
@@ -74,7 +74,7 @@ class BareMujoco:
         self._batch = None if num_envs == 1 else Batch(model, num_envs, num_threads)
 
     def load(self, snapshot: Snapshot) -> None:
-        """Load the state and the controls from a snapshot."""
+        """Load the states and the controls from a snapshot."""
         if self._batch is None:
             mujoco.mj_setState(self._model, self._data, snapshot["state"][0], mujoco.mjtState.mjSTATE_INTEGRATION)
         else:
@@ -88,7 +88,7 @@ class BareMujoco:
             self._batch.step(nstep=decimation)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays from one point in each environment at everything except the first robot, as its lidar does."""
+        """Cast rays from one point per environment, like a lidar on the first robot that does not detect this robot."""
         if self._batch is None:
             k = directions.shape[1]
             mujoco.mj_kinematics(self._model, self._data)
@@ -111,30 +111,31 @@ class BareMujoco:
 
 
 class MujocoSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene in MuJoCo; see :class:`frobs_core.interfaces.Simulation`.
+    """Simulation of ``num_envs`` copies of robots and a scene in MuJoCo. See :class:`frobs_core.interfaces.Simulation`.
 
-    The solver options are those of MuJoCo's ``mjOption``; None means MuJoCo's default.
+    The solver options have the same names as in MuJoCo's ``mjOption``. If an option is None, MuJoCo's default applies.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
-        num_envs: ≥ 1.
+        num_envs: Number of environments, ≥ 1.
         physics_timestep: [s]
-        num_threads: Number of threads for the batch; 0 means one per processor.
+        num_threads: Number of threads for the batch, or 0 for one per processor.
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        impratio: Ratio of frictional to normal constraint impedance, > 0; for elliptic cones.
-        density: Density of the surrounding medium [kg/m³], ≥ 0: 1.2 for air, 1000 for water.
-        viscosity: Viscosity of the medium [Pa·s], ≥ 0.
-        wind: Velocity of the medium in the world, three numbers [m/s].
+        impratio: Ratio of frictional to normal constraint impedance for elliptic cones, > 0.
+        density: Density of the surrounding medium [kg/m³], ≥ 0, for example 1.2 for air or 1000 for water.
+        viscosity: Viscosity of the surrounding medium [Pa·s], ≥ 0.
+        wind: Velocity of the surrounding medium in the world frame, three numbers [m/s].
         iterations: Maximum number of solver iterations per physics step, ≥ 1.
-        tolerance: Improvement below which the solver stops, ≥ 0.
+        tolerance: Improvement per iteration below which the solver stops, ≥ 0.
         ls_iterations: Maximum number of line-search iterations, ≥ 1.
         ls_tolerance: Gradient below which the line search stops, ≥ 0.
-        noslip_iterations: Number of iterations that prevent slip, after the solver's own; 0 means none.
-        noslip_tolerance: Improvement below which these iterations stop, ≥ 0.
-        ccd_iterations: Maximum number of iterations for collision detection between convex shapes, ≥ 1.
-        ccd_tolerance: Improvement below which collision detection stops, ≥ 0.
+        noslip_iterations: Number of iterations of the no-slip solver, which runs after the main solver. A value of 0
+            disables the no-slip solver.
+        noslip_tolerance: Improvement per iteration below which the no-slip solver stops, ≥ 0.
+        ccd_iterations: Maximum number of iterations of the collision detection between convex shapes, ≥ 1.
+        ccd_tolerance: Improvement per iteration below which the collision detection between convex shapes stops, ≥ 0.
 
     Raises:
         ConfigurationError: The scene is inconsistent, or an option is out of range.
@@ -175,8 +176,8 @@ class MujocoSimulation(Simulation):
         self.scene = scene
         self._placements = robots
         self.model = self._build_model()
-        # A single environment keeps its derived quantities, so that the next step need not recompute them. Several
-        # environments would need an MjData each, which costs more memory and time than it saves.
+        # With a single environment, the batch stores derived quantities, so that the next step does not recompute them.
+        # With several environments, this would require one MjData each, which costs more memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()
@@ -187,26 +188,27 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
-        # Views of the states, bound only once because binding takes 10 µs. The arrays never change.
+        # Views of the states. They are bound only once, because binding takes 10 µs and the arrays are never
+        # reallocated.
         self.states = {name: self.batch.bind(name) for name in _STATES}
-        # After a write, MuJoCo recomputes derived values without efforts, so the last step's efforts are stored here.
+        # The last step's efforts are copied, because after a write, MuJoCo recomputes derived values without efforts.
         self._actuator_force = self.batch.bind("actuator_force")
         self.efforts = np.zeros((num_envs, self.model.nu))
         self._contact_reader = ContactReader(self.model, scene)
         self.contacts: ContactState = ContactState(scene, num_envs)
         self._wrench_reader = WrenchReader(self.model, robots)
         self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}
-        self._records: dict[int, Any] = {}  # rollout arrays by number of steps, for reuse
+        self._records: dict[int, Any] = {}  # reusable rollout arrays, by number of physics steps
         self._recorded_fields: tuple[str, ...] = ("sensordata",)
         if self.sensor_wrenches:
             self._recorded_fields += self._wrench_reader.fields
         self._senses = bool(scene.contacts or self.sensor_wrenches)
-        # A recorded step computes no derived values. For one environment, computing them here is faster than in the
+        # A recorded step does not compute derived values. For one environment, Kinematics computes them faster than the
         # batch.
         self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
         self._renderer: Renderer | None = None
         self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
-        self.sizes: dict[str, Floats] = {}  # (num_envs,) body sizes that have been written
+        self.sizes: dict[str, Floats] = {}  # written body sizes, (num_envs,) each
         self._viewer: Viewer | None = None
         self._closed = False
 
@@ -224,28 +226,28 @@ class MujocoSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Return the translation of a robot's model file."""
+        """Describe how the elements of a robot's model file are translated."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> Native:
-        """The compiled model and the batch."""
+        """The compiled MuJoCo model and the batch of states."""
         return Native(self.model, self.batch)
 
     @property
     def time(self) -> Floats:
-        """(num_envs,) [s] since the reset."""
+        """Simulated time since the reset, (num_envs,) [s]."""
         return np.asarray(self.states["time"])
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments whose state MuJoCo could not advance, or None."""
+        """Mask of the environments whose state MuJoCo could not advance, or None if MuJoCo could advance all states."""
         if self._warnings.tobytes() == self._no_warnings:
             return None
         return np.asarray(self._warnings.any(axis=1))
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the initial state of the scene."""
+        """Reset environments to the scene's initial state."""
         self._check_open()
         ids = None if mask is None else np.flatnonzero(mask)
         self.batch.reset(ids, stage=_NONE)
@@ -256,7 +258,7 @@ class MujocoSimulation(Simulation):
         for wrench in self.sensor_wrenches.values():
             wrench[rows] = 0.0
         for robot in self.robots.values():
-            if robot.gains_written:  # the initial controls match the initial gains
+            if robot.gains_written:  # the controls in the initial state only match the initial gains
                 robot.hold_home(rows)
         self.mark_stale(mask)
 
@@ -277,7 +279,7 @@ class MujocoSimulation(Simulation):
             self._viewer.sync()
 
     def _step_recorded(self, decimation: int) -> None:
-        """Step with separate controls for each physics step, or reading contacts and forces in each step."""
+        """Advance with separate controls for each physics step, or while recording contacts and forces."""
         self._check_open()
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
@@ -290,7 +292,7 @@ class MujocoSimulation(Simulation):
         self._records[decimation] = recorded
         self._rows = None
         self.efforts[:] = self._actuator_force
-        self._stale = self._everywhere  # computed when read, because a task may move bodies first
+        self._stale = self._everywhere  # derived values are computed when read, because tasks may move bodies first
         if self.scene.contacts:
             self._contact_reader.read(recorded["sensordata"], self.contacts)
         if before is not None:
@@ -298,13 +300,13 @@ class MujocoSimulation(Simulation):
                 self.sensor_wrenches[name][:] = wrench
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at all colliding shapes."""
+        """Cast rays against all colliding shapes."""
         return self.cast(origins, directions, max_range, seen_except())
 
     def cast(
         self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False
     ) -> Floats:
-        """Cast rays at the geoms in the given groups, (mjNGROUP,) uint8; return (num_envs, k) [m]."""
+        """Cast rays against the geom groups in the mask ``seen``, and return the distances, (num_envs, k) [m]."""
         if from_one_point and self._kinematics is not None:
             self.refresh()
             return self._kinematics.rays(origins[0, 0], directions[0], max_range, seen)
@@ -326,7 +328,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def _mocap_columns(self, names: tuple[str, ...]) -> slice | np.ndarray | None:
-        """Return the columns of several bodies among the kinematic ones, or None if not all are kinematic."""
+        """Return the mocap indices of several bodies, or None if one of the bodies is not kinematic."""
         if names not in self._mocaps:
             numbers = [self.bodies[name].mocap for name in names]
             self._mocaps[names] = None if min(numbers, default=-1) < 0 else columns_of(numbers)
@@ -342,11 +344,11 @@ class MujocoSimulation(Simulation):
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter for each environment."""
+        """Return a physical parameter's value in each environment."""
         return parameters.read(self, name, target)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the bodies whose ``size`` can change."""
+        """Return a parameter's targets, which for ``size`` are the scene bodies that can be resized."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -356,7 +358,7 @@ class MujocoSimulation(Simulation):
         self.mark_stale(mask)
 
     def snapshot(self) -> Snapshot:
-        """Return the state rows and the parameters that differ between environments."""
+        """Return the states and the parameters of all environments."""
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
         state["efforts"] = self.efforts.copy()
         sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
@@ -394,7 +396,7 @@ class MujocoSimulation(Simulation):
             self._renderer = Renderer(self._drawn())
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        drawn = chosen or [0]  # to give an empty result its shape and dtype
+        drawn = chosen or [0]  # an empty result takes its shape and dtype from one image
         pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
         return np.stack(pictures)[: len(chosen)]
 
@@ -406,9 +408,9 @@ class MujocoSimulation(Simulation):
         self._viewer.sync()
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
+        """Return a robot's overlapping link pairs in the first environment, deepest first.
 
-        Pairs that overlap at home are included; they never push each other apart.
+        Link pairs that overlap at the home position are included, although they never collide in the simulation.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
@@ -416,11 +418,11 @@ class MujocoSimulation(Simulation):
         return find_overlaps(model, self.batch.state[0], f"{robot}/")
 
     def bare_engine(self) -> BareMujoco:
-        """Return MuJoCo without FRobs."""
+        """Return a bare MuJoCo engine for benchmarks."""
         return BareMujoco(self.model, self.num_envs, self.batch.nthread)
 
     def close(self) -> None:
-        """Release the window and the OpenGL context. Calling it again has no effect."""
+        """Release the window and the OpenGL contexts. Repeated calls have no effect."""
         for resource in (self._renderer, self._viewer):
             if resource is not None:
                 resource.close()
@@ -441,14 +443,14 @@ class MujocoSimulation(Simulation):
         )
 
     def mark_stale(self, mask: Mask | None) -> None:
-        """Mark states as written, so that derived values are recomputed before they are read."""
+        """Mark environments' states as written, so that derived values are recomputed before they are read."""
         if mask is None:
             self._stale = self._everywhere
         else:
             self._stale = mask.copy() if self._stale is None else self._stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
-        """Mark masses as written, so that MuJoCo's derived constants are recomputed once, when needed."""
+        """Mark masses as written, so that MuJoCo's derived constants are recomputed before they are used."""
         if self._stale_constants is None:
             self._stale_constants = np.zeros(self.num_envs, np.bool_)
         self._stale_constants |= True if mask is None else mask
@@ -463,7 +465,7 @@ class MujocoSimulation(Simulation):
             self._kinematics.mark_model_stale()
 
     def refresh(self) -> None:
-        """Recompute the derived values of states that were written."""
+        """Recompute the derived values of all states that have been written."""
         if self._stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()
@@ -474,16 +476,16 @@ class MujocoSimulation(Simulation):
             self._stale = None
 
     def derived(self, field: str) -> Floats:
-        """Return the up-to-date value of a field that depends on the states."""
+        """Return the current values of an MjData field that is derived from the states."""
         if field not in self._derived:
             source = self.batch.bind if self._kinematics is None else self._kinematics.field
             self._derived[field] = source(field)
-            self.mark_stale(None)  # MuJoCo fills a newly bound field only in its next call
+            self.mark_stale(None)  # MuJoCo only fills a newly bound field in the next call
         self.refresh()
         return self._derived[field]
 
     def set_rows(self, columns: slice, rows: Floats) -> None:
-        """Set controls for each physics step of the next ``step``: (num_envs, decimation, columns)."""
+        """Set the controls for each physics step of the next ``step``, (num_envs, decimation, columns)."""
         if self._rows is None or self._rows.shape[1] != rows.shape[1]:
             held = self.states["ctrl"]
             self._rows = np.repeat(held[:, None], rows.shape[1], axis=1)  # (num_envs, decimation, nu)
@@ -495,7 +497,7 @@ class MujocoSimulation(Simulation):
 
 
 def _leave_no_log_file() -> None:
-    """Prevent MuJoCo from writing its warnings to MUJOCO_LOG.TXT in the working folder; the console shows them."""
+    """Prevent MuJoCo from writing warnings to MUJOCO_LOG.TXT, without affecting the console output."""
     config = mujoco.MjLogConfig.get()
     if config.logto_file:
         config.logto_file = False

@@ -1,4 +1,4 @@
-"""Force-torque sensors of robots, averaged over a whole control step."""
+"""Reads the force-torque sensors of robots, averaged over a whole control step."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from frobs_core.arrays import Floats
 from frobs_core.errors import UnsuitableRobotError
 from frobs_core.interfaces import Placement
 
-_HIDDEN = int(mujoco.mjNGROUP) - 1  # group of sites that are not rendered
+_HIDDEN = int(mujoco.mjNGROUP) - 1  # site group that is not rendered
 _TYPES = mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE
 
 
 def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
     """Add a force sensor, a torque sensor and a site for each of a robot's force-torque sensors.
 
-    The site is on the body whose joint is measured, in the sensor's frame. MuJoCo's force sensor reports the force that
-    the parent exerts on the child.
+    The site is attached to the child body of the measured joint and defines the sensor's frame. MuJoCo's force sensor
+    reports the force that the parent body exerts on the child body.
 
     Raises:
-        UnsuitableRobotError: A sensor is between two joints of the same MJCF body.
+        UnsuitableRobotError: A sensor lies between two joints of the same MJCF body.
     """
     for sensor, (link, pose) in placement.force_torque_sensors.items():
         name, body = f"{robot}/{sensor}", spec.body(f"{robot}/{link}")
@@ -36,16 +36,16 @@ def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placeme
 class WrenchReader:
     """Reads the force-torque sensors of a model.
 
-    MuJoCo's sensors report the forces for explicit accelerations. Its integrator uses different accelerations, because
-    it treats the drives' damping implicitly. This class adds the difference in force: the inertia beyond the sensor
-    times the difference between the accelerations.
+    MuJoCo's sensors report the forces that correspond to explicit accelerations. MuJoCo's integrator yields different
+    accelerations, because it treats the drives' damping implicitly. This class adds the resulting difference in force:
+    the inertia beyond the sensor times the difference between the accelerations.
 
     Args:
-        model: Model compiled with the sensors.
+        model: Compiled model that contains the sensors.
         robots: Robots, by name.
 
     Attributes:
-        fields: Fields of MjData that are required after each physics step, in addition to ``sensordata``.
+        fields: MjData fields that must be recorded after each physics step, in addition to ``sensordata``.
     """
 
     def __init__(self, model: mujoco.MjModel, robots: Mapping[str, Placement]) -> None:
@@ -59,11 +59,11 @@ class WrenchReader:
         self.fields = ("qvel", "qacc", "crb", "cdof", "subtree_com", "site_xpos", "site_xmat")
 
     def read(self, recorded: Mapping[str, Floats], qvel: Floats) -> dict[str, Floats]:
-        """Return the mean reading of each sensor in a control step, (num_envs, 6) [N, N·m], by ``robot/sensor``.
+        """Return each sensor's mean reading over a control step, (num_envs, 6) [N, N·m], by ``robot/sensor``.
 
         Args:
-            recorded: (num_envs, decimation, …) ``sensordata`` and :attr:`fields` after each physics step.
-            qvel: (num_envs, nv) velocities before the first step.
+            recorded: ``sensordata`` and :attr:`fields` after each physics step, (num_envs, decimation, …) each.
+            qvel: Velocities before the first physics step, (num_envs, nv).
         """
         velocities = np.concatenate([qvel[:, None], recorded["qvel"]], axis=1)
         difference = np.diff(velocities, axis=1) / self._timestep - recorded["qacc"]  # (num_envs, decimation, nv)
@@ -74,7 +74,7 @@ class _Sensor:
     """One force-torque sensor of a model.
 
     Args:
-        model: Model compiled with the sensor.
+        model: Compiled model that contains the sensor.
         name: ``robot/sensor``.
     """
 
@@ -84,16 +84,17 @@ class _Sensor:
         self._site = model.site(name).id
         link = int(model.site_bodyid[self._site])
         self._tree = int(model.body_rootid[link])
-        # Mass beyond the sensor that each degree of freedom moves: all of it, or only the part beyond the joint.
+        # For each degree of freedom, the body whose subtree is the mass that the degree of freedom moves beyond the
+        # sensor: the sensor's link, or the joint's own body if the joint is beyond the sensor.
         moved = {dof: link for dof in range(model.nv) if _hangs_from(model, link, int(model.dof_bodyid[dof]))}
         beyond = {dof: int(body) for dof, body in enumerate(model.dof_bodyid) if _hangs_from(model, int(body), link)}
         self._moved = beyond | moved
 
     def read(self, recorded: Mapping[str, Floats], difference: Floats) -> Floats:
-        """Return the reading after each physics step, (num_envs, decimation, 6)."""
+        """Return the sensor's reading after each physics step, (num_envs, decimation, 6)."""
         dofs, bodies = list(self._moved), list(self._moved.values())
         motion = recorded["cdof"][:, :, dofs] * difference[:, :, dofs, None]  # (num_envs, decimation, dofs, 6)
-        inertia = recorded["crb"][:, :, bodies]  # about the tree's center of mass, like the motion
+        inertia = recorded["crb"][:, :, bodies]  # refers to the tree's center of mass, as does ``cdof``
         spin, acceleration, moment = motion[..., :3], motion[..., 3:], inertia[..., 6:9]
         xx, yy, zz, xy, xz, yz = np.moveaxis(inertia[..., :6], -1, 0)
         tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)
@@ -107,7 +108,7 @@ class _Sensor:
 
 
 def _hangs_from(model: mujoco.MjModel, body: int, ancestor: int) -> bool:
-    """Return whether a body is a descendant of an ancestor, or the ancestor itself."""
+    """Return whether a body is ``ancestor`` itself or one of its descendants."""
     while body > ancestor:  # parents have smaller indices
         body = int(model.body_parentid[body])
     return body == ancestor

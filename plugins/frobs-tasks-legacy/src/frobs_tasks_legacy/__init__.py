@@ -1,1 +1,1 @@
-"""FRobs_RL's reaching and navigation tasks, with their observations, rewards and task YAML. ROS is not required."""
+"""FRobs_RL's reaching and navigation tasks, with their observations, rewards and task YAML files, without ROS."""

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ _TELEPORT = {"teleport": Level.APPROXIMATE}
 
 
 def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any) -> EnvironmentRecord:
-    """Return the record of ``frobs/NAME-v0`` with its trained policy."""
+    """Return the record of the environment ``frobs/NAME-v0``, which includes a pretrained policy."""
     return EnvironmentRecord(
         id=f"frobs/{name}-v0",
         summary=summary,
@@ -22,7 +22,7 @@ def _environment(name: str, summary: str, max_episode_steps: int, **fields: Any)
 
 
 def _reach(name: str, robot: str, title: str, control_timestep: float) -> EnvironmentRecord:
-    """Return the record of a reacher whose drives complete a whole move in ``control_timestep`` [s]."""
+    """Return the record of a reaching environment whose drives complete a motion in ``control_timestep`` [s]."""
     return _environment(
         f"{name}ReachLegacy",
         f"{title} reach as in FRobs_RL",
@@ -34,7 +34,7 @@ def _reach(name: str, robot: str, title: str, control_timestep: float) -> Enviro
 
 
 def _kobuki(name: str, summary: str, world: str, speed: float) -> EnvironmentRecord:
-    """Return the record of a Kobuki; an action of 1 means ``speed`` [m/s, rad/s]."""
+    """Return the record of a Kobuki environment in which an action of 1 is ``speed`` [m/s, rad/s]."""
     limits = {"max_linear_velocity": speed, "max_angular_velocity": speed}
     sensors = {"sensors": {"lidar": {"rays": 36}}} if world == "dynamic" else {}
     return _environment(
@@ -49,7 +49,7 @@ def _kobuki(name: str, summary: str, world: str, speed: float) -> EnvironmentRec
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Provide FRobs_RL's tasks."""
+    """Return the records of FRobs_RL's tasks."""
     return [
         TaskRecord(
             name="reach_legacy",

@@ -1,4 +1,4 @@
-"""Reads FRobs_RL's task YAML, in which all values are under one key and some have no meaning in FRobs."""
+"""Reader for FRobs_RL's task YAML files, which contain all values under one root key."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameEr
 from frobs_core.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
-"""For each used key, a function that takes the key and value, and validates and converts the value."""
+"""Functions by key, which take the key and its value, validate the value, and return the converted value."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFiles:
-    """The task YAML for one kind of FRobs_RL task.
+    """Task YAML files of one kind of FRobs_RL task.
 
     Attributes:
-        folder: Folder of this package whose ``tasks/NAME.yaml`` contains FRobs_RL's own values.
-        kind: Description of what a name denotes, for error messages.
-        roots: Root key of each file, by name.
-        used: Keys that are used.
+        folder: Folder of this package that contains FRobs_RL's original values in ``tasks/NAME.yaml``.
+        kind: Description of the named tasks, used in error messages.
+        roots: Root key of each file, by the file's name.
+        used: Functions that validate and convert the values, by key.
         ignored: Keys in the files that have no effect.
     """
 
@@ -34,18 +34,18 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each used key: from the keywords, else from the file, else FRobs_RL's own.
+        """Return a value for each used key: the keyword, or else the file's value, or else FRobs_RL's original value.
 
         Args:
-            name: Name from :attr:`roots`.
-            config_file: An unchanged FRobs_RL task YAML, or None.
-            keywords: Values by key; None means not given, and other keys are ignored.
+            name: Name of the task, one of :attr:`roots`.
+            config_file: Unchanged task YAML file of FRobs_RL, or None for no file.
+            keywords: Values by key. A value of None counts as missing. Keys that are not used are ignored.
 
         Raises:
-            ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains
-                the file and line.
+            ConfigFileError: The file cannot be read, or it contains an unknown key or an invalid value. The message
+                contains the file and the line.
             ConfigurationError: A keyword has an invalid value.
-            UnknownNameError: The name does not exist.
+            UnknownNameError: No task has this name.
         """
         if name not in self.roots:
             raise UnknownNameError(self.kind, name, self.roots)
@@ -57,18 +57,19 @@ class TaskFiles:
 def read_values(
     paths: Iterable[str | Path], root: str, used: Readers, ignored: Sequence[str], keywords: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the values given by keywords or files, by key.
+    """Return the values from keywords and files, by key.
 
     Args:
-        paths: The files; later files take precedence.
+        paths: Paths of the files. Later files take precedence over earlier files.
         root: Root key of the files.
-        used: Keys that are used.
+        used: Functions that validate and convert the values, by key.
         ignored: Keys in the files that have no effect.
-        keywords: Values by key, which take precedence over the files; None means not given, and other keys are ignored.
+        keywords: Values by key, which take precedence over the files. A value of None counts as missing. Keys that are
+            not used are ignored.
 
     Raises:
-        ConfigFileError: A file cannot be read, or has an unknown key or an invalid value; the message contains the
-            file, the line and the nearest key.
+        ConfigFileError: A file cannot be read, or it contains an unknown key or an invalid value. The message contains
+            the file, the line and the most similar valid key.
         ConfigurationError: A keyword has an invalid value.
     """
     values: dict[str, Any] = {}

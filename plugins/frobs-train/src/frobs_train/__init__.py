@@ -1,18 +1,18 @@
-"""Training, evaluating, comparing and exporting policies.
+"""Train, evaluate, compare and export policies.
 
     configuration/   settings, wrappers and callbacks by name, other YAML layouts
-    runs/            the run folder: checkpoints, locks, versions, policies
+    runs/            run folder: checkpoints, locks, versions, policies
     training/        train, resume, seeds, threads, monitoring, interrupts
     logs/            progress.csv, TensorBoard events, episode statistics
     evaluation/      evaluate, play, video, view
     comparison/      statistics over seeds
     plots/           figures of learning curves and comparisons
-    tuning/          search for settings
+    tuning/          search for training settings
     runners/         run many jobs on one or several machines
     export/          write policy bundles and use them like runs; pretrained policies
-    cli/             the commands
+    cli/             commands
 
-The names below are imported when they are first used, because most of them need pydantic and Gymnasium.
+Public names are imported on first use, because most of their modules import pydantic and Gymnasium.
 """
 
 from importlib import import_module

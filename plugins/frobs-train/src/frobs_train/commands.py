@@ -1,4 +1,4 @@
-"""Commands of this distribution, as strings, so that listing them imports nothing."""
+"""Commands of this distribution, stored as strings so that listing the commands imports no other modules."""
 
 from frobs_cli.commands import Command
 

@@ -1,4 +1,4 @@
-"""Create environments by Gymnasium ID: those of FRobs and of other packages."""
+"""Create environments of FRobs and of other packages by Gymnasium ID."""
 
 from __future__ import annotations
 
@@ -22,13 +22,14 @@ from frobs_train.errors import ComponentError, EnvironmentBuildError
 
 @dataclass(frozen=True)
 class EnvironmentRecipe:
-    """Recipe of a training run's environments, with which other processes can make more of them.
+    """Recipe for a training run's environments, from which other processes can make additional environments.
 
     Attributes:
         environment: Gymnasium ID.
         kwargs: Keywords of the environment.
         wrappers: Wrappers of the run's configuration.
-        obstacle: Why copies would be incomplete, as a clause for an error message; empty if they are complete.
+        obstacle: Reason why additional environments would not be equivalent, as a clause for an error message, or an
+            empty string.
     """
 
     environment: str
@@ -37,7 +38,10 @@ class EnvironmentRecipe:
     obstacle: str = ""
 
     def make(self, num_envs: int, num_threads: int) -> gym.vector.VectorEnv[Any, Any, Any]:
-        """Make ``num_envs`` unseeded environments. FRobs environments are stepped by ``num_threads`` threads."""
+        """Make ``num_envs`` unseeded environments.
+
+        FRobs environments use ``num_threads`` threads, but at most one thread per environment.
+        """
         kwargs = dict(self.kwargs)
         if "num_threads" in kwargs:
             kwargs["num_threads"] = min(num_threads, num_envs)
@@ -49,9 +53,10 @@ def make_vector_env(
 ) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Make a vector environment with same-step autoreset.
 
-    The ID's native vector environment is used if there is one; otherwise single environments are stepped one by one. A
-    paced simulator has a single environment. Wrappers of single environments are applied to each environment, so the
-    native vector environment cannot be used. Wrappers of vector environments are applied to the vector environment.
+    If the ID has a native vector environment with same-step autoreset, this environment is used. Otherwise, single
+    environments are stepped one by one. A paced simulator supports only one environment. Wrappers for single
+    environments are applied to each environment, which rules out the native vector environment. Wrappers for vector
+    environments are applied to the vector environment.
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)
@@ -86,7 +91,7 @@ def _make_vec(
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
         if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
             return env
-        env.close()  # it resets in the next step, Gymnasium's default
+        env.close()  # it uses next-step autoreset, which is Gymnasium's default
     return gym.make_vec(
         spec,
         num_envs,
@@ -98,7 +103,7 @@ def _make_vec(
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:
-    """Return whether a simulator, given by name or record, is paced; False if it is unknown."""
+    """Return whether a simulator, given by name or record, is paced. Unknown simulators count as not paced."""
     record = plugins.records("simulator").get(simulator) if isinstance(simulator, str) else simulator
     return isinstance(record, SimulatorRecord) and record.is_paced
 
@@ -113,7 +118,7 @@ def make_env(
     render_mode: str | None = None,
     wrappers: Sequence[ComponentConfig] = (),
 ) -> gym.Env[Any, Any]:
-    """Make one environment and apply wrappers of single environments."""
+    """Make one environment and apply the wrappers for single environments."""
     spec = find_spec(environment)
     loaded = [(load_wrapper(component), component) for component in wrappers]
     for cls, component in loaded:

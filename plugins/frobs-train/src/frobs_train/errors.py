@@ -1,13 +1,13 @@
 """Errors of training runs.
 
-RunError                    in :mod:`frobs_core.errors`, as algorithms raise it too
-├── RunExistsError          the run folder exists
+RunError                    defined in :mod:`frobs_core.errors`, because algorithms raise it, too
+├── RunExistsError          the run folder already exists
 ├── RunBusyError            another process is training in the run folder
-├── TrainingError           the training run failed; names the cause and the resumable step
-└── JobsError               some of several jobs failed
+├── TrainingError           training failed; the message contains the cause and the step to resume from
+└── JobsError               at least one of several jobs failed
 
-ConfigurationError          in :mod:`frobs_core.errors`
-├── EnvironmentBuildError   an environment cannot be built with these keywords
+ConfigurationError          defined in :mod:`frobs_core.errors`
+├── EnvironmentBuildError   an environment cannot be built with the given keywords
 ├── ComponentError          a wrapper or callback cannot be imported or built
 ├── SearchSpaceError        a search space cannot be used
 └── StudyError              a study cannot be opened or continued
@@ -42,8 +42,8 @@ class RunBusyError(RunError):
 
     Args:
         path: The folder.
-        pid: ID of that process; None if unknown.
-        host: Machine that it runs on; None if unknown.
+        pid: ID of the other process, or None if unknown.
+        host: Machine on which the other process runs, or None if unknown.
     """
 
     def __init__(self, path: Path, pid: int | None = None, host: str | None = None) -> None:
@@ -58,13 +58,13 @@ class RunBusyError(RunError):
 
 
 class TrainingError(RunError):
-    """Training failed: the environment or the algorithm raised an exception.
+    """Training failed because the environment or the algorithm raised an exception.
 
     Args:
         path: The run's folder.
         steps: Environment steps taken so far.
         cause: The exception and its location.
-        resumable: Environment steps of the newest checkpoint; None if there is none yet.
+        resumable: Environment steps of the newest checkpoint, or None if no checkpoint exists yet.
     """
 
     def __init__(self, path: Path, steps: int, cause: str, resumable: int | None) -> None:
@@ -80,11 +80,11 @@ class TrainingError(RunError):
 
 
 class JobsError(RunError):
-    """Some of several jobs failed; the others are complete.
+    """At least one of several jobs failed, and all other jobs are complete.
 
     Args:
         failed: Name and error of each failed job.
-        total: Number of all jobs.
+        total: Total number of jobs.
     """
 
     command_exit_code = 1  # the input was valid and the other jobs are complete
@@ -97,7 +97,7 @@ class JobsError(RunError):
 
 
 class EnvironmentBuildError(ConfigurationError):
-    """An environment cannot be built with these keywords.
+    """An environment cannot be built with the given keywords.
 
     Args:
         environment: Gymnasium ID.
@@ -135,7 +135,7 @@ class SearchSpaceError(ConfigurationError):
 
     Args:
         reason: The problem and its solution.
-        key: Affected setting; None if the whole space is affected.
+        key: Setting that is invalid, or None if the error concerns the whole search space.
     """
 
     def __init__(self, reason: str, key: str | None = None) -> None:

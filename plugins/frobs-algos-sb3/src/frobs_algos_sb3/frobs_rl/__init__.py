@@ -1,6 +1,6 @@
 """FRobs_RL's class API: six algorithms of stable-baselines3, each configured by one YAML file.
 
-It works on any Gymnasium environment, with or without ROS::
+The classes work with any Gymnasium environment, with or without ROS::
 
     from frobs_algos_sb3.frobs_rl import TD3
 

@@ -29,30 +29,30 @@ _log = logging.getLogger("frobs")
 class BasicModel:
     """A model of stable-baselines3 that is configured by a YAML file, as in FRobs_RL.
 
-    Base class: each subclass sets its algorithm.
+    Each subclass sets ``algorithm``.
 
     Args:
         env: Any Gymnasium environment, or a vector environment of stable-baselines3.
-        save_model_path: Folder in which models are saved. With ``load_trained``: the model file.
+        save_model_path: Folder in which models are saved, or the model file if ``load_trained`` is set.
         log_path: Parent folder of the log folders.
-        load_trained: Open the model at ``save_model_path`` for predictions. No YAML file is read and nothing is
-            logged.
-        config_file_pkg: Package that contains the YAML file: a Python package or, if ROS is installed, a ROS package.
-            None: ``config_filename`` is a path.
-        config_filename: The YAML file; None: ``<algorithm>_config.yaml``.
-        ns: Namespace on ROS's parameter server, if one is running.
+        load_trained: Whether to open the model at ``save_model_path`` for predictions, without reading a YAML file and
+            without logging.
+        config_file_pkg: Package that contains the YAML file, which is a Python package or, if ROS is installed, a ROS
+            package. If None, ``config_filename`` is a path.
+        config_filename: Name of the YAML file, or None for ``<algorithm>_config.yaml``.
+        ns: Namespace on ROS's parameter server, if a server is running.
         on_existing: Action if the log folder exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
-        trust: Open models and replay buffers even if they could execute code.
+        trust: Whether to open models and replay buffers that could execute code.
 
     Attributes:
         model: The model of stable-baselines3.
         env: The environment.
-        settings: The settings in the file; None for a trained model.
-        log_folder: Log folder of this training run; None until it is chosen.
+        settings: Settings in the file, or None for a trained model.
+        log_folder: Log folder of this training run, or None until the folder is chosen.
 
     Raises:
         ConfigurationError: A key, value, package or file cannot be used.
-        LogFolderExistsError: The log folder exists. This error is also a ValueError.
+        LogFolderExistsError: The log folder already exists. This error is also a ValueError.
         UntrustedFileError: Loading the model requires ``trust``.
         CheckpointError: The model file is damaged.
     """
@@ -95,7 +95,7 @@ class BasicModel:
         params = self.settings.params
         folder = log_folder(Path(log_path) / params.log_folder, on_existing)
         self.model = saved_model(self.settings, env, self._models, trust) if params.load_model else self._make()
-        self.log_folder = folder  # last, so that an earlier error leaves no folder behind
+        self.log_folder = folder  # set last, so that an earlier error leaves no folder behind
         self.set_model_logger()
 
     @classmethod
@@ -105,12 +105,12 @@ class BasicModel:
         """Open a trained model for predictions, without a YAML file or a log folder.
 
         Args:
-            model_path: The model file; ``.zip`` may be omitted.
-            env: The environment. Optional, because the model contains its spaces.
-            trust: Open the model even if it could execute code.
+            model_path: Path of the model file. The suffix ``.zip`` may be omitted.
+            env: The environment, which is optional because the model contains the spaces.
+            trust: Whether to open a model that could execute code.
 
         Raises:
-            CheckpointError: The file is missing, damaged, or belongs to another algorithm.
+            CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
             UntrustedFileError: Opening the file requires ``trust``.
         """
         return cls(env, model_path, load_trained=True, trust=trust)
@@ -138,7 +138,7 @@ class BasicModel:
         return True
 
     def save_model(self) -> Path:
-        """Save the model as ``trained_model_name``; append the time if that file exists.
+        """Save the model as ``trained_model_name``, with the time appended if that file already exists.
 
         A model that has not been trained since it was last saved is not saved again. With ``save_replay_buffer``, the
         replay buffer is saved next to the model.
@@ -171,7 +171,7 @@ class BasicModel:
 
         Raises:
             ConfigurationError: The algorithm has no replay buffer.
-            NotTrainedError: No model was trained and saved yet. This error is also a ValueError.
+            NotTrainedError: No model has been trained and saved yet. This error is also a ValueError.
             OSError: The disk is full, or the folder cannot be written.
         """
         self._training_settings()
@@ -184,7 +184,7 @@ class BasicModel:
         return path
 
     def set_model_logger(self) -> bool:
-        """Log to stdout, ``progress.csv`` and TensorBoard in the log folder. A new model already does so.
+        """Log to stdout, ``progress.csv`` and TensorBoard in the log folder. A new model already logs there.
 
         Returns:
             True.
@@ -200,18 +200,18 @@ class BasicModel:
         return True
 
     def check_env(self) -> bool:
-        """Return whether the environment meets the requirements of stable-baselines3; log the reason if not."""
+        """Return whether the environment meets stable-baselines3's requirements, and log the reason if it does not."""
         from stable_baselines3.common.env_checker import check_env
 
         try:
             check_env(self.env, warn=True)  # type: ignore[arg-type]
-        except Exception as error:  # the environment's code runs and can raise anything
+        except Exception as error:  # the environment's code can raise any exception
             _log.error("%s is not as stable-baselines3 wants it: %s", self.env, error)
             return False
         return True
 
     def close_env(self) -> bool:
-        """Close the environment and the logs; return True."""
+        """Close the environment and the logs, and return True."""
         if self._logging:
             self.model.logger.close()
         if self.env is not None:
@@ -230,8 +230,8 @@ class BasicModel:
         Args:
             observation: One observation or a batch.
             state: State of a recurrent policy.
-            mask: Whether an episode begins, per environment; stable-baselines3 calls it ``episode_start``.
-            deterministic: Return the most probable action instead of a sample.
+            mask: Whether an episode begins in each environment, called ``episode_start`` in stable-baselines3.
+            deterministic: Whether to return the most probable action instead of a sample.
 
         Returns:
             The action, and the next state of a recurrent policy.
@@ -245,7 +245,7 @@ class BasicModel:
         return new_model(self.settings, self.env)
 
     def _for_prediction(self, path: Path) -> BaseAlgorithm:
-        """Open a model without data that only training needs; it must fit the environment, if there is one."""
+        """Open a model for predictions only, and check that it matches the environment, if any."""
         model = load_model(path, algorithm=self.algorithm, trust=self._trust)
         for name in ("observation_space", "action_space") if self.env is not None else ():
             written, real = getattr(model, name), getattr(self.env, name)

@@ -1,4 +1,4 @@
-"""The ``<algo>_params`` blocks of FRobs_RL's YAML files, with its defaults."""
+"""The ``<algo>_params`` blocks of FRobs_RL's YAML files, with FRobs_RL's defaults."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class Strict(BaseModel):
-    """Base class: frozen; unknown keys raise errors."""
+    """Base class of immutable settings that reject unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class TrainFrequency(Strict):
-    """The interval between rounds of learning of an off-policy algorithm.
+    """The interval between two rounds of learning of an off-policy algorithm.
 
     Attributes:
         freq: Length of the interval in ``unit``.
@@ -33,14 +33,14 @@ class Block(Strict):
 
     Attributes:
         learning_rate: Learning rate of every optimizer.
-        gamma: Discount per step.
+        gamma: Discount factor per step.
     """
 
     learning_rate: PositiveFloat
     gamma: Fraction = 0.99
 
     def attributes(self) -> dict[str, Any]:
-        """Return the keywords of the algorithm's class in stable-baselines3."""
+        """Return the keyword arguments of the algorithm's class in stable-baselines3."""
         found = self.model_dump()
         if "train_freq" in found:
             found["train_freq"] = (found["train_freq"]["freq"], found["train_freq"]["unit"])
@@ -48,7 +48,7 @@ class Block(Strict):
 
 
 class OnPolicyBlock(Block):
-    """Settings that PPO and A2C share, with stable-baselines3's names."""
+    """Settings shared by PPO and A2C, named as in stable-baselines3."""
 
     n_steps: PositiveInt
     gae_lambda: Fraction
@@ -58,7 +58,7 @@ class OnPolicyBlock(Block):
 
 
 class PPOBlock(OnPolicyBlock):
-    """``ppo_params``."""
+    """Settings in the block ``ppo_params``."""
 
     learning_rate: PositiveFloat = 3e-4
     n_steps: PositiveInt = 100
@@ -69,7 +69,7 @@ class PPOBlock(OnPolicyBlock):
 
 
 class A2CBlock(OnPolicyBlock):
-    """``a2c_params``."""
+    """Settings in the block ``a2c_params``."""
 
     learning_rate: PositiveFloat = 7e-4
     n_steps: PositiveInt = 5
@@ -80,7 +80,7 @@ class A2CBlock(OnPolicyBlock):
 
 
 class OffPolicyBlock(Block):
-    """Settings that the off-policy algorithms share, with stable-baselines3's names."""
+    """Settings shared by the off-policy algorithms, named as in stable-baselines3."""
 
     buffer_size: PositiveInt = 1_000_000
     learning_starts: NonNegativeInt = 100
@@ -91,13 +91,13 @@ class OffPolicyBlock(Block):
 
 
 class DDPGBlock(OffPolicyBlock):
-    """``ddpg_params``."""
+    """Settings in the block ``ddpg_params``."""
 
     learning_rate: PositiveFloat = 1e-3
 
 
 class TD3Block(OffPolicyBlock):
-    """``td3_params``."""
+    """Settings in the block ``td3_params``."""
 
     learning_rate: PositiveFloat = 1e-3
     policy_delay: PositiveInt = 2
@@ -106,7 +106,7 @@ class TD3Block(OffPolicyBlock):
 
 
 class SACBlock(OffPolicyBlock):
-    """``sac_params``."""
+    """Settings in the block ``sac_params``."""
 
     learning_rate: PositiveFloat = 3e-4
     batch_size: PositiveInt = 256
@@ -117,7 +117,7 @@ class SACBlock(OffPolicyBlock):
 
 
 class DQNBlock(OffPolicyBlock):
-    """``dqn_params``."""
+    """Settings in the block ``dqn_params``."""
 
     learning_rate: PositiveFloat = 1e-4
     learning_starts: NonNegativeInt = 50_000
@@ -139,7 +139,7 @@ BLOCKS: Mapping[str, type[Block]] = {
     "sac": SACBlock,
     "td3": TD3Block,
 }
-"""Block class by the algorithm's name; the block of the file is called ``<name>_params``."""
+"""Class of each algorithm's block, by algorithm name. In the file, the block is called ``<name>_params``."""
 
 WITH_SDE = ("ppo", "a2c", "sac")
 """Algorithms that support state-dependent exploration."""

@@ -1,4 +1,4 @@
-"""Build models of stable-baselines3 from the settings of a file."""
+"""Builds models of stable-baselines3 from the settings in a file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Env = gym.Env[Any, Any] | VecEnv
 _log = logging.getLogger("frobs")
 
 _ONLY_NEW = ("use_rms_prop", "rms_prop_eps", "use_sde")
-"""Settings that determine the networks, so that a saved model keeps its own values."""
+"""Settings that determine the networks. For these settings, a saved model keeps its own values."""
 
 _REAPPLIED = (
     "batch_size",
@@ -39,7 +39,9 @@ _REAPPLIED = (
     "vf_coef",
     "max_grad_norm",
 )
-"""Settings that the file applies to an imitated policy; all others keep the values in the policy's own file."""
+"""Settings of the YAML file that are applied to an imitated policy. All other settings keep the values in the policy's
+file.
+"""
 
 
 def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
@@ -55,7 +57,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
-    """Return the saved model ``model_name``, with the numbers in the file instead of the saved ones."""
+    """Return the saved model ``model_name``, with the YAML file's numbers instead of the saved numbers."""
     path = existing_model(folder, settings.params.model_name)
     attributes = {**settings.block.attributes(), **exploration(settings, env)}
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}
@@ -77,7 +79,7 @@ def imitated_model(settings: FileSettings, env: Env, path: Path, trust: bool) ->
 
 
 def exploration(settings: FileSettings, env: Env) -> dict[str, Any]:
-    """Return the keywords of exploration noise; state-dependent exploration replaces action noise."""
+    """Return the keyword arguments for exploration noise. State-dependent exploration replaces action noise."""
     found = settings.sde()
     if settings.algorithm in WITH_NOISE:
         found["action_noise"] = _noise(settings, env) if settings.has_action_noise() else None
@@ -96,7 +98,7 @@ def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
 
 
 def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
-    """Load the replay buffer that is stored next to the model, if there is one."""
+    """Load the replay buffer that is stored next to the model, if it exists."""
     arrays, pickled = (path.with_name(f"{path.stem}_replay_buffer{suffix}") for suffix in (".npz", ".pkl"))
     if arrays.is_file():
         assert model.replay_buffer is not None

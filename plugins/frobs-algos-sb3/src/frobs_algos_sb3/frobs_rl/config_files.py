@@ -1,4 +1,4 @@
-"""Finds the YAML files of packages."""
+"""Finds YAML files in packages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""FRobs_RL's package name, which also stands for the default files."""
+"""Name of FRobs_RL's package, which also refers to the default files."""
 
 DEFAULTS = Path(__file__).parent / "config"
 """Folder of the default files."""
@@ -18,10 +18,10 @@ def find_config(package: str | None, filename: str | Path) -> Path:
     """Return the path of a YAML file, or raise a ConfigurationError that lists the existing files.
 
     Args:
-        package: A ROS package, with the file in its ``config`` folder, or a Python package, with the file in its
-            ``config`` folder or next to its modules. ``"frobs_rl"`` also means the default files. None: ``filename``
-            is a path.
-        filename: The file; an absolute path is used directly.
+        package: Name of a ROS package, with the file in its ``config`` folder, or of a Python package, with the file in
+            its ``config`` folder or next to its modules. ``"frobs_rl"`` also refers to the default files. If None,
+            ``filename`` is a path.
+        filename: Name of the file. An absolute path is used directly.
     """
     if package is None or Path(filename).is_absolute():
         path = Path(filename)

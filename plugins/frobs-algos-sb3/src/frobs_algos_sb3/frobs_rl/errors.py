@@ -23,4 +23,4 @@ class LogFolderExistsError(RunError, ValueError):
 
 
 class NotTrainedError(RunError, ValueError):
-    """The replay buffer cannot be saved before a model was trained and saved."""
+    """The replay buffer cannot be saved before a model has been trained and saved."""

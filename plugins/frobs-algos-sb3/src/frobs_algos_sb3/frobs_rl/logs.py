@@ -29,8 +29,9 @@ _OURS = ("progress.csv", "events.out.tfevents.*")
 def log_folder(path: Path, on_existing: str) -> Path:
     """Return the folder for the logs.
 
-    If it exists, ``on_existing`` ``error`` raises LogFolderExistsError, ``increment`` returns the next free name
-    (``TD3_2`` after ``TD3_1``), ``overwrite`` removes its logs, and ``resume`` continues them.
+    If the folder exists, the result depends on ``on_existing``. With ``error``, LogFolderExistsError is raised. With
+    ``increment``, the next free name is returned (``TD3_2`` after ``TD3_1``). With ``overwrite``, the folder's logs are
+    removed. With ``resume``, the logs are continued.
     """
     if on_existing not in CHOICES:
         raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
@@ -68,7 +69,10 @@ def make_logger(folder: Path) -> Logger:
 
 
 class ContinuedCSV(CSVOutputFormat):
-    """Appends to an existing table, unlike stable-baselines3's writer. An incomplete last line is dropped."""
+    """CSV writer that, unlike stable-baselines3's writer, appends to an existing table.
+
+    An incomplete last line is dropped.
+    """
 
     def __init__(self, path: Path) -> None:
         text = path.read_text("utf-8")

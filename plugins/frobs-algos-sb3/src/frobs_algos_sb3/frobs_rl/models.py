@@ -1,4 +1,4 @@
-"""FRobs_RL's algorithms; each reads its own block of the YAML file."""
+"""FRobs_RL's algorithms, each of which reads its own block of the YAML file."""
 
 from __future__ import annotations
 
@@ -9,36 +9,36 @@ from frobs_algos_sb3.frobs_rl.on_policy import OnPolicyModel
 
 
 class A2C(OnPolicyModel):
-    """Advantage actor-critic; its YAML file has the block ``a2c_params``."""
+    """Advantage actor-critic, configured by the block ``a2c_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "a2c"
 
 
 class DDPG(BasicModel):
-    """Deep deterministic policy gradient; its YAML file has the block ``ddpg_params``."""
+    """Deep deterministic policy gradient, configured by the block ``ddpg_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "ddpg"
 
 
 class DQN(BasicModel):
-    """Deep Q network; its YAML file has the block ``dqn_params``."""
+    """Deep Q network, configured by the block ``dqn_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "dqn"
 
 
 class PPO(OnPolicyModel):
-    """Proximal policy optimization; its YAML file has the block ``ppo_params``."""
+    """Proximal policy optimization, configured by the block ``ppo_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "ppo"
 
 
 class SAC(BasicModel):
-    """Soft actor-critic; its YAML file has the block ``sac_params``."""
+    """Soft actor-critic, configured by the block ``sac_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "sac"
 
 
 class TD3(BasicModel):
-    """Twin delayed DDPG; its YAML file has the block ``td3_params``."""
+    """Twin delayed DDPG, configured by the block ``td3_params`` of the YAML file."""
 
     algorithm: ClassVar[str] = "td3"

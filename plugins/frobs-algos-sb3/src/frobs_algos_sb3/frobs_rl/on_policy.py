@@ -13,11 +13,11 @@ from frobs_core.errors import MissingSettingError
 
 
 class OnPolicyModel(BasicModel):
-    """Base class of PPO and A2C: two more arguments than :class:`BasicModel`.
+    """Base class of PPO and A2C, with two more arguments than :class:`BasicModel`.
 
     Args:
         *args: Positional arguments of :class:`BasicModel`.
-        load_il_policy: Start with the policy in ``il_policy_path``.
+        load_il_policy: Whether to start with the policy in ``il_policy_path``.
         il_policy_path: Model file from imitation learning with the same algorithm.
         **kwargs: Keyword arguments of :class:`BasicModel`.
     """

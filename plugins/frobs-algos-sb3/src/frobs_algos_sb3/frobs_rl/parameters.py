@@ -1,6 +1,6 @@
 """Parameters from the YAML file, passed through ROS's parameter server if one is running.
 
-Only this module of the class API uses the parameter server, and it imports no ROS package.
+No other module of the class API uses the parameter server. This module does not import any ROS packages.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ SERVERS = "frobs.parameter_servers"
 
 
 def load_parameters(path: Path, ns: str) -> Mapping[str, Any]:
-    """Read a YAML file; copy it to a namespace (``"/"``, ``"/robot1"``) of the parameter server if one is running."""
+    """Read a YAML file, and copy its parameters to the parameter server if one is running.
+
+    ``ns`` is the namespace on the parameter server, such as ``"/"`` or ``"/robot1"``.
+    """
     mapping = load_yaml(path)
     server = parameter_server()
     if server is not None and isinstance(mapping.get(ROOT), Mapping):
@@ -43,7 +46,7 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 def parameter_server() -> Any:
     """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server is running.
 
-    Other distributions register functions that return such an object in the entry-point group
+    Other distributions can register functions that return such an object, in the entry-point group
     ``frobs.parameter_servers``.
     """
     for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):

@@ -12,7 +12,7 @@ from frobs_core.errors import ConfigurationError, nearest
 
 
 def free_name(path: Path) -> Path:
-    """Return the path; append the time if it exists: ``trained_model_31_12_2026_23_59_59.zip``."""
+    """Return the path, with the time appended if the file exists: ``trained_model_31_12_2026_23_59_59.zip``."""
     if not path.exists():
         return path
     stem = f"{path.stem}_{datetime.now().strftime('%d_%m_%Y_%H_%M_%S')}"
@@ -38,7 +38,10 @@ def existing_model(folder: Path, name: str) -> Path:
 
 
 class SaveEvery(BaseCallback):
-    """Saves the model at regular intervals as ``<prefix>_<steps>_steps.zip``; ``save`` writes it to a path."""
+    """Callback that regularly saves the model as ``<prefix>_<steps>_steps.zip``.
+
+    The function ``save`` writes the model to a given path.
+    """
 
     def __init__(self, steps: int, folder: Path, prefix: str, save: Callable[[Path], None]) -> None:
         super().__init__()

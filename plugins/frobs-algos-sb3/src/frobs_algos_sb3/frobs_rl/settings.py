@@ -1,4 +1,4 @@
-"""The settings in FRobs_RL's YAML files, below the key ``model_params``."""
+"""The settings in FRobs_RL's YAML files, under the key ``model_params``."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class PolicyParams(Strict):
 
     Attributes:
         net_arch: Widths of the hidden layers.
-        activation_fn: Activation function between the layers; upper or lower case.
+        activation_fn: Name of the activation function between the layers, in upper or lower case.
         features_extractor_class: Features extractor in front of the layers.
-        optimizer_class: Name of an optimizer of PyTorch.
+        optimizer_class: Name of a PyTorch optimizer.
     """
 
     net_arch: list[PositiveInt] | dict[Literal["pi", "vf", "qf"], list[PositiveInt]] = Field(default=[400, 300])
@@ -43,7 +43,7 @@ class PolicyParams(Strict):
         return value.lower() if isinstance(value, str) else value
 
     def to_kwargs(self) -> dict[str, Any]:
-        """Return ``policy_kwargs`` of stable-baselines3; raise ConfigurationError for an abstract extractor."""
+        """Return ``policy_kwargs`` for stable-baselines3, or raise ConfigurationError for an abstract extractor."""
         from stable_baselines3.common import torch_layers
         from torch import nn, optim
 
@@ -64,8 +64,9 @@ class SdeParams(Strict):
     """Settings of state-dependent exploration.
 
     Attributes:
-        sde_sample_freq: Steps after which a new noise matrix is drawn; −1: only at the start of an iteration.
-        use_sde_at_warmup: Whether to also use it before learning starts (SAC).
+        sde_sample_freq: Number of steps after which a new noise matrix is drawn, or −1 to draw one only at the start of
+            an iteration.
+        use_sde_at_warmup: Whether to use state-dependent exploration even before learning starts (SAC).
     """
 
     sde_sample_freq: int = Field(default=-1, ge=-1)
@@ -73,7 +74,7 @@ class SdeParams(Strict):
 
 
 class ActionNoiseParams(Strict):
-    """Gaussian noise on actions in [−1, 1], equal for all components.
+    """Gaussian noise on actions in [−1, 1], with the same parameters for all components.
 
     Attributes:
         mean: Mean of the noise.
@@ -89,16 +90,16 @@ class ModelParams(Strict):
 
     Attributes:
         training_steps: Number of steps per call of ``train``.
-        save_freq: Steps between models that are saved during training; 0: none.
-        save_prefix: Prefix of the names of these models.
-        trained_model_name: Name of the model that is saved at the end.
-        save_replay_buffer: Whether to save the replay buffer next to that model.
+        save_freq: Number of steps between models that are saved during training, or 0 to save none.
+        save_prefix: Name prefix of the models that are saved during training.
+        trained_model_name: Name of the model that is saved at the end of training.
+        save_replay_buffer: Whether to save the replay buffer next to the model at the end of training.
         load_model: Whether to continue training the model ``model_name``.
         model_name: Name of a model in the model folder.
         log_folder: Name of the log folder of this training run.
-        log_interval: Episodes between log entries; for PPO and A2C: iterations.
+        log_interval: Number of episodes between log entries, or of iterations for PPO and A2C.
         reset_num_timesteps: Whether each call of ``train`` counts steps from 0.
-        use_custom_policy: Whether to use ``policy_params``; only for new models.
+        use_custom_policy: Whether to use ``policy_params`` for new models.
         policy_params: Settings of the networks.
         use_sde: Whether to use state-dependent exploration (PPO, A2C, SAC).
         sde_params: Settings of state-dependent exploration.
@@ -125,7 +126,7 @@ class ModelParams(Strict):
 
 
 class FileSettings(Strict):
-    """Settings in a file for one algorithm; ``unused`` lists the keys that have no effect on it."""
+    """Settings in a file for one algorithm. ``unused`` lists the keys that do not affect the algorithm."""
 
     algorithm: str
     params: ModelParams
@@ -133,7 +134,7 @@ class FileSettings(Strict):
     unused: tuple[str, ...] = ()
 
     def sde(self) -> dict[str, Any]:
-        """Return the keywords of state-dependent exploration; empty if the algorithm does not support it."""
+        """Return the keyword arguments for state-dependent exploration, or ``{}`` if it is not supported."""
         if self.algorithm not in WITH_SDE:
             return {}
         params = self.params.sde_params.model_dump()
@@ -142,7 +143,7 @@ class FileSettings(Strict):
         return {"use_sde": self.params.use_sde, **params}
 
     def has_action_noise(self) -> bool:
-        """Return whether noise is added to actions; state-dependent exploration replaces it."""
+        """Return whether noise is added to actions. State-dependent exploration replaces this noise."""
         return self.params.use_action_noise and not self.sde().get("use_sde", False)
 
 
@@ -153,11 +154,11 @@ def algorithms_in(mapping: Mapping[str, Any]) -> list[str]:
 
 
 def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str = "the parameters") -> FileSettings:
-    """Validate a file for one algorithm and add FRobs_RL's defaults; errors name the file ``path``.
+    """Validate a file for one algorithm and add FRobs_RL's defaults. Errors contain the file's ``path``.
 
     Raises:
         ConfigFileError: ``model_params`` or the algorithm's block is missing, or a key or value is invalid.
-        ConfigurationError: The same problem, if the mapping does not come from a file.
+        ConfigurationError: A key or value is invalid, and the mapping was not read from a file.
     """
     given = mapping.get(ROOT)
     if not isinstance(given, Mapping):

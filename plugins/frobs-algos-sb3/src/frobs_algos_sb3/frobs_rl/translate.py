@@ -1,4 +1,4 @@
-"""Translate FRobs_RL's YAML files into a run's configuration, for ``frobs train --config``."""
+"""Translates FRobs_RL's YAML files into run configurations, for ``frobs train --config``."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _ELSEWHERE = (
     "log_interval",
     "reset_num_timesteps",
 )
-"""Keys that the run folder replaces: paths and names."""
+"""Keys that do not affect a run, because their purpose is served by the run folder."""
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the equivalent keys of :class:`frobs_train.RunConfig` for a file of FRobs_RL, and a note.
+    """Return the keys of :class:`frobs_train.RunConfig` that correspond to a file of FRobs_RL, and a note.
 
-    The note lists in one line the keys that have no meaning for a run. It may be empty. A ConfigFileError is raised if
-    a key or value is invalid, or if the file continues a saved model.
+    The note is one line that lists the keys without an effect on a run, or empty. A ConfigFileError is raised if a key
+    or value is invalid, or if the file continues a saved model.
     """
     settings = read_settings(mapping, algorithm, path)
     params = settings.params
@@ -48,7 +48,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
 
 
 def algorithm_config(settings: FileSettings) -> dict[str, Any]:
-    """Return the settings of the algorithm in ``frobs train``; observations are passed to the networks unchanged."""
+    """Return the algorithm's settings for ``frobs train``, which pass observations to the networks unchanged."""
     params = settings.params
     config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
     if "train_freq" in config:

@@ -1,4 +1,4 @@
-"""Model files of stable-baselines3, opened without executing code in them."""
+"""Reading and writing of stable-baselines3's model files, without executing code in the files."""
 
 from frobs_algos_sb3.model_files.archive import ModelArchive, read_archive
 from frobs_algos_sb3.model_files.buffers import read_replay_buffer, write_replay_buffer

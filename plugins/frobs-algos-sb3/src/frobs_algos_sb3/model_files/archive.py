@@ -1,8 +1,8 @@
-"""The zip file of a model: read its plain JSON and its tensors, but not its pickles.
+"""Reads the plain JSON and the tensors, but not the pickles, in the zip file of a model.
 
 stable-baselines3 writes each attribute of a model into the JSON file ``data``. If JSON cannot represent a value, the
-file contains a pickle in base64 under ``:serialized:``, next to readable text. This module never unpickles them.
-PyTorch reads the tensors with ``weights_only``, which builds only tensors, numbers and containers.
+file contains a pickle in base64 under ``:serialized:``, next to readable text. This module never loads these pickles.
+PyTorch reads the tensors with ``weights_only``, which creates only tensors, numbers and containers.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ MAX_FILE_BYTES = 2**32
 """Maximum size of a model file."""
 
 MAX_JSON_BYTES = 64 * 2**20
-"""Maximum size of ``data``; images among the attributes take some megabytes."""
+"""Maximum size of ``data``. Images among the attributes can occupy several megabytes."""
 
 MAX_MEMBERS = 64
-"""Maximum number of files in an archive; stable-baselines3 writes at most eight."""
+"""Maximum number of files in an archive, of which stable-baselines3 writes at most eight."""
 
 MAX_GROWTH = 20
-"""Maximum ratio of uncompressed to compressed size; stable-baselines3 does not compress."""
+"""Maximum ratio of uncompressed to compressed size. Files written by stable-baselines3 are not compressed."""
 
 _NAME = re.compile(r"^[A-Za-z_][A-Za-z0-9_.]*$")
 _INNER_NAME = re.compile(r"^(?!/)(?!.*\.\.)[A-Za-z0-9_./-]+$")
@@ -50,8 +50,8 @@ class ModelArchive:
     path: Path  # the file
     content: bytes  # its bytes
     data: Mapping[str, Any]  # the JSON without ``:serialized:`` entries
-    pickled: frozenset[str]  # keys of ``data`` whose value is pickled
-    tensors: Mapping[str, Any]  # state dictionary of each part: ``policy``, ``policy.optimizer``, …
+    pickled: frozenset[str]  # keys of ``data`` whose values are pickled
+    tensors: Mapping[str, Any]  # state dictionaries by part: ``policy``, ``policy.optimizer``, …
     version: str  # version of stable-baselines3
 
 
@@ -59,7 +59,7 @@ def read_archive(path: Path | str) -> ModelArchive:
     """Read a model file without executing code in it or writing to disk.
 
     Args:
-        path: The file; a missing ``.zip`` is added.
+        path: Path of the file. A missing ``.zip`` suffix is added.
 
     Raises:
         CheckpointError: The file is missing or damaged, or opening it would exhaust the memory.
@@ -83,7 +83,7 @@ def read_archive(path: Path | str) -> ModelArchive:
         known_version = "_stable_baselines3_version" in names
         version = _member(path, archive, "_stable_baselines3_version")[:64] if known_version else b""
     for name in _VARIABLES:
-        tensors.pop(name.removesuffix(".pth"), None)  # only checked: the loader reads them again
+        tensors.pop(name.removesuffix(".pth"), None)  # only checked here, because the loader reads them again
     return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
 
 
@@ -97,7 +97,7 @@ def find_file(path: Path | str, suffix: str = ".zip") -> Path:
 
 
 def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
-    """Return a copy of the model file with the same tensors and plain JSON, so that it cannot contain pickles."""
+    """Return a copy of the model file that contains its tensors and the attribute names ``keys``, but no pickles."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
         new.writestr("data", json.dumps(dict.fromkeys(keys)))
@@ -109,7 +109,7 @@ def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
 
 
 def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], part: str = "") -> zipfile.ZipFile:
-    """Open an archive after checking its directory."""
+    """Open an archive and check its table of contents."""
     where = f"{path}{f' ({part})' if part else ''}"
     try:
         archive = zipfile.ZipFile(file)
@@ -160,7 +160,7 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
         _open(path, io.BytesIO(content), len(content), _INNER_NAME, name).close()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # warnings about the file; problems are reported below
+            warnings.simplefilter("ignore")  # ignore warnings about the file: problems are reported below
             value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise UntrustedFileError(path, f"'{name}' in it contains objects that only Python code can build") from error

@@ -21,14 +21,14 @@ _FIELDS = ("observations", "next_observations", "actions", "rewards", "dones", "
 
 
 def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
-    """Write the filled part of a replay buffer atomically: to a temporary file, which is then renamed.
+    """Write the filled part of a replay buffer atomically, by writing a temporary file and then renaming it.
 
     Args:
         buffer: Buffer of stable-baselines3, with flat or dictionary observations.
-        path: Path of the file; ends in ``.npz``.
+        path: Path of the file, which ends in ``.npz``.
 
     Raises:
-        ConfigurationError: The buffer's class keeps more than arrays.
+        ConfigurationError: The buffer is not a plain replay buffer, or uses ``optimize_memory_usage``.
         OSError: The disk is full, or the folder cannot be written.
     """
     if type(buffer) not in (ReplayBuffer, DictReplayBuffer) or buffer.optimize_memory_usage:
@@ -44,14 +44,14 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
 
 
 def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
-    """Fill a model's replay buffer from a file; a buffer with less capacity gets the newest steps.
+    """Fill a model's replay buffer from a file. A buffer that is too small receives only the newest steps.
 
     Args:
         buffer: Buffer with the same spaces and number of environments.
-        path: File that :func:`write_replay_buffer` wrote.
+        path: File written by :func:`write_replay_buffer`.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or does not fit the buffer. The buffer is unchanged.
+        CheckpointError: The file is missing or damaged, or it does not match the buffer. The buffer remains unchanged.
         UntrustedFileError: The file is a pickle or contains Python objects.
     """
     saved = _read(path)
@@ -70,7 +70,7 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
         raise CheckpointError(f"{path} is damaged: the next step would go to {following} of {count}.")
     if count <= capacity and (count == capacity or following == count):
         order, start = np.arange(count), following % capacity
-    else:  # another capacity: the newest steps that fit, oldest first
+    else:  # different capacity: use the newest steps that fit, oldest first
         order = (following + np.arange(count))[-capacity:] % count
         start = len(order) % capacity
     for name, whole in own.items():

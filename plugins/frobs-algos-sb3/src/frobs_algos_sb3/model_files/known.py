@@ -1,4 +1,4 @@
-"""The classes that a model file may name: algorithms, policies and their parts."""
+"""The classes to which a model file may refer: algorithms, policies and their parts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALGORITHMS: Mapping[str, str] = {
     "recurrent_ppo": "sb3_contrib:RecurrentPPO",
     "crossq": "sb3_contrib:CrossQ",
 }
-"""Class as ``"module:class"``, by the algorithm's name."""
+"""Class of each algorithm as ``"module:class"``, by algorithm name."""
 
 _POLICIES: Mapping[str, tuple[str, ...]] = {
     "stable_baselines3.common.policies": ("ActorCriticPolicy", "ActorCriticCnnPolicy", "MultiInputActorCriticPolicy"),
@@ -69,7 +69,7 @@ _CLASSES: Mapping[str, Mapping[str, type]] = {
 
 
 def algorithm_class(name: str) -> type[BaseAlgorithm]:
-    """Return the class of an algorithm; raise Unreadable if sb3-contrib is not installed."""
+    """Return the class of an algorithm, or raise Unreadable if sb3-contrib is not installed."""
     module, _, attribute = ALGORITHMS[name].partition(":")
     try:
         found: type[BaseAlgorithm] = getattr(import_module(module), attribute)
@@ -79,7 +79,10 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
 
 
 def identify(data: Mapping[str, Any]) -> str | None:
-    """Return the name of the algorithm to which attributes belong, or None; no file contains the name."""
+    """Return the name of the algorithm that saved the attributes ``data``, or None if it cannot be identified.
+
+    The name is inferred from the attributes, because files do not contain it.
+    """
     policy = data.get("policy_class")
     module = policy.get("__module__") if isinstance(policy, dict) else None
     if module in _OF_MODULE:
@@ -98,9 +101,9 @@ def identify(data: Mapping[str, Any]) -> str | None:
 
 
 def policy_class(value: Any) -> type[Any]:
-    """Return the policy class that a pickle's readable text names; raise Unreadable if the class is not a known one.
+    """Return the policy class named in a pickle's readable text, or raise Unreadable if the class is unknown.
 
-    The text contains the class's module, and the class itself only in the name of its constructor.
+    The text contains the name of the class's module, but the name of the class only as part of its constructor's name.
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None
@@ -113,7 +116,7 @@ def policy_class(value: Any) -> type[Any]:
 
 
 def policy_argument_class(field: str, written: Any) -> type[Any]:
-    """Return the class that a field of ``policy_kwargs`` names: ``"<class 'torch.nn.modules.activation.ReLU'>"``."""
+    """Return the class for the text of a ``policy_kwargs`` field: ``"<class 'torch.nn.modules.activation.ReLU'>"``."""
     classes = _CLASSES[field]
     name = class_name(written)
     if name not in classes:

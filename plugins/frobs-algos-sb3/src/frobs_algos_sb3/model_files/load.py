@@ -27,16 +27,16 @@ from frobs_algos_sb3.model_files.text import Unreadable
 from frobs_core.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
 
 _NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
-"""Attributes without which the policy cannot be built."""
+"""Attributes that are required to build the policy."""
 
 _GYM_MODULES = (
     "", ".spaces", ".spaces.box", ".spaces.dict", ".spaces.discrete", ".spaces.multi_binary", ".spaces.multi_discrete",
     ".spaces.space", ".spaces.tuple", ".utils", ".utils.seeding",
 )  # fmt: skip
-"""Modules of gym that the pickles of a model name."""
+"""Modules of gym to which a model's pickles may refer."""
 
 _FAILURES = (RuntimeError, ValueError, KeyError, TypeError, AttributeError, IndexError, AssertionError, MemoryError)
-"""Exceptions that stable-baselines3 raises for parts that do not fit each other."""
+"""Exceptions that stable-baselines3 raises if the parts of a model do not match."""
 
 
 def load_model(
@@ -52,22 +52,22 @@ def load_model(
     """Open a model file of stable-baselines3 or sb3-contrib without executing code in it.
 
     Args:
-        path: The file; ``.zip`` may be omitted.
-        env: Environment for further training; None: predictions only. Without an environment, attributes that only
-            training needs (schedules, noise, …) may be unreadable.
-        algorithm: Name in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`; None: identify the algorithm from the
-            file.
-        trust: Open the file with stable-baselines3's own loader, which executes code in the file.
+        path: Path of the file. The suffix ``.zip`` may be omitted.
+        env: Environment for further training, or None for predictions only. Without an environment, attributes that are
+            needed only for training (schedules, noise, …) may be unreadable.
+        algorithm: Name in :data:`frobs_algos_sb3.model_files.known.ALGORITHMS`, or None to identify the algorithm from
+            the file.
+        trust: Whether to open the file with stable-baselines3's own loader, which executes code in the file.
         device: Device of the networks.
-        defaults: Attributes for which the file's own value cannot be read.
-        **overrides: Attributes that replace those in the file: ``learning_rate=1e-3``.
+        defaults: Values for attributes that cannot be read from the file.
+        **overrides: Attributes that replace the values in the file, such as ``learning_rate=1e-3``.
 
     Returns:
         The model, an instance of the algorithm's class in stable-baselines3.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or belongs to another algorithm.
-        ConfigurationError: The environment's spaces differ from those of the model, or an override is invalid.
+        CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
+        ConfigurationError: The environment's spaces differ from the model's spaces, or an override is invalid.
         UntrustedFileError: A required attribute can only be read by executing code in the file.
     """
     archive = read_archive(path)
@@ -97,7 +97,10 @@ def load_model(
 def _load_trusted(
     archive: ModelArchive, cls: type[BaseAlgorithm], env: Any, device: str, overrides: Mapping[str, Any]
 ) -> BaseAlgorithm:
-    """Open the file with stable-baselines3's loader, including its pickles; replace spaces of gym by Gymnasium's."""
+    """Open the file, including its pickles, with stable-baselines3's loader.
+
+    Spaces of gym are replaced by Gymnasium's spaces.
+    """
     unshared = copy_shared_layers(archive)
     objects = {} if unshared is archive else {"policy_kwargs": policy_kwargs(unshared.data["policy_kwargs"], unshared)}
     with _gym_as_gymnasium():
@@ -106,7 +109,7 @@ def _load_trusted(
 
 @contextmanager
 def _gym_as_gymnasium() -> Iterator[None]:
-    """Let pickles find Gymnasium's spaces under gym's names, if no ``gym`` is installed."""
+    """Make Gymnasium's spaces available to pickles under gym's names, unless ``gym`` is installed."""
     names = [f"gymnasium{part}" for part in _GYM_MODULES] if importlib.util.find_spec("gym") is None else []
     added = {name.replace("gymnasium", "gym", 1): importlib.import_module(name) for name in names}
     sys.modules.update(added)
@@ -125,7 +128,7 @@ def _check_algorithm(archive: ModelArchive, name: str) -> None:
 
 
 def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
-    """Use the environment's exact spaces if they match those in the file."""
+    """Use the environment's exact spaces if they match the spaces in the file."""
     for key, real in (("observation_space", env.observation_space), ("action_space", env.action_space)):
         written = found.values.get(key)
         if written is not None and not same_space(written, real):
@@ -135,7 +138,7 @@ def _take_spaces(archive: ModelArchive, found: Rebuilt, env: VecEnv) -> None:
 
 
 def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any], training: bool) -> None:
-    """Use defaults for unreadable attributes; raise an error if a required one is missing."""
+    """Use defaults for unreadable attributes, and raise an error if a required attribute is missing."""
     for key in [key for key in found.unreadable if key in defaults]:
         found.values[key] = defaults[key]
         del found.unreadable[key]
@@ -155,7 +158,7 @@ def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any],
 
 
 def _reason(key: str, why: str) -> str:
-    """Return why an attribute requires trust, and the alternative."""
+    """Return the reason why an attribute cannot be read without ``trust``, and the alternative."""
     way = ""
     if key in ("observation_space", "action_space"):
         way = ", or open it with an environment"
@@ -174,7 +177,7 @@ def _build(
     values: dict[str, Any],
     overrides: Mapping[str, Any],
 ) -> BaseAlgorithm:
-    """Let stable-baselines3 build the model from a copy of the file without pickles."""
+    """Build the model with stable-baselines3 from a copy of the file without pickles."""
     frozen = [] if env is not None else [key for key in ("learning_rate",) if key not in {*values, *overrides}]
     if frozen:
         values["learning_rate"] = _learning_rate(archive)
@@ -193,7 +196,7 @@ def _build(
 
 
 def _learning_rate(archive: ModelArchive) -> float:
-    """Return the last learning rate of an optimizer, which is enough to build it."""
+    """Return the last learning rate of an optimizer, which is sufficient to build the optimizer."""
     for name, tensors in archive.tensors.items():
         if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
             return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0
@@ -205,7 +208,7 @@ def _first_line(error: BaseException) -> str:
 
 
 class _Unreadable:
-    """Placeholder for an unreadable schedule, so that training cannot silently use another one."""
+    """Placeholder for an unreadable schedule, so that training cannot silently use another schedule."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -20,7 +20,7 @@ from frobs_core.interfaces import Observation
 
 
 class ModelPolicy:
-    """A model with an algorithm's spaces and ``predict`` method."""
+    """A model that has the spaces and the ``predict`` method of an algorithm."""
 
     def __init__(self, model: BaseAlgorithm, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.model = model
@@ -34,7 +34,7 @@ class ModelPolicy:
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations, and the state of a recurrent policy."""
+        """Return actions for a batch of observations, and the next state of a recurrent policy."""
         return self.model.predict(observation, state, episode_start, deterministic)
 
 
@@ -45,15 +45,15 @@ def open_policy(
     algorithm: str | None = None,
     trust: bool = False,
 ) -> tuple[ModelPolicy, int]:
-    """Open a model file for an environment; the arguments are those of :func:`load_model`.
+    """Open a model file for an environment. See :func:`load_model` for ``algorithm`` and ``trust``.
 
     Returns:
         The policy, and the number of environment steps for which it was trained.
 
     Raises:
-        CheckpointError: The file is missing, damaged, or belongs to another algorithm.
+        CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
         UntrustedFileError: The file can only be opened by executing code in it.
-        RunError: The environment's spaces differ from those of the model.
+        RunError: The environment's spaces differ from the model's spaces.
     """
     model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
     seen = _as_trained(observation_space, model.observation_space)
@@ -67,12 +67,12 @@ def open_policy(
                 "give the environment the keywords and wrappers of the training: --set environment_kwargs.controller=…, "
                 "--set 'wrappers=[{name: …}]'."
             )
-    model.action_space = model.policy.action_space = action_space  # its bounds are exact
+    model.action_space = model.policy.action_space = action_space  # the environment's bounds are exact
     return ModelPolicy(model, observation_space, action_space), model.num_timesteps
 
 
 def _as_trained(real: gym.Space[Any], written: gym.Space[Any] | None) -> gym.Space[Any]:
-    """Return an observation space as stable-baselines3 converts it: images get their channels first."""
+    """Return an observation space after stable-baselines3's conversion, which puts image channels first."""
     if isinstance(real, spaces.Dict) and isinstance(written, spaces.Dict):
         return spaces.Dict([(key, _as_trained(inner, written.spaces.get(key))) for key, inner in real.spaces.items()])
     if isinstance(real, spaces.Box) and written is not None and real.shape != written.shape and is_image_space(real):

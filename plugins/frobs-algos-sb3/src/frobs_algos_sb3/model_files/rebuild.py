@@ -1,4 +1,4 @@
-"""Rebuild the attributes of a model from the readable part of its file."""
+"""Rebuilds a model's attributes from the readable part of its file."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FRESH = (
     "tensorboard_log",  # must not be chosen by an untrusted file
     "start_time",
 )
-"""Attributes that an opened model initializes itself, so that the values in the file do not matter."""
+"""Attributes that an opened model initializes itself, so that their values in the file are ignored."""
 
 _BUFFERS = {
     "ReplayBuffer": None,
@@ -40,7 +40,7 @@ _BUFFERS = {
     "NStepReplayBuffer": None,
     "HerReplayBuffer": HerReplayBuffer,
 }
-"""Classes of replay buffers; None: the model chooses the class from its spaces."""
+"""Replay buffer classes by name, or None if the model selects the class based on its spaces."""
 
 _ROLLOUTS = ("RolloutBuffer", "DictRolloutBuffer", "RecurrentRolloutBuffer", "RecurrentDictRolloutBuffer")
 _MAX_LAYERS = 64
@@ -50,14 +50,14 @@ _COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
 
 @dataclass
 class Rebuilt:
-    """Attributes of a model that were read without executing code, and the reason for each unreadable one."""
+    """Attributes of a model that were read without executing code, and the reasons why others are unreadable."""
 
     values: dict[str, Any] = field(default_factory=dict)
     unreadable: dict[str, str] = field(default_factory=dict)
 
 
 def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str]) -> Rebuilt:
-    """Read all attributes of a model class from a file, except those that the caller provides (``given``)."""
+    """Read all attributes of a model class from a file, except for the attributes in ``given``."""
     data, result = archive.data, Rebuilt()
     names = set(_attributes(cls)) - set(_FRESH)
     for name in [name for name in data if name in names and name not in given]:
@@ -95,7 +95,7 @@ def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
         return _rollout_buffer_class
     if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
         return _plain_mapping
-    if name == "n_envs":  # memory is allocated for each environment
+    if name == "n_envs":  # limited, because memory is allocated for each environment
         return lambda value: text.integer(value, 1, 2**16)
     if name in _WORDS:
         return _word_or_number
@@ -132,7 +132,7 @@ def _plain_mapping(value: Any) -> dict[str, Any]:
 
 
 def _class_of_constructor(value: Any) -> str:
-    """Return the class whose constructor is named next to a pickled class."""
+    """Return the name of a pickled class, read from the name of its constructor."""
     written = value.get("__init__") if isinstance(value, dict) else None
     if not isinstance(written, str) or not written.startswith("<function "):
         raise Unreadable("the file does not name its class")
@@ -157,7 +157,7 @@ def _rollout_buffer_class(value: Any) -> None:
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
-    """Return the policy's keywords; raise Unreadable for unknown keywords, or for sizes that no tensor has."""
+    """Return the policy's keyword arguments, or raise Unreadable for unknown keywords or sizes that no tensor has."""
     if not isinstance(value, dict):
         raise Unreadable("it is not a mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters
@@ -213,7 +213,7 @@ def _size(value: Any, sizes: set[int]) -> int:
 
 
 def _sizes(tensors: Any) -> set[int]:
-    """Return all dimensions of the policy's tensors, so that no file can request networks larger than itself."""
+    """Return all dimensions of the policy's tensors, which limit the networks that a file can request."""
     if not isinstance(tensors, Mapping) or not all(isinstance(item, th.Tensor) for item in tensors.values()):
         raise Unreadable("'policy.pth' contains no state dictionary")
     return {side for tensor in tensors.values() for side in tensor.shape}

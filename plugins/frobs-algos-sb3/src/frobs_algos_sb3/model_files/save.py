@@ -1,4 +1,4 @@
-"""Write models: stable-baselines3's zip file, and a JSON file with the attributes that the zip file only pickles."""
+"""Writes a model as stable-baselines3's zip file and a JSON file with the attributes that are only pickled there."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ MAX_BYTES = 16 * 2**20
 
 
 def sidecar_path(path: Path) -> Path:
-    """Return the path of a model's JSON file: ``td3.json`` for ``td3.zip``."""
+    """Return the path of a model's JSON file, such as ``td3.json`` for ``td3.zip``."""
     return path.with_suffix(".json")
 
 
 def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None = None) -> None:
-    """Write a model; each file is written to a temporary path and then renamed.
+    """Write a model. Each file is written to a temporary path and then renamed.
 
     Args:
         model: The model.
-        path: Path that ends in ``.zip``; an existing file is replaced.
+        path: Path that ends in ``.zip``. An existing file is replaced.
         notes: Additional entries of the JSON file.
 
     Raises:
@@ -57,7 +57,7 @@ def save_model(model: BaseAlgorithm, path: Path, notes: Mapping[str, Any] | None
 
 
 def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
-    """Return as JSON the attributes that a zip file contains only as pickles or with rounded numbers."""
+    """Return the attributes that a zip file contains only as pickles or with rounded numbers, as JSON values."""
     found: dict[str, Any] = {}
     for name in ("observation_space", "action_space"):
         try:
@@ -74,7 +74,7 @@ def _attributes(model: BaseAlgorithm) -> dict[str, Any]:
 
 
 def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
-    """Return the attributes in a model's JSON file; empty if it is missing or belongs to another file."""
+    """Return the attributes in a model's JSON file, or ``{}`` if it is missing or belongs to another model."""
     path = sidecar_path(archive.path)
     try:
         if path.stat().st_size > MAX_BYTES:

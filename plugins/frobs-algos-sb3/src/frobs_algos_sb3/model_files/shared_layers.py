@@ -1,6 +1,6 @@
-"""Copies layers that actor and critic share in model files of stable-baselines3 before 1.8.
+"""Copies the layers that the actor and the critic share in model files of stable-baselines3 before 1.8.
 
-The predictions stay the same. With further training, the two copies diverge.
+This does not change predictions. During further training, the two copies diverge.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LAYER = re.compile(r"^mlp_extractor\.(shared|policy|value)_net\.\d{1,3}\.(weigh
 
 
 def copy_shared_layers(archive: ModelArchive) -> ModelArchive:
-    """Return a model file whose actor and critic share no layers: the same file if they already do not."""
+    """Return a model file whose actor and critic do not share layers, which may be ``archive`` itself."""
     policy, kwargs = archive.tensors.get("policy"), archive.data.get("policy_kwargs")
     if not isinstance(policy, Mapping) or not isinstance(kwargs, dict):
         return archive
@@ -43,7 +43,7 @@ def copy_shared_layers(archive: ModelArchive) -> ModelArchive:
 
 
 def _sources(names: list[str]) -> dict[str, str]:
-    """Map the new name of each tensor to its old name, in the order of the new policy's parameters."""
+    """Return the old name of each tensor by its new name, in the order of the new policy's parameters."""
     shared = [name for name in names if name.startswith(_SHARED)]
     depth = 2 * len([name for name in shared if name.endswith("weight")])  # an activation follows each layer
     found: dict[str, str] = {}
@@ -60,7 +60,7 @@ def _sources(names: list[str]) -> dict[str, str]:
 
 
 def _optimizer(state: Any, old: list[str], sources: Iterable[str]) -> Any:
-    """Return an optimizer's state for the new parameters; each comes from an old parameter."""
+    """Return an optimizer's state for the new parameters, each of which corresponds to an old parameter."""
     if not isinstance(state, dict) or len(state.get("param_groups", ())) != 1:
         return state
     group = state["param_groups"][0]
@@ -73,7 +73,7 @@ def _optimizer(state: Any, old: list[str], sources: Iterable[str]) -> Any:
 
 
 def _content(archive: ModelArchive, tensors: Mapping[str, Any]) -> bytes:
-    """Return the content of the file with other tensors of the policy and its optimizer."""
+    """Return the content of the model file, with the tensors of the policy and its optimizer replaced."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
         for name in old.namelist():

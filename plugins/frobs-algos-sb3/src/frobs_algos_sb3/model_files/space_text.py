@@ -1,7 +1,7 @@
-"""Parse Gymnasium spaces from the readable text next to their pickles.
+"""Parses Gymnasium spaces from the readable text next to their pickles.
 
-The text contains the bounds of a Box with eight decimals, which is enough for predictions. An environment has the
-exact bounds.
+The text contains the bounds of a Box with eight decimals, which is sufficient for predictions. The exact bounds are
+available from an environment.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _SEPARATOR = re.compile(r"\s*,\s*")
 
 
 def read_space(value: Any) -> gym.Space[Any]:
-    """Return the space that a pickle's readable text describes; spaces of the old ``gym`` are supported."""
+    """Return the space that a pickle's readable text describes. Spaces of the old ``gym`` are supported."""
     if not isinstance(value, dict):
         raise Unreadable("it is not a space")
     module, _, kind = text.class_name(value.get(":type:")).rpartition(".")
@@ -90,7 +90,7 @@ class _Reader:
             raise Unreadable("something follows the text of its spaces")
 
     def items(self, pairs: bool, depth: int) -> OrderedDict[str, gym.Space[Any]]:
-        """Parse keys and spaces; with ``pairs``, each has the form ``('key', space)``."""
+        """Parse keys and spaces, which have the form ``('key', space)`` if ``pairs`` is set."""
         if depth > MAX_DEPTH:
             raise Unreadable(f"its spaces are nested deeper than {MAX_DEPTH}")
         found: OrderedDict[str, gym.Space[Any]] = OrderedDict()
@@ -195,7 +195,7 @@ def _multi_binary(n: Any) -> spaces.MultiBinary:
 
 
 def same_space(written: gym.Space[Any], real: gym.Space[Any]) -> bool:
-    """Return whether a space read from text equals one of an environment, up to the text's precision."""
+    """Return whether a space read from text equals an environment's space, up to the text's precision."""
     if type(written) is not type(real) or written.shape != real.shape:
         return False
     if isinstance(written, spaces.Dict) and isinstance(real, spaces.Dict):

@@ -1,6 +1,6 @@
-"""Strict parsers for the text next to a pickle: numbers, arrays, schedules, noise.
+"""Strict parsers for numbers, arrays, schedules and noise in the text next to a pickle.
 
-Each returns a value, or raises :class:`Unreadable` with the reason, because the text is untrusted.
+Each parser returns a value or raises :class:`Unreadable` with the reason, because the text is untrusted.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from stable_baselines3.common.noise import ActionNoise, NormalActionNoise, Ornst
 from stable_baselines3.common.utils import LinearSchedule
 
 MAX_VALUES = 2**24
-"""Maximum number of elements of an array."""
+"""Maximum number of elements in an array."""
 
 MAX_TEXT = 2**20
-"""Maximum number of characters of an array; NumPy omits the middle of large ones."""
+"""Maximum number of characters in the text of an array. NumPy omits the middle of large arrays."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf)"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([\[\],])|(\.\.\.))")
 
 
-class Unreadable(Exception):  # noqa: N818  # not an error: the caller knows the field and writes the message
-    """The text does not determine the value."""
+class Unreadable(Exception):  # noqa: N818  # not an error: the caller knows the field and creates the message
+    """Raised if the text does not determine the value."""
 
 
 def number(text: Any) -> float:
@@ -59,8 +59,8 @@ def shape(value: Any) -> tuple[int, ...]:
 def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
     """Return a float64 array from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
 
-    NumPy writes eight decimals, and omits the middle of arrays with more than a thousand elements. Such a text is
-    accepted only if it shows a single value. If ``of_shape`` is None, the array has one dimension.
+    NumPy writes eight decimals, and omits the middle of arrays with more than a thousand elements. Shortened text is
+    accepted only if all its numbers are equal. If ``of_shape`` is None, the array has one dimension.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
@@ -130,13 +130,16 @@ def action_noise(value: Any) -> ActionNoise | None:
 
 
 def class_name(text: Any) -> str:
-    """Return ``module.Class`` from ``"<class 'module.Class'>"``, or ``""``."""
+    """Return ``module.Class`` from ``"<class 'module.Class'>"``, or ``""`` for other text."""
     found = re.fullmatch(r"<class '([^']+)'>", text) if isinstance(text, str) else None
     return found[1] if found else ""
 
 
 def call(text: Any) -> tuple[str, dict[str, str]]:
-    """Return name and keywords of ``"Name(key=value, key=value)"``, the values as text; ``("", {})`` for other text."""
+    """Return the name and the keywords of ``"Name(key=value, key=value)"``, with the values as text.
+
+    For other text, return ``("", {})``.
+    """
     found = re.fullmatch(r"(\w+)\(([\w=., +-]*)\)", text) if isinstance(text, str) else None
     if found is None:
         return "", {}

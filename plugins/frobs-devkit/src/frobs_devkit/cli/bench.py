@@ -1,4 +1,4 @@
-"""``frobs bench``: where the time of a step or of a training run goes, and how the speed scales."""
+"""``frobs bench``: measures the time of each part of a step or training run, and how the speed scales."""
 
 from __future__ import annotations
 
@@ -95,15 +95,17 @@ def bench(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Measure where the time of a step or of a training run goes, or how the speed scales.
+    """Measure how long each part of a step or training run takes, or how the speed scales.
 
-    A step is compared with the bare engine, which replays the same states with the same controls. The two take turns, a
-    few steps each. With --training, a short training run in memory is measured with the settings that 'frobs train'
-    would use. Alternatives to some settings are measured, and those that are clearly faster are suggested.
+    By default, an environment step is compared with a step of the bare engine, which replays the same states and
+    controls. The environment and the bare engine alternate every few steps. With --training, a short in-memory training
+    run is measured with the settings that 'frobs train' would use. The command also measures alternatives to some
+    settings, and suggests the alternatives that are clearly faster.
 
-    With --scaling, steps per second and memory are measured against the numbers of environments, simulator threads and
-    processes, and with --runner ray of processes on a cluster. Each size runs in new processes. --predict fits a model
-    to these measurements, and predicts the time of a training run on more nodes.
+    With --scaling, the command measures how the steps per second and the memory depend on the number of environments,
+    simulator threads and processes. With --runner ray, the number of processes on a cluster is varied as well. Each
+    size is measured in new processes. With --predict, the command fits a model to these measurements and predicts the
+    time of a training run on more nodes.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0

@@ -125,7 +125,7 @@ def report_scaling(
     out: Path | None,
     json: bool,
 ) -> None:
-    """Measure scaling, and write the table, the plot and the predictions."""
+    """Measure how the speed scales, print the measurements and predictions, and write the plot."""
     from frobs_devkit.scaling import ScalingRanges, bench_scaling, fit_model, plot_scaling
     from frobs_train import LOCAL, usable_processors
     from frobs_train.cli.runner_options import open_runner
@@ -179,10 +179,10 @@ def report_scaling(
 
 
 def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
-    """Return the numbers of a list such as ``"1,8,64"`` in ascending order; None if the option is not given.
+    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option is not given.
 
     Raises:
-        CommandLineError: It is not a list of positive whole numbers.
+        CommandLineError: The text is not a list of positive integers.
     """
     if text is None:
         return None
@@ -196,7 +196,7 @@ def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
 
 
 def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
-    """Return what the command shows of the measurements."""
+    """Return the facts about the measurements that the command prints."""
     per_env = None if found.memory_per_env is None else f" + {found.memory_per_env / 1e3:,.1f} kB per environment"
     traffic = found.traffic
     return {
@@ -217,7 +217,7 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
 def prediction_facts(
     model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
 ) -> dict[str, Any]:
-    """Return what the command shows of the predictions."""
+    """Return the facts about the predictions that the command prints."""
     learner = model.learner
     return {
         "name": "prediction",
@@ -280,7 +280,7 @@ def _errors(model: ScalingModel) -> str:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Report what is measured on stderr: in a terminal on one line, elsewhere on a line for each measurement."""
+    """Report the progress on stderr: on a single line in a terminal, otherwise on one line per measurement."""
     if not console(stderr=True).is_terminal:
         yield lambda text: print_note(f"measuring {text}")
         return

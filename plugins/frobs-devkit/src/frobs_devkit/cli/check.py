@@ -79,11 +79,11 @@ def check(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Check that an environment, a part or a plugin keeps its contract.
+    """Check that an environment, a part or a plugin fulfills its contract.
 
-    A check is inconclusive (○) if it ran but nothing happened that could have failed: no episode ended or nothing
-    moved. Finally lists the simulator capabilities that were verified, with versions. Exits with status 1 if any check
-    failed (✗).
+    A check is inconclusive (○) if it ran but did not exercise the behavior that it tests, for example because no
+    episode ended or nothing moved. At the end, the command lists the simulator capabilities that were verified, and the
+    versions of the tested packages. Exits with status 1 if any check failed (✗).
 
     Example:
         $ frobs check frobs/Irb120Reach-v0

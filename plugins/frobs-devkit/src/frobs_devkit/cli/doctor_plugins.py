@@ -1,4 +1,4 @@
-"""``frobs doctor plugins``: problems of installed plugins."""
+"""``frobs doctor plugins``: finds problems in installed plugins."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ def plugins(
 ) -> None:
     """Import each installed plugin in its own process and report problems.
 
-    Reports how long the import took, what the plugin offers, what it printed, which state of the process it changed,
-    and which requirements are missing. If a plugin is broken or its import hangs, shows its traceback. Such a plugin
-    cannot affect this command. Exits with status 1 if a plugin cannot be used.
+    For each plugin, the command reports the import time, the records that the plugin provides, the output and the
+    changes of global state during the import, and missing requirements. If a plugin is broken or its import hangs, the
+    command also prints the traceback. A broken plugin cannot affect the command itself. Exits with status 1 if any
+    plugin cannot be used.
 
     Example:
         $ frobs doctor plugins

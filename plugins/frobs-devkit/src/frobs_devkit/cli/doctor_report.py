@@ -1,4 +1,4 @@
-"""Prints the doctor's report on a robot: facts first, findings last, where the reader looks first."""
+"""Prints the doctor's report on a robot, with the findings last so that they remain visible in a terminal."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 _SIGNS = {Severity.ERROR: ("✗", "bold red"), Severity.WARNING: ("!", "bold yellow"), Severity.NOTE: ("·", "dim")}
 _TREATMENTS = {"kept": "green", "approximated": "yellow", "dropped": "red", "unknown": "dim"}
-_ALIKE = 3  # up to this many findings of one kind are all printed; otherwise the first, and the names of the others
-_NAMED = 6  # maximum number of those names
+_ALIKE = 3  # if there are more findings of one kind, only the first is printed in full
+_NAMED = 6  # maximum number of other findings of the same kind that are listed by name
 _TOOLS = 6
 
 
@@ -52,7 +52,7 @@ def print_report(report: RobotReport) -> None:
 
 
 def _near(file: Path) -> str:
-    """Return a path relative to the current folder, if possible."""
+    """Return the path relative to the current folder if the file is in this folder, otherwise the unchanged path."""
     here = Path.cwd()
     return str(file.relative_to(here) if file.is_relative_to(here) else file)
 
@@ -78,7 +78,7 @@ def _print_joints(joints: Iterable[JointFacts]) -> None:
 
 
 def _axis(axis: Sequence[float]) -> str:
-    """Return ``"z"`` or ``"−y"`` if the axis is one of the frame's axes, otherwise its numbers."""
+    """Return a name such as ``"z"`` or ``"−y"`` for an axis of the joint's frame, otherwise the axis components."""
     for letter, value in zip("xyz", axis, strict=True):
         if abs(abs(value) - 1.0) < 1e-9:
             return letter if value > 0 else f"−{letter}"
@@ -148,7 +148,11 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
 
 
 def print_findings(findings: Sequence[Finding]) -> None:
-    """Write findings to stdout. Of many findings of one kind, print the first and the names of the others."""
+    """Write findings to stdout.
+
+    If there are many findings of one kind, only the first is printed in full, followed by the names of the other
+    affected objects.
+    """
     kinds: dict[tuple[Severity, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
@@ -201,7 +205,7 @@ def _section(title: str, detail: str = "") -> None:
 
 
 def _print_grid(rows: Sequence[Sequence[str | Text]], *, indent: int = 2) -> None:
-    """Write rows without headings. The last column is wrapped."""
+    """Write rows without column headings, and wrap the last column."""
     _print_table([""] * len(rows[0]), rows, header=False, indent=indent)
 
 
@@ -213,14 +217,14 @@ def _print_table(
     header: bool = True,
     indent: int = 4,
 ) -> None:
-    """Write a table that is at most as wide as the terminal. Texts are wrapped, numbers are not.
+    """Write a table that fits the width of the terminal, and wrap text but not numbers.
 
     Args:
-        heads: Headings.
-        rows: One text for each column.
-        right: Right-aligned columns.
-        header: Whether to show the headings.
-        indent: Indentation of each line [columns].
+        heads: Column headings.
+        rows: Rows, each with one text per column.
+        right: Indices of the right-aligned columns.
+        header: Whether to show the column headings.
+        indent: Indentation of each line, in characters.
     """
     from rich.padding import Padding
     from rich.table import Table

@@ -1,4 +1,4 @@
-"""``frobs doctor robot``: problems of a robot's model file."""
+"""``frobs doctor robot``: finds problems in a robot's model file."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def robot(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Examine a robot's model file: joints, masses, shapes, drives, and how each simulator represents it.
+    """Examine a robot's model file: joints, masses, shapes, drives, and how each simulator represents the robot.
 
-    Every finding comes with advice. Exits with status 1 if a finding keeps the robot from being used, and with status 2
-    if the file cannot be read.
+    Findings include advice on how to fix the problem. Exits with status 1 if a finding prevents the use of the robot,
+    and with status 2 if the file cannot be read.
 
     Example:
         $ frobs doctor robot arm.urdf

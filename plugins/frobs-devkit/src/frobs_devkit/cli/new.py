@@ -98,10 +98,10 @@ def new(
     ] = Path(),
     json: Json = False,
 ) -> None:
-    """Create a plugin from templates: a package that can be installed, tested and trained without edits.
+    """Create a plugin from templates, ready to be installed, tested and used for training without edits.
 
-    In a terminal, asks for missing answers unless both WHAT and NAME are given. 'pair' creates a robot and its task as
-    two distributions; 'both' creates them as one distribution.
+    In a terminal, the command asks for missing answers unless both WHAT and NAME are given. The type 'pair' creates a
+    robot and a task for it as two distributions, and 'both' creates the robot and the task as one distribution.
 
     Example:
         $ frobs new
@@ -158,7 +158,7 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     places = [folder / name for name in distributions] if context["what"] == "pair" else [folder]
     configuration = folder / "train.yaml"
     run = Path("runs") / context["name"]
-    projects = " ".join(f"-e '{place}[test]'" for place in places)  # the extra has pytest
+    projects = " ".join(f"-e '{place}[test]'" for place in places)  # the extra includes pytest
     following = [f"pip install {projects}", f"pytest {folder}"]
     if configuration.exists():
         from frobs_core.yaml import load_yaml

@@ -1,4 +1,4 @@
-"""``frobs parity``: certificates of how closely simulators agree."""
+"""``frobs parity``: writes certificates of how closely simulators agree."""
 
 from __future__ import annotations
 
@@ -85,11 +85,12 @@ def parity(
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
 
-    Compares kinematics, drives, gravity, contacts, lidar, rewards and the policy of a run. Each comparison has an
-    error, a tolerance and a picture. Exits with status 1 if an error exceeds its tolerance (✗). If a simulator does
-    not support a measurement, the measurement is skipped (–) and the reason is shown.
+    The command compares kinematics, drives, gravity, contacts, lidar, rewards, and the success of a run's policy. The
+    certificate contains the error and the tolerance of each comparison, and a plot of each measurement. Exits with
+    status 1 if an error exceeds its tolerance (✗). If a simulator does not support a measurement, the measurement is
+    skipped (–) and the reason is shown.
 
-    Several IDs are compared as separate jobs; if one fails, the results of the others are still printed.
+    Several IDs are compared in separate jobs. If a job fails, the results of the other jobs are still printed.
 
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet
@@ -150,7 +151,7 @@ def parity(
 
 
 def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keywords of an environment with absolute paths, because a job may run in another folder."""
+    """Return an environment's keywords with absolute paths, because a job may run in another folder."""
     found = dict(keywords)
     if Path(str(found.get("robot", ""))).is_file():
         found["robot"] = str(Path(found["robot"]).resolve())
@@ -165,7 +166,7 @@ def _split(names: str | None) -> list[str]:
 
 
 def _installed(own: str) -> list[str]:
-    """Return the available simulators, beginning with the environment's own."""
+    """Return the names of the available simulators, starting with the environment's default simulator."""
     from frobs_core import plugins
 
     return [own, *(name for name in plugins.importable("simulator") if name != own)]

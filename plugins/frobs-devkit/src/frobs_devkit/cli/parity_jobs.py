@@ -1,4 +1,4 @@
-"""``frobs parity ID ID …``: certify several environments as jobs, and print one table."""
+"""``frobs parity ID ID …``: certifies several environments as jobs, and prints one table."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from frobs_cli.output import only_json, print_json, print_table
 from frobs_train import Job, Progress, Runner, raise_failures
 from frobs_train.cli.jobs_progress import collect_outcomes, short_path
 
-_MEMORY = 2 * 2**30  # [B] Python and the engines
+_MEMORY = 2 * 2**30  # [B] for Python and the engines
 
 
 def certification_job(environment: str, simulators: Sequence[str], folder: Path, **keywords: Any) -> Job:
-    """Return the job that writes the certificate of an environment.
+    """Return a job that writes an environment's certificate.
 
-    Its result is ``folder`` and what :meth:`frobs_devkit.parity.Certificate.to_dict` returns.
+    The job's result is a mapping with ``folder`` and the entries of :meth:`frobs_devkit.parity.Certificate.to_dict`.
 
     Args:
         environment: Gymnasium ID.
-        simulators: Names of the simulators, the reference first.
+        simulators: Names of the simulators, starting with the reference.
         folder: Folder of the certificate.
-        keywords: Further keywords of :func:`frobs_devkit.parity.measure_parity`.
+        keywords: Additional keyword arguments of :func:`frobs_devkit.parity.measure_parity`.
     """
     return Job(
         name=environment,
@@ -53,13 +53,13 @@ def certify(
 
 
 def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, json: bool) -> bool:
-    """Certify several environments, print one row for each, and return whether all passed.
+    """Certify several environments, print one row per environment, and return whether all of them passed.
 
     Args:
-        jobs: From :func:`certification_job`.
-        runner: Where they run.
-        folder: Existing folder that contains those of the certificates.
-        json: Write JSON to stdout, and nothing else there.
+        jobs: Jobs created by :func:`certification_job`.
+        runner: Runner that executes the jobs.
+        folder: Existing folder for the folders of the certificates.
+        json: Whether to write JSON, and nothing else, to stdout.
 
     Raises:
         JobsError: A job failed.

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class DevkitProvider(Provider):
-    """Robot sheets."""
+    """Provider that draws robot sheets."""
 
     def draw(self, robot: Robot, picture: Path) -> Path:
-        """Draw a robot at home and at its limits.
+        """Draw a robot in its home position and at its joint limits.
 
         Raises:
             RenderingUnavailableError: This machine cannot render.

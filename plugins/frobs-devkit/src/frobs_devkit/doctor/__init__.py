@@ -1,12 +1,12 @@
 """Facts and findings of ``frobs doctor`` about a robot's file or a plugin.
 
 report.py       the facts and the findings, as data
-reading.py      reads the file, tolerating more problems than a simulation
-joints.py       limits, drives, weight
+reading.py      reads the file more leniently than a simulation
+joints.py       limits, drives, and efforts against gravity
 bodies.py       masses, inertias, shapes
 tools.py        possible tool links and their reach
 simulators.py   how each installed simulator represents the robot
-robot.py        combines everything
+robot.py        combines all facts and findings in a report
 plugins.py      the installed plugins, each imported in its own process
 """
 

@@ -1,4 +1,4 @@
-"""Masses, inertias and shapes of links, compared with each other."""
+"""Compares each link's mass and inertia with the link's shape."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from frobs_core.models import (
 from frobs_devkit.doctor.report import Finding, LinkFacts, Severity, warning
 
 DENSITIES = (1.0, 20_000.0)
-"""Plausible densities of a link, relative to its bounding box [kg/m³], from foam to tungsten."""
+"""Range of plausible link densities, from foam to tungsten: mass divided by bounding box volume [kg/m³]."""
 
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
-_TURNED = 3.0  # two moments whose ratio contradicts the shape by this factor are reported
-_LEAST, _MOST = 0.02, 2.0  # plausible moments, relative to the maximum of a body inside the box
-_SMALL = 1e-3  # [m]: minimum thickness of a box, because sheets have no volume
-_SHARE = 0.005  # of the robot's mass or moments; smaller links have no visible effect
-_LARGE = 20.0  # [m]: larger links usually have meshes in millimeters
+_TURNED = 3.0  # minimum factor by which the ratio of two moments contradicts the shape
+_LEAST, _MOST = 0.02, 2.0  # range of plausible moments, relative to the maximum for a body inside the box
+_SMALL = 1e-3  # [m] minimum thickness of a box, because a flat sheet has no volume
+_SHARE = 0.005  # fraction of the robot's mass or moments below which a link has no visible effect
+_LARGE = 20.0  # [m] a larger link usually has a mesh in millimeters
 
 
 def link_facts(model: RobotModel) -> tuple[LinkFacts, ...]:
@@ -55,7 +55,7 @@ def _facts(link: Link) -> LinkFacts:
 
 
 def body_findings(model: RobotModel) -> Iterator[Finding]:
-    """Yield findings about the links. For MJCF files, whose shapes only MuJoCo knows, only check masses."""
+    """Yield findings about the links. Missing collision shapes are only reported for URDF files."""
     inertials = [link.inertial for link in model.links if link.inertial is not None]
     light = _SHARE * sum(inertial.mass for inertial in inertials)
     small = _SHARE * sum(float(np.trace(inertia_matrix(inertial))) for inertial in inertials)
@@ -113,8 +113,8 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
 def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Iterator[Finding]:
     """Compare a link's mass and inertia with the bounding box of its shape.
 
-    The largest possible moment about the center of mass of a body inside a box is m·(b² + c²)/4, with its mass in the
-    corners; that of a solid box is a third of it.
+    The moment of inertia of a body inside the box, about its center of mass, is at most m·(b² + c²)/4. This maximum is
+    reached if all mass is in the corners. A solid box has a third of this moment.
     """
     size = np.maximum(high - low, _SMALL)
     density = inertial.mass / float(np.prod(size))

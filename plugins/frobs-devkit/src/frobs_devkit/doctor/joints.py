@@ -1,4 +1,4 @@
-"""Limits and drives of joints, and the efforts that gravity requires."""
+"""Limits and drives of joints, and the efforts that hold the joints against gravity."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from frobs_core.rotations import quat_rotate
 from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
 
 _GRAVITY = 9.81  # [m/s²]
-_DEGREES = 4.0 * math.pi  # [rad]: joints rarely turn further, and limits written in degrees exceed it
+_DEGREES = 4.0 * math.pi  # [rad] larger limits are probably in degrees, because joints rarely turn that far
 
 
 def joint_facts(model: RobotModel, home: Floats) -> tuple[JointFacts, ...]:
-    """Return the facts about every joint; ``home`` is (dof,) [rad or m]."""
+    """Return the facts about every joint, given the home position (dof,) [rad or m]."""
     drives = _drives(model, home)
     rests = dict(zip(model.joint_names, home.tolist(), strict=True))
     return tuple(_facts(joint, rests, drives) for joint in model.joints)
@@ -65,14 +65,14 @@ def _drives(model: RobotModel, home: Floats) -> dict[str, DriveFacts]:
 
 
 def gravity_efforts(model: RobotModel, joint_positions: Floats) -> Floats:
-    """Return the effort of each joint that holds the robot against gravity, with the root upright and fixed.
+    """Return the joint efforts that hold the robot against gravity while its root link is upright and fixed.
 
     Args:
         model: Model of the robot.
-        joint_positions: (dof,) [rad or m]
+        joint_positions: Positions of the actuated joints, (dof,) [rad or m].
 
     Returns:
-        (dof,) [N·m or N]
+        The efforts, (dof,) [N·m or N].
     """
     step = 1e-4 * np.eye(len(joint_positions))
     positions = np.concatenate([joint_positions + step, joint_positions - step])  # (2 dof, dof)

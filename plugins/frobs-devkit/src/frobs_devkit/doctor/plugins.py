@@ -1,4 +1,4 @@
-"""Examines every installed plugin in its own process; returns facts and findings as data."""
+"""Examines every installed plugin in its own process, and returns facts and findings as data."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.plugins import Candidate, Probe, core_versions, has_upper_bound,
 from frobs_devkit.doctor.report import Finding, Severity, warning
 
 SLOW = 0.5
-"""Import time above which a plugin is reported as slow [s], because every 'import frobs_core' pays for it."""
+"""Import time above which a plugin is reported as slow [s], because slow plugins delay every ``import frobs_core``."""
 
 HEAVY = (
     "mujoco",
@@ -27,7 +27,7 @@ HEAVY = (
     "jax",
     "pandas",
 )
-"""Modules that a plugin should not import just to be listed."""
+"""Heavy modules that a plugin should not import at the top level, because listing plugins imports each plugin."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,21 +36,21 @@ class PluginFacts:
 
     Attributes:
         name: The entry point's name.
-        distribution: The pip package that holds it.
+        distribution: The pip package that contains the plugin.
         version: Version of the distribution.
-        module: Module that the entry point names.
-        made_for: Versions of the core that the distribution requires; empty: not specified.
-        disabled: Whether ``FROBS_DISABLE_PLUGINS`` contains it.
+        module: Module that the entry point refers to.
+        made_for: Versions of ``frobs-core`` that the distribution requires. Empty if not specified.
+        disabled: Whether ``FROBS_DISABLE_PLUGINS`` lists the plugin.
         state: ``"loaded"``, ``"failed"``, ``"hanging"`` or ``"crashed"``.
-        cause: Reason why it is not loaded, in one line.
-        traceback: Traceback of the failure, or stack at which it hangs.
-        import_seconds: Duration of its import [s].
-        records: Names of its records, by kind.
-        environment_ids: Environment IDs of its tasks.
-        stdout: Its output on stdout during the import.
-        stderr: Its output on stderr during the import.
-        changed: Global state that it changed.
-        findings: Problems and how to fix them.
+        cause: One-line reason why the plugin was not loaded.
+        traceback: Traceback of the failure, or of the point at which the import hangs.
+        import_seconds: Duration of the import [s].
+        records: Names of the plugin's records, by kind.
+        environment_ids: Environment IDs of the plugin's tasks.
+        stdout: Output to stdout during the import.
+        stderr: Output to stderr during the import.
+        changed: Global state that the import changed.
+        findings: Problems of the plugin, and how to fix them.
     """
 
     name: str
@@ -82,10 +82,10 @@ def examine_plugins(
     """Import each installed plugin in its own process, and return facts and findings.
 
     Args:
-        seconds: Time limit for each plugin.
-        only: Names of entry points, distributions or ``distribution:name``; none: all of them. Name clashes are only
-            detected among the examined plugins.
-        on_probe: Called with the name of each plugin after it was examined.
+        seconds: Time limit for the import of each plugin [s].
+        only: Plugins to examine, each given as an entry point name, a distribution or ``distribution:name``. Defaults
+            to all plugins. Name clashes are only detected among the examined plugins.
+        on_probe: Called with ``distribution:name`` of each plugin after its import.
     """
     collection = plugins.active()
     wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]
@@ -129,13 +129,13 @@ def _is_meant(candidate: Candidate, only: Iterable[str]) -> bool:
 
 
 def _names(seen: Probe) -> list[tuple[str, str]]:
-    """Return the names that a plugin provides, by kind and name."""
+    """Return the (kind, name) pairs that a plugin provides."""
     names = [(kind, name) for kind, found in seen.records.items() for name in found]
     return [*names, *(("environment ID", id) for id in seen.environment_ids)]
 
 
 def _offers(candidates: Iterable[Candidate], probes: Iterable[Probe]) -> dict[tuple[str, str], list[Candidate]]:
-    """Return the plugins that provide each name, by kind and name."""
+    """Return the plugins that provide each (kind, name) pair."""
     offers: dict[tuple[str, str], list[Candidate]] = {}
     for candidate, seen in zip(candidates, probes, strict=True):
         for key in _names(seen):

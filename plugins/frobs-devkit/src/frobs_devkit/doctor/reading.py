@@ -1,4 +1,4 @@
-"""Reads a robot's file leniently, so that problems which a simulation would reject one by one are all found at once."""
+"""Reads a robot's file leniently, to find all problems at once instead of stopping at the first problem."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from frobs_devkit.doctor.report import Difference, Finding, Severity
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _LOST_PACKAGE = re.compile(r"the ROS package '([^']*)' is not found")
-_TOLERANCE = 1e-6  # numbers that differ by less are equal
+_TOLERANCE = 1e-6  # maximum relative difference between numbers that count as equal
 
 
 @dataclass
 class Reading:
-    """A model and the findings while it was read."""
+    """A model, together with the findings and differences from reading its file."""
 
     model: RobotModel
     findings: list[Finding] = field(default_factory=list)
@@ -28,10 +28,12 @@ class Reading:
 
 
 def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping[str, str | Path]) -> Reading:
-    """Read a file. Missing meshes and negative masses are removed and become findings.
+    """Read a file leniently.
+
+    Shapes with missing meshes and inertials with negative masses are removed and reported as findings.
 
     Raises:
-        ModelFileError: The file still cannot be read.
+        ModelFileError: The file cannot be read despite these removals.
     """
     root, file, packages = open_document(path, xacro_args=xacro_args, package_paths=package_paths)
     findings: list[Finding] = []
@@ -39,13 +41,13 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
     if root.tag == "robot":
         findings += _unresolved_meshes(root, packages)
         findings += _negative_masses(root)
-        numbers = _numbers_of_file(root)  # before the reader repairs them in place
+        numbers = _numbers_of_file(root)  # before read_document repairs the values in place
     model = read_document(root, file, packages)
     return Reading(model, findings, _differences(numbers, model))
 
 
 def _unresolved_meshes(root: Element, packages: Packages) -> list[Finding]:
-    """Remove shapes whose mesh is missing; return one finding for each reason."""
+    """Remove shapes with missing meshes, and return one finding per reason."""
     lost: dict[str, list[tuple[str, int | None]]] = {}
     for link in root.children("link"):
         for shape in list(link.children("visual", "collision")):
@@ -79,7 +81,7 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
 
 
 def _negative_masses(root: Element) -> list[Finding]:
-    """Remove the inertials of links with a negative mass."""
+    """Remove the inertials of links with negative masses, and return one finding per link."""
     found = []
     for link in root.children("link"):
         inertial = link.child("inertial")
@@ -101,7 +103,7 @@ def _negative_masses(root: Element) -> list[Finding]:
 
 
 def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
-    """Return those values of links and joints, by (element, quantity), that a reader may change."""
+    """Return the link and joint values that ``read_document`` may change, by (element, quantity)."""
     numbers: dict[tuple[str, str], object] = {}
     for link in root.children("link"):
         about = f"link '{link.get('name')}'"

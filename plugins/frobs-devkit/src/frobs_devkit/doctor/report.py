@@ -1,4 +1,4 @@
-"""The doctor's report on a robot's file: facts and findings as data. This is the schema of ``--json``."""
+"""Data classes for the doctor's report on a robot's file, which define the schema of ``--json``."""
 
 from __future__ import annotations
 
@@ -9,32 +9,36 @@ from typing import Any, TypeAlias
 Vector: TypeAlias = tuple[float, ...]
 
 FORMAT = 1
-"""Version of the JSON format. It increases when a key is removed or changes its meaning."""
+"""Version of the JSON format, which increases when a key is removed or changes its meaning."""
 
 
 class Severity(Enum):
-    """Severity of a finding. An error prevents use of the robot, a warning indicates unexpected behavior."""
+    """Severity of a finding.
+
+    An error prevents the use of the robot or plugin, and a warning indicates unexpected behavior.
+    """
 
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
 
     def __str__(self) -> str:
-        """Return the human-readable word."""
+        """Return the severity as a word."""
         return self.value
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One problem or remarkable fact.
+    """One problem or noteworthy fact.
 
     Attributes:
-        code: Kind of finding, for programs: ``"overlap-at-home"``, or the rule that the reader followed.
+        code: Machine-readable kind of the finding: a code such as ``"overlap-at-home"``, or the rule that the file
+            reader applied.
         severity: Severity of the finding.
-        about: Affected object: ``"link 'forearm'"``.
+        about: Affected object, such as ``"link 'forearm'"``.
         problem: Description of the problem.
-        advice: How to fix it; may be empty in a note.
-        line: 1-based line in the file, or None.
+        advice: How to fix the problem. May be empty in a note.
+        line: 1-based line number in the file, or None if unknown.
     """
 
     code: str
@@ -46,21 +50,22 @@ class Finding:
 
 
 def warning(code: str, about: str, problem: str, advice: str) -> Finding:
-    """Return a finding with the severity warning."""
+    """Return a finding with the severity ``WARNING``."""
     return Finding(code=code, severity=Severity.WARNING, about=about, problem=problem, advice=advice)
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveFacts:
-    """The default drive of a joint, used if the robot's description does not declare gains.
+    """The default drive of a joint, which is used if the robot's description does not declare gains.
 
     Attributes:
-        inertia: Inertia at which it is critically damped: the largest that the joint moves [kg·m² or kg].
-        stiffness: Kp [N·m/rad or N/m]
-        damping: Kd [N·m·s/rad or N·s/m]
-        bandwidth: Bandwidth of the drive at that inertia [Hz].
-        time_constant: Time in which an error decreases to about a third [s].
-        holding_effort: Effort that holds the joint against gravity at home, with the root upright and fixed [N·m or N].
+        inertia: Largest inertia that the joint moves [kg·m² or kg]. The drive is critically damped at this inertia.
+        stiffness: Proportional gain Kp [N·m/rad or N/m].
+        damping: Derivative gain Kd [N·m·s/rad or N·s/m].
+        bandwidth: Bandwidth of the drive at ``inertia`` [Hz].
+        time_constant: Time in which a position error decreases to about a third of its value [s].
+        holding_effort: Effort that holds the joint against gravity in the home position, with the root link upright and
+            fixed [N·m or N].
     """
 
     inertia: float
@@ -73,24 +78,25 @@ class DriveFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class JointFacts:
-    """A joint.
+    """Facts about a joint.
 
     Attributes:
         name: Name in the file.
-        joint_type: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or ``planar``.
+        joint_type: Type of the joint: ``revolute``, ``continuous``, ``prismatic``, ``fixed``, ``floating`` or
+            ``planar``.
         parent: Parent link.
         child: Child link.
-        unit: Unit of its position: ``rad`` or ``m``; empty if it has no position.
-        axis: Unit vector in the joint's frame.
-        lower: Lower limit [rad or m]; None: unlimited.
-        upper: Upper limit [rad or m]; None: unlimited.
-        velocity: Velocity limit [rad/s or m/s]; None: unlimited.
-        effort: Effort limit [N·m or N]; None: unlimited.
-        damping: [N·m·s/rad or N·s/m]
-        friction: [N·m or N]
-        mimic: ``{"joint": …, "multiplier": …, "offset": …}`` if it follows another joint, otherwise None.
-        home: Home position [rad or m]; None if it has no position of its own.
-        drive: Its drive; None if it has none.
+        unit: Unit of the joint's position: ``rad`` or ``m``, or an empty string if the joint has no position.
+        axis: Joint axis, as a unit vector in the joint's frame.
+        lower: Lower position limit [rad or m], or None if unlimited.
+        upper: Upper position limit [rad or m], or None if unlimited.
+        velocity: Velocity limit [rad/s or m/s], or None if unlimited.
+        effort: Effort limit [N·m or N], or None if unlimited.
+        damping: Damping coefficient [N·m·s/rad or N·s/m].
+        friction: Dry friction [N·m or N].
+        mimic: ``{"joint": …, "multiplier": …, "offset": …}`` if the joint follows another joint, otherwise None.
+        home: Home position [rad or m], or None if the joint has no position.
+        drive: Drive of the joint, or None if the joint is not driven.
     """
 
     name: str
@@ -112,17 +118,18 @@ class JointFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkFacts:
-    """A link.
+    """Facts about a link.
 
     Attributes:
         name: Name in the file.
-        mass: [kg]; None if the file does not define it.
-        center_of_mass: In the link's frame [m]; None if the file does not define a mass.
-        principal_moments: Principal moments of inertia, ascending [kg·m²]; None if the file does not define a mass.
+        mass: Mass [kg], or None if the file does not define a mass.
+        center_of_mass: Center of mass in the link's frame [m], or None if the file does not define a mass.
+        principal_moments: Principal moments of inertia in ascending order [kg·m²], or None if the file does not define
+            a mass.
         visuals: Number of visual shapes.
         collisions: Number of collision shapes.
-        size: Edges of the bounding box of its collision shapes, or else of its visuals [m]; None if no shape exists or
-            can be measured.
+        size: Edge lengths of the bounding box of the collision shapes, or of the visual shapes if no collision shape
+            can be measured [m]. The value is None if no shape can be measured.
     """
 
     name: str
@@ -136,15 +143,15 @@ class LinkFacts:
 
 @dataclass(frozen=True, kw_only=True)
 class ToolCandidate:
-    """A link that may be the tool center point, ``tcp``.
+    """A candidate link for the tool center point, ``tcp``.
 
     Attributes:
         link: Name of the link.
-        actuated_joints: Number of joints that move it.
-        usual_name: Whether its name is common for tools.
-        reach: Largest distance from the root in random poses within the limits [m].
-        longest_reach: Upper bound of its distance from the root [m]; None: unbounded.
-        chosen: Whether it is the default of ``tcp``.
+        actuated_joints: Number of actuated joints that move the link.
+        usual_name: Whether the link has a common tool name.
+        reach: Largest distance from the root link that was found in random poses within the joint limits [m].
+        longest_reach: Upper bound of the distance from the root link [m], or None if unbounded.
+        chosen: Whether the link is used as the robot's ``tcp``.
     """
 
     link: str
@@ -157,13 +164,13 @@ class ToolCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """A number for which FRobs does not use the file's value.
+    """A quantity for which FRobs does not use the file's value.
 
     Attributes:
-        about: ``"link 'forearm'"``.
-        quantity: ``"mass"``, ``"inertia"``, ``"effort limit"``, …
-        file: Value in the file; None: missing.
-        used: Value that is used instead; None: none, or unlimited.
+        about: Affected link or joint, such as ``"link 'forearm'"``.
+        quantity: Name of the quantity, such as ``"mass"``, ``"inertia"`` or ``"effort limit"``.
+        file: Value in the file, or None if the value is missing.
+        used: Value that is used instead, or None if there is no value or no limit.
     """
 
     about: str
@@ -174,14 +181,15 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class TranslatedElement:
-    """Translation of one kind of element in a simulator.
+    """Translation of one kind of model element into a simulator.
 
     Attributes:
-        element: A key of ``frobs_core.models.ELEMENTS``.
-        names: Links or joints that have it and to which this applies.
-        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report it.
-        how: Its replacement, or what is lost.
-        changes_motion: Whether it makes the robot move differently.
+        element: Kind of the element, which is a key of ``frobs_core.models.ELEMENTS``.
+        names: Names of the links or joints to which the translation applies.
+        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report the
+            treatment.
+        how: Replacement of the element, or description of what is lost.
+        changes_motion: Whether the translation changes the robot's motion.
     """
 
     element: str
@@ -193,16 +201,17 @@ class TranslatedElement:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatorFacts:
-    """How an installed simulator represents the robot.
+    """Representation of the robot in an installed simulator.
 
     Attributes:
         name: Name of the simulator.
-        distribution: The pip package that provides it.
+        distribution: The pip package that provides the simulator.
         version: Version of the distribution.
-        builds: Whether it can simulate the robot; None: not tried.
-        reason: Why it cannot, or why it was not tried.
-        overlaps: Links that overlap at home: ``{"first", "second", "depth"}`` [m]; None: unknown.
-        elements: Translation of the elements in the file.
+        builds: Whether the simulator can build the robot, or None if building was not attempted.
+        reason: Why the simulator cannot build the robot, or why building was not attempted.
+        overlaps: Pairs of links that overlap in the home position, as ``{"first", "second", "depth"}`` with the depth
+            in meters. None if unknown.
+        elements: Translations of the elements in the file.
     """
 
     name: str
@@ -215,7 +224,7 @@ class SimulatorFacts:
 
     @property
     def complete(self) -> bool:
-        """Whether it simulates the robot with all elements that affect its motion."""
+        """Whether the simulator builds the robot and supports all elements that affect the robot's motion."""
         return bool(self.builds) and not any(row.changes_motion for row in self.elements)
 
 
@@ -225,20 +234,20 @@ class RobotReport:
 
     Attributes:
         format: Version of this schema.
-        file: The file.
-        file_format: ``urdf`` or ``mjcf``; a xacro file is a URDF with macros.
+        file: Path of the file.
+        file_format: ``urdf`` or ``mjcf``. A xacro file is a URDF file with macros.
         name: The robot's name.
-        usable: Whether the findings contain no error.
+        usable: Whether none of the findings is an error.
         dof: Number of actuated joints.
         root: Name of the root link.
         mass: Total mass of all links [kg].
-        size: Edges of the robot's bounding box at home [m].
-        findings: Problems, most severe first.
+        size: Edge lengths of the robot's bounding box in the home position [m].
+        findings: Findings, most severe first.
         joints: All joints, in file order.
         links: All links, in file order.
-        tools: Links that may be the tool, likeliest first.
-        differences: Numbers for which FRobs does not use the file's value.
-        simulators: How each installed simulator represents the robot.
+        tools: Candidate links for the tool center point, most likely first.
+        differences: Quantities for which FRobs does not use the file's value.
+        simulators: Representation of the robot in each examined simulator.
     """
 
     format: int = FORMAT

@@ -1,4 +1,4 @@
-"""Examination of a robot's file."""
+"""Examines a robot's file."""
 
 from __future__ import annotations
 
@@ -32,20 +32,21 @@ def examine_robot(
     package_paths: Mapping[str, str | Path] | None = None,
     simulators: Sequence[str] = (),
 ) -> RobotReport:
-    """Examine a robot's file: its contents, its problems, and how each simulator represents it.
+    """Examine a robot's file: its contents, its problems, and the robot's representation in each simulator.
 
     Args:
-        path: A URDF, xacro or MJCF file, ``"package:relative/path"`` inside an installed Python package, or the name of a
-            registered robot.
+        path: A URDF, xacro or MJCF file, ``"package:relative/path"`` inside an installed Python package, or the name of
+            a registered robot.
         xacro_args: Arguments of a xacro file.
         package_paths: Folders of the ROS packages that the file refers to, by package name.
-        simulators: Names of simulators to check; empty: all that are installed.
+        simulators: Names of the simulators to check. Defaults to all installed simulators.
 
     Returns:
-        Facts and findings. The robot is examined at its home, which defaults to 0 or the middle of the limits.
+        Facts and findings. The robot is examined in its home position. Joints without a declared home position rest at
+        0, or at the middle of their limits if 0 is outside the limits.
 
     Raises:
-        ModelFileError: The file cannot be read at all; the message contains the line and the fix.
+        ModelFileError: The file cannot be read at all. The error message contains the line number and a suggested fix.
         UnknownNameError: A simulator does not exist.
     """
     own = (
@@ -87,7 +88,7 @@ def examine_robot(
 
 
 def _notes(model: RobotModel) -> Iterator[Finding]:
-    """Yield the reader's notes as findings, with a warning if the file should be fixed."""
+    """Yield the file reader's notes as findings, which are warnings if the file should be fixed."""
     for note in model.notes:
         match = _NAMED.match(note.element)
         yield Finding(

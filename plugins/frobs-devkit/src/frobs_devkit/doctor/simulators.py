@@ -1,4 +1,8 @@
-"""How each installed simulator represents a robot: whether it builds, overlaps at home, and translation of the file."""
+"""Checks how each installed simulator represents a robot.
+
+The checks cover whether the simulator can build the robot, which links overlap in the home position, and how the
+simulator translates each kind of element in the file.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +16,19 @@ from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene,
 from frobs_core.models import RobotModel, elements
 from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 
-_DEEP = 1e-4  # [m]: links with smaller overlaps only touch
+_DEEP = 1e-4  # [m] links with smaller overlaps count as touching
 _TIMESTEP = 0.002  # [s]
 
 
 def simulator_facts(
     model: RobotModel, wanted: Sequence[str] = (), home: Mapping[str, float] | None = None
 ) -> tuple[SimulatorFacts, ...]:
-    """Return the facts about each installed simulator.
+    """Return the facts about each simulator to check.
 
     Args:
         model: Model of the robot.
-        wanted: Names of simulators to check; empty: all that are installed.
-        home: Rest configuration by joint name [rad or m], as in :class:`~frobs_core.interfaces.Robot`.
+        wanted: Names of the simulators to check. Defaults to all installed simulators.
+        home: Home position of each joint by name [rad or m], as in :class:`~frobs_core.interfaces.Robot`.
 
     Raises:
         UnknownNameError: A simulator does not exist.
@@ -44,7 +48,7 @@ def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> Simulator
         cls: type[Simulation] = plugins.get_record("simulator", name).load()
         rows = _elements(cls, model)
         builds, reason, overlaps = _build(cls, model, home)
-    except FrobsError as error:  # it is installed, but a package it needs is not
+    except FrobsError as error:  # the simulator is installed, but a package that it requires is not
         reason = str(error)
     return SimulatorFacts(
         name=name,
@@ -62,7 +66,11 @@ def _facts(name: str, model: RobotModel, home: Mapping[str, float]) -> Simulator
 def _build(
     cls: type[Simulation], model: RobotModel, home: Mapping[str, float]
 ) -> tuple[bool, str, Sequence[Overlap] | None]:
-    """Build the robot alone, at home. Return whether this worked, the reason if not, and the overlaps."""
+    """Build only the robot, in its home position.
+
+    Returns:
+        Whether the build succeeded, the reason if it failed, and the overlaps between links.
+    """
     placement = Placement(
         robot=Robot(model=str(model.path), name=model.name, home=home), model=model, command_mode=CommandMode.POSITION
     )
@@ -70,8 +78,8 @@ def _build(
     try:
         simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
     except FrobsError as error:
-        return False, getattr(error, "reason", str(error)), None  # without the path, which the report already contains
-    except Exception as error:  # the file may trigger unforeseen errors in the engine
+        return False, getattr(error, "reason", str(error)), None  # omits the path, which the report already contains
+    except Exception as error:  # the file may trigger unexpected errors in the engine
         return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
     with closing(simulation):
         return True, "", simulation.overlaps("robot")
@@ -99,7 +107,7 @@ def _elements(cls: type[Simulation], model: RobotModel) -> tuple[TranslatedEleme
 
 
 def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
-    """Yield findings about simulators that cannot represent the robot."""
+    """Yield findings about simulators that cannot represent the robot, and about overlapping links."""
     if not facts:
         yield Finding(
             code="no-simulator",
@@ -141,7 +149,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
 
 
 def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
-    """Yield each pair of links that overlaps at home, once for all simulators."""
+    """Yield one finding for each pair of links that overlap in the home position, covering all simulators."""
     pairs: dict[tuple[str, str], list[str]] = {}
     for simulator in facts:
         for overlap in simulator.overlaps or ():

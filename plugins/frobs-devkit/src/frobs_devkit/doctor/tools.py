@@ -1,4 +1,4 @@
-"""Links that may be the tool center point, and their reach."""
+"""Candidate links for the tool center point, and their reach."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from frobs_core.models import TOOL_NAMES, RobotModel, default_tcp, joint_path, l
 from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
 
 _SAMPLES = 2000
-_TURN = math.pi  # [rad] in both directions, for a joint without limits
+_TURN = math.pi  # [rad] range in both directions for a joint without limits
 _SLIDE = 1.0  # [m] in both directions
 
 
 def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCandidate, ...]:
-    """Return the links at the ends of chains and those with a tool's name, likeliest first.
+    """Return the links at the ends of kinematic chains and the links with common tool names, most likely first.
 
     Args:
         model: Model of the robot.
-        tcp: Tool center point in its description; None: the default.
+        tcp: Tool center point declared in the robot's description, or None for the default.
     """
     parents = {joint.parent for joint in model.joints}
     moving, chosen, drawn = set(model.joint_names), tcp or default_tcp(model), _random_positions(model)
@@ -42,12 +42,12 @@ def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCand
             chosen=link.name == chosen,
         )
         ranked.append(((candidate.chosen, actuated, usual, len(path)), candidate))
-    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: equal ones stay in the file's order
+    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable, so equally likely links keep their order in the file
     return tuple(candidate for _, candidate in ranked)
 
 
 def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterator[Finding]:
-    """Yield a finding if the choice of the tool is a guess."""
+    """Yield a finding if the tool link was guessed."""
     if not tools[0].actuated_joints or tools[0].usual_name:
         return
     others = [f"'{tool.link}'" for tool in tools[1:] if tool.actuated_joints]
@@ -70,7 +70,7 @@ def _reach(model: RobotModel, link: str, joint_positions: Floats) -> float:
 
 
 def _random_positions(model: RobotModel) -> Floats:
-    """Return joint positions within the limits, including the limits themselves, (n, dof)."""
+    """Return random joint positions (n, dof) within the limits, including the limits themselves."""
     low, high = [], []
     for joint in model.actuated_joints:
         far = _SLIDE if joint.type.value == "prismatic" else _TURN

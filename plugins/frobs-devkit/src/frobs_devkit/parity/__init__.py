@@ -2,14 +2,14 @@
 
 The modules::
 
-    measure.py          the measurements, and what each requires
-    subject.py          a simulator to compare, and the environment to compare it on
-    tolerances.py       all tolerances with their reasons
+    measure.py          the list of measurements and their requirements
+    subject.py          a simulator to compare, and the environment for the comparison
+    tolerances.py       all tolerances, with the reason for each
     kinematics.py · step_response.py · gravity_drop.py · replay.py · settling.py · friction.py · sliding.py · fall.py ·
     slip.py · lidar.py · rewards.py · policy.py
-                        one measurement each: turns subjects into judged numbers and curves
+                        one measurement each, which returns comparisons and curves of several subjects
     free_bodies.py      placement of the scene's bodies for sliding.py, fall.py and slip.py
-    certificate.py      all results and files; report.py writes the Markdown, draw.py the images
+    certificate.py      all results and files; report.py writes the Markdown page, and draw.py draws the images
 
 ``import frobs_core`` does not import this package.
 """

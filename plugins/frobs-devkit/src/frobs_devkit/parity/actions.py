@@ -1,4 +1,4 @@
-"""Action files: actions to replay in an environment on every simulator, step by step."""
+"""Action files, which contain the actions to replay in an environment on every simulator."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from frobs_devkit.parity.errors import ActionFileError
 SUFFIXES = (".json", ".npz")
 """Suffixes of action files."""
 
-_AMPLITUDE = 0.5  # fraction of the action space; leaves an arm enough room to move freely
+_AMPLITUDE = 0.5  # fraction of the action range, small enough for an arm to move freely
 
 
 @dataclass(frozen=True, kw_only=True)
 class ActionFile:
-    """Actions for one environment, from one reset.
+    """Sequence of actions for one episode of an environment.
 
     Attributes:
         id: Gymnasium ID of the environment.
-        seed: Seed of the reset.
-        actions: (steps, …) in the action space.
-        controller: Controller that the actions are for; ``""``: the environment's controller.
+        seed: Seed for the reset at the beginning of the episode.
+        actions: Actions from the environment's action space, (steps, …).
+        controller: Name of the controller that the actions are for, or ``""`` for the environment's controller.
     """
 
     id: str
@@ -38,7 +38,7 @@ class ActionFile:
     controller: str = ""
 
     def write(self, path: Path) -> None:
-        """Write a file in the format of its suffix, ``.json`` or ``.npz``.
+        """Write the actions to a file, in the format that its suffix specifies: ``.json`` or ``.npz``.
 
         Raises:
             ConfigurationError: The suffix is not supported.
@@ -54,10 +54,10 @@ class ActionFile:
 
 
 def read_actions(path: Path) -> ActionFile:
-    """Read an action file, without executing code in it.
+    """Read an action file without executing any code that it may contain.
 
     Raises:
-        ConfigurationError: It cannot be read or is incomplete.
+        ConfigurationError: The file cannot be read, or is incomplete.
     """
     try:
         if path.suffix == ".npz":
@@ -91,17 +91,17 @@ def read_actions(path: Path) -> ActionFile:
 
 
 def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, where: str) -> None:
-    """Check that actions fit an environment.
+    """Check that an action file matches an environment.
 
     Args:
-        file: The actions.
+        file: The action file.
         env: Environment for the replay.
         id: ID of the environment.
-        controller: Name of its controller.
-        where: Beginning of error messages.
+        controller: Name of the environment's controller.
+        where: Text at the beginning of error messages.
 
     Raises:
-        ConfigurationError: The ID, the controller, the shape or a number does not fit.
+        ConfigurationError: The ID, the controller, the shape or a value does not match the environment.
     """
     space, actions = env.action_space, file.actions
     if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
@@ -127,12 +127,14 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
 
 
 def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:
-    """Return actions (steps, …) that oscillate, each element with its own period; random ones for other spaces.
+    """Return oscillating actions (steps, …) for a ``Box`` space, or random actions for any other space.
+
+    Each element of the actions oscillates with a different period.
 
     Args:
         space: Action space of a single environment.
-        steps: ≥ 1.
-        seed: Seed of the periods.
+        steps: Number of actions, at least 1.
+        seed: Seed for the periods, or for the random actions.
     """
     if not isinstance(space, gym.spaces.Box):
         space.seed(seed)
@@ -140,7 +142,7 @@ def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[A
     rng = np.random.default_rng(seed)
     cycles, signs = rng.uniform(2.0, 5.0, space.shape), rng.choice((-1.0, 1.0), space.shape)
     time = np.linspace(0.0, 2.0 * math.pi, steps, endpoint=False).reshape(steps, *(1 for _ in space.shape))
-    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # if the space has no bounds
-    # A cosine, so that the integral of the actions is a sine, which moves to both sides of the start.
+    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # limits wide and unbounded spaces to [-1, 1]
+    # The actions are cosines, so their integrals are sines, which extend to both sides of the start.
     swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.cos(cycles * time)
     return swing

@@ -1,4 +1,4 @@
-"""The certificate: all results and versions, and the files it is written to."""
+"""Certificate with all results and versions, which can be written to files."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from frobs_devkit.parity.report import markdown
 from frobs_devkit.parity.result import Measurement, Status
 
 FORMAT = 1
-"""Version of the format; it increases when the meaning of ``certificate.json`` changes."""
+"""Version of the format, which increases when the meaning of ``certificate.json`` changes."""
 
 NAME = "certificate.json"
-"""Removed first and written last, so that a folder with this file is complete."""
+"""Name of the file that is removed first and written last, so that a folder with this file is always complete."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """Results for one environment.
+    """Results of all measurements for one environment.
 
     Attributes:
         id: Gymnasium ID.
-        reference: Label of the simulator that the others are compared with.
-        simulators: Labels of all simulators, reference first.
-        facts: Facts about the environment: robot, controller, timesteps, …
-        measurements: Measurements in the order in which they were made.
-        versions: Versions of Python, NumPy, the engines and every distribution of FRobs, and the machine.
-        actions: Actions of the replay; None if it was not made.
+        reference: Label of the simulator that is the reference of all comparisons.
+        simulators: Labels of all simulators, starting with the reference.
+        facts: Facts about the environment, such as the robot, the controller and the timesteps.
+        measurements: Measurements in execution order.
+        versions: Versions of Python, NumPy, the engines and all FRobs distributions, and a description of the machine.
+        actions: Actions of the replay, or None if there is no replay.
     """
 
     id: str
@@ -52,19 +52,19 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether at least one comparison was made and none exceeds its tolerance."""
+        """Whether at least one comparison was made and no error exceeds its tolerance."""
         statuses = {measurement.status for measurement in self.measurements}
         return Status.FAILED not in statuses and Status.PASSED in statuses
 
     @property
     def verdict(self) -> str:
-        """Summary of the comparisons: ``"18 passed, 1 failed, 2 skipped"``."""
+        """Summary of the comparisons, such as ``"18 passed, 1 failed, 2 skipped"``."""
         statuses = [comparison.status for m in self.measurements for comparison in m.comparisons]
         counts = {status: statuses.count(status) for status in Status}
         return ", ".join(f"{count} {status}" for status, count in counts.items() if count)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the certificate as JSON types; numbers that were not measured are None."""
+        """Return the certificate as JSON-compatible values, with None for numbers that were not measured."""
         return {
             "format": FORMAT,
             "id": self.id,
@@ -89,10 +89,10 @@ class Certificate:
         }
 
     def write(self, folder: Path) -> None:
-        """Write ``certificate.json``, ``certificate.md``, a PNG for each measurement, the curves and the actions.
+        """Write ``certificate.json``, ``certificate.md``, a PNG file for each measurement, the curves and the actions.
 
-        Everything is drawn before the first file is touched. ``certificate.json`` is removed first and written last, so
-        that a folder with this file is complete.
+        All images are drawn before the first file is changed. ``certificate.json`` is removed first and written last,
+        so that a folder that contains this file is complete.
 
         Raises:
             ConfigurationError: The folder cannot be created.
@@ -119,7 +119,7 @@ class Certificate:
 
 
 def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
-    """Return every line of every panel, (2, n), by ``measurement/panel/label/simulator``."""
+    """Return the lines of all panels, (2, n) each, keyed by ``measurement/panel/label/simulator``."""
     return {
         f"{measurement.name}/{p}/{line.label}/{line.simulator}": np.stack([line.x, line.y])
         for measurement in measurements
@@ -129,7 +129,7 @@ def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
 
 
 def _pictures_of(path: Path) -> set[str]:
-    """Return the images of the certificate that is replaced."""
+    """Return the image file names of an existing certificate that will be replaced."""
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
         pictures = {m["picture"] for m in json.loads(path.read_text("utf-8"))["measurements"] if m["picture"]}
         return {name for name in pictures if Path(name).name == name and name.endswith(".png")}

@@ -1,4 +1,4 @@
-"""Draws a measurement as a PNG."""
+"""Draws a measurement as a PNG image."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_devkit.parity.result import Line, Measurement, Panel
 from frobs_train import COLORS, INK, dress, make_figure
 
 _BAD = "#C22E2E"  # color of the tolerance
-_BOTTOM = 1e-17  # position of zeros on a logarithmic axis: below the rounding error of numbers near 1
+_BOTTOM = 1e-17  # position of zeros on a logarithmic axis, which is below the rounding error of numbers near 1
 _STROKES: tuple[Any, ...] = ("-", (0, (3, 2)), (0, (1, 1.5)), (0, (5, 1, 1, 1)))
 _MARKS = ("o", "x", "+", "d")
 
@@ -20,8 +20,8 @@ _MARKS = ("o", "x", "+", "d")
 def draw(measurement: Measurement, simulators: Sequence[str]) -> bytes:
     """Draw the panels of a measurement side by side.
 
-    The reference is a broad pale line, the others are thin dark lines on top of it. If they agree, each dark line runs
-    in the middle of its pale one.
+    The reference is drawn as a broad pale line, and each other simulator as a thin dark line on top of it. If two
+    simulators agree, the dark line runs along the middle of the pale line.
 
     Raises:
         RunError: matplotlib is not installed.

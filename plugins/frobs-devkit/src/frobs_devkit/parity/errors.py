@@ -8,11 +8,11 @@ from frobs_core.errors import ConfigurationError
 
 
 class ActionFileError(ConfigurationError):
-    """An action file cannot be read, or does not fit the environment.
+    """An action file cannot be read, or does not match the environment.
 
     Args:
-        path: The file.
-        reason: What is wrong and what to do.
+        path: Path of the action file.
+        reason: Description of the problem, and how to fix it.
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:

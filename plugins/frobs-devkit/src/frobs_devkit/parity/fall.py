@@ -1,4 +1,4 @@
-"""Compares how the bodies of a task fall on its floor and come to rest."""
+"""Compares how the free bodies of a task fall onto the floor and come to rest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SUMMARY = (
 
 
 def fall(subjects: Sequence[Subject]) -> Measurement:
-    """Compare how the free bodies of the task bounce and come to rest."""
+    """Compare how the task's free bodies bounce and come to rest."""
 
     def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         falls = [_fall(subject, body) for subject in subjects]
@@ -53,6 +53,6 @@ def _fall(subject: Subject, body: Bounded) -> Fall:
 
 
 def _bounce(lowest: Floats) -> float:
-    """Return the largest height of the lowest point after it first moved upward, ≥ 0 [m]; 0 if it never did."""
+    """Return the largest height of a body's lowest point after its first upward motion [m], or 0 without a bounce."""
     rising = np.flatnonzero(np.diff(lowest) > 0.0)
     return float(max(0.0, lowest[rising[0] :].max())) if len(rising) else 0.0

@@ -1,4 +1,4 @@
-"""Placement of a task's own bodies for measurements."""
+"""Places the free bodies of a task's scene, and compares their behavior."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, jud
 from frobs_devkit.parity.subject import Subject
 
 AWAY = 5.0
-"""Distance between the robot and a body on the floor, beyond its reach [m]."""
+"""Distance between the robot and a body on the floor [m], which exceeds the robot's reach."""
 
 
 class Bounded:
@@ -25,17 +25,17 @@ class Bounded:
 
     Args:
         name: Name of the body in the scene.
-        body: Its description.
+        body: Description of the body.
 
     Attributes:
         name: Name of the body in the scene.
-        points: (k, 3) [m] points of its surface in its frame.
-        edges: (3,) [m] edges of its bounding box, shortest first.
-        mass: Its mass [kg].
+        points: Points on the body's surface, in the body's frame, (k, 3) [m].
+        edges: Edge lengths of the bounding box in ascending order, (3,) [m].
+        mass: Mass of the body [kg].
     """
 
     def __init__(self, name: str, body: Body) -> None:
-        assert body.inertial is not None  # it is free
+        assert body.inertial is not None  # every free body has an inertial
         self.name = name
         self.mass = body.inertial.mass
         self.points = np.concatenate([shape_points(shape) for shape in body.collisions])
@@ -45,10 +45,10 @@ class Bounded:
         self.edges = size[self._order]
 
     def turned(self, shortest: Literal["y", "z"]) -> Floats:
-        """Return the orientation with the longest edge along the x axis, (4,).
+        """Return the quaternion (4,) that aligns the longest edge with the x axis.
 
         Args:
-            shortest: Axis of the shortest edge.
+            shortest: Axis to align the shortest edge with.
         """
         matrix = np.zeros((3, 3))
         rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows of the shortest, the middle and the longest edge
@@ -57,7 +57,7 @@ class Bounded:
         return np.asarray(quat_from_matrix(matrix))
 
     def origin(self, center: Floats, quat_wxyz: Floats) -> Floats:
-        """Return the position of the body's frame when the center of its bounding box is at a point, (3,) [m]."""
+        """Return the position (3,) [m] of the body's frame at which the bounding box is centered at ``center``."""
         return np.asarray(center - quat_rotate(quat_wxyz, self._center))
 
     def put_on_floor(self, env: RobotEnv, height: float = 0.0) -> None:
@@ -65,7 +65,7 @@ class Bounded:
 
         Args:
             env: The environment.
-            height: Height of its lowest point above the floor [m].
+            height: Height of the body's lowest point above the floor [m].
         """
         x, y, _ = env.robot.base_pose[0][0]
         quat = self.turned("z")
@@ -74,7 +74,7 @@ class Bounded:
 
 
 def bodies_of(subject: Subject) -> list[Bounded]:
-    """Return the free bodies of a task's scene that collide. Equal bodies are only returned once."""
+    """Return the colliding free bodies of a task's scene, without duplicates."""
     found: dict[str, Body] = {}
     for name, body in subject.free_bodies.items():
         alike = replace(body, pose=Pose(), twist=AT_REST, rgba=(0.0, 0.0, 0.0, 1.0))
@@ -86,7 +86,7 @@ def bodies_of(subject: Subject) -> list[Bounded]:
 def compare_bodies(
     subjects: Sequence[Subject], summary: str, compare: Callable[[Bounded], tuple[list[Comparison], Panel]]
 ) -> Measurement:
-    """Return the measurement of all free bodies of the task, from the result of ``compare`` for each body."""
+    """Call ``compare`` for each free body of the task, and return all results as one measurement."""
     bodies = bodies_of(subjects[0])
     if not bodies:
         return not_applicable(subjects, summary, "the task has no free body")
@@ -107,18 +107,18 @@ def compare_values(
     factor: float = 1.0,
     missing: str = "none",
 ) -> list[Comparison]:
-    """Compare a value of each simulator with that of the first one.
+    """Compare the value of each simulator with the value of the first simulator.
 
     Args:
         subjects: The simulators.
         name: Name of the tolerance.
         quantity: Name of the value.
-        values: One value for each simulator; NaN if there is none.
+        values: Value of each simulator, or NaN where a simulator has no value.
         scale: Value that the tolerance is relative to.
-        unknown: Reason why the first simulator may have no value. The comparisons are skipped then.
-        unit: Displayed unit of the values.
-        factor: Factor that converts values to this unit.
-        missing: Text that is displayed for NaN.
+        unknown: Reason for skipping the comparisons if the first simulator has no value.
+        unit: Unit in which the values are displayed.
+        factor: Factor that converts the values to ``unit``.
+        missing: Text that is displayed instead of NaN.
     """
 
     def show(value: float) -> str:
@@ -155,7 +155,7 @@ def draw_curves(
 
 
 def not_applicable(subjects: Sequence[Subject], summary: str, reason: str) -> Measurement:
-    """Return a measurement that is skipped on every simulator, with the reason."""
+    """Return a measurement that is skipped on all simulators for the given reason."""
     reference, *others = subjects
     comparisons: tuple[Comparison, ...] = tuple(skip(s.label, reference.label, reason) for s in others)
     return Measurement(summary=summary, comparisons=comparisons)

@@ -14,10 +14,10 @@ from frobs_core.models import Box, Pose, Sphere
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 
-_AWAY = 5.0  # [m] from the robot, beyond its reach
+_AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
 _DURATION = 2.0  # [s]
-_HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; at the second one a body counts as stopped
-_PAIR = 0.5, 0.8  # sliding friction of the plate and of the floor; every combination rule gives a different result
+_HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; below the second fraction, a body counts as stopped
+_PAIR = 0.5, 0.8  # sliding friction of the plate and the floor, for which all combination rules yield different results
 _RULES = {
     "the larger": max(_PAIR),
     "the smaller": min(_PAIR),
@@ -26,7 +26,7 @@ _RULES = {
     "the geometric mean": (_PAIR[0] * _PAIR[1]) ** 0.5,
 }
 
-_Motion = tuple[Floats, Floats, Floats]  # times [s], speeds, and the distance covered [m], (samples,) each
+_Motion = tuple[Floats, Floats, Floats]  # times [s], speeds, and covered distances [m], (samples,) each
 
 _BALL = Body(geometry=Sphere(0.05), pose=Pose((0.0, 0.0, 0.05)), mass=0.5)
 _PLATE = Body(
@@ -37,7 +37,7 @@ _ROLLING = replace(_BALL, twist=((1.0, 0.0, 0.0), (0.0, 20.0, 0.0)), rolling_fri
 
 
 def friction(subjects: Sequence[Subject]) -> Measurement:
-    """Compare how torsional, rolling and sliding friction stop a body, and report how two coefficients combine."""
+    """Compare how torsional, rolling and sliding friction stop a body, and report how engines combine coefficients."""
     reference = subjects[0]
     cases = {
         "spin_time": ("time in which a spinning ball loses half its speed", "rad/s", _SPINNING),
@@ -81,7 +81,7 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _move(subject: Subject, period: float, body: Body, floor_friction: float = 1.0) -> _Motion | None:
-    """Return the motion of a body, or None if the simulator rejects it."""
+    """Return the motion of a body, or None if the simulator rejects the scene."""
     x, y, _ = subject.placement.pose.pos
     placed = replace(body, pose=Pose((x + _AWAY, y, body.pose.pos[2])))
     steps, samples = max(1, round(period / subject.physics_timestep)), round(_DURATION / period)
@@ -104,17 +104,17 @@ def _move(subject: Subject, period: float, body: Body, floor_friction: float = 1
 
 
 def _number(name: str, motion: _Motion, share: float) -> float:
-    """Return the time or distance until a fraction of the initial speed is left; NaN if this does not happen."""
+    """Return the time or distance until the speed falls to a fraction of the initial speed, or NaN if it never does."""
     times, speeds, ways = motion
     slow = np.flatnonzero(speeds < share * speeds[0])
     return float((times if name == "spin_time" else ways)[slow[0]]) if len(slow) else float("nan")
 
 
 def _combination(subject: Subject) -> str:
-    """Return the coefficient that stops a plate, and the rule that combines the two coefficients to this value."""
+    """Describe the measured friction coefficient between plate and floor, and the closest combination rule."""
     motion = _move(subject, subject.physics_timestep, replace(_PLATE, friction=_PAIR[0]), _PAIR[1])
     assert motion is not None
-    distance = motion[2][-1]  # of a plate with an initial speed of 1 m/s
+    distance = motion[2][-1]  # stopping distance for an initial speed of 1 m/s
     coefficient = 1.0 / (2.0 * float(np.linalg.norm(subject.gravity)) * distance)
     rule = min(_RULES, key=lambda rule: abs(_RULES[rule] - coefficient))
     return f"{coefficient:.2f}: {rule}, {_RULES[rule]:.2g}"

@@ -1,4 +1,4 @@
-"""Compares a fall with the drives off: masses, inertias, damping and gravity, without the drive law."""
+"""Compares how a robot falls with its drives off, which only depends on masses, inertias, damping and gravity."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 DURATION = 1.0
-"""Duration of the fall, unless a joint reaches its limit before [s]."""
+"""Maximum duration of the fall [s], which ends earlier if a joint reaches its limit."""
 
-_LEAST_FALL = 1e-3  # [rad or m]: smaller motions are not compared
+_LEAST_FALL = 1e-3  # [rad or m] smaller motions are not compared
 
 
 def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the fall from home until a joint reaches its limit in the reference."""
+    """Compare the fall from the home position until a joint of the reference reaches its limit."""
     reference, unit = subjects[0], subjects[0].joint_unit
     names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
     off = np.zeros((1, 1, dof))

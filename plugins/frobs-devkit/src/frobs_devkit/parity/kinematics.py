@@ -1,4 +1,4 @@
-"""Compares forward kinematics at random poses with those of the model file."""
+"""Compares each simulator's forward kinematics at random joint positions with the model file."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 POSES = 20
 FILE = "model file"
-"""Reference of the comparison; kinematics does not need a reference engine."""
+"""Reference of the comparison, which is the model file instead of a simulator."""
 
 _UNLIMITED = np.pi  # [rad or m] on both sides of 0, for joints without limits
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare the poses of all links, for given joint vectors and for written joint states.
+    """Compare the poses of all links, computed from joint vectors and read back after writing joint states.
 
     Args:
         subjects: The simulators.
-        poses: Number of random joint vectors inside the limits.
-        seed: Seed of the joint vectors.
+        poses: Number of random joint vectors within the limits.
+        seed: Seed for the joint vectors.
     """
     placement = subjects[0].placement
     model, links = placement.model, [link.name for link in placement.model.links]
@@ -82,7 +82,7 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
 
 
 def _written(robot: RobotHandle, links: Sequence[str], vectors: Floats) -> list[tuple[Floats, Floats]]:
-    """Return the poses of each link, (poses, 3) and (poses, 4), read after each joint vector was written."""
+    """Return each link's positions (poses, 3) and orientations (poses, 4), read after writing each joint vector."""
     found: list[list[tuple[Floats, Floats]]] = [[] for _ in links]
     for vector in vectors:
         robot.write_joint_state(vector[None])

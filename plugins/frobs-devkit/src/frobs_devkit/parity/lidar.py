@@ -1,4 +1,4 @@
-"""Compares a planar scan of a scene, before and after one of its bodies is moved."""
+"""Compares planar lidar scans of a scene, before and after a body of the scene is moved."""
 
 from __future__ import annotations
 
@@ -19,11 +19,14 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 _HEIGHT = 0.3  # [m] height of the rays above the robot's root link
 _RAYS = 180
 _RANGE = 4.0  # [m]
-_OWN = "parity"  # name of the scanner that is added to a robot without one
+_OWN = "parity"  # name of the lidar that is added to a robot without a lidar
 
 
 def lidar(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the ranges of a scanner among bodies of every shape. It is the robot's lidar, or one on its root link."""
+    """Compare the ranges that a lidar measures in a scene with bodies of every shape.
+
+    The measurement uses the robot's first lidar. If the robot has no lidar, a lidar is added to its root link.
+    """
     reference = subjects[0]
     scans = [_scan(subject) for subject in subjects]
     comparisons: list[Comparison] = []
@@ -60,7 +63,7 @@ def _scanner(subject: Subject) -> tuple[str, Lidar]:
 
 
 def _bodies(subject: Subject) -> Mapping[str, Body]:
-    """Return the bodies to scan: walls on two sides, and one body of each shape, all higher than any scanner."""
+    """Return the bodies to scan: walls on two sides and one body of each shape, all tall enough for any lidar."""
     x, y, _ = subject.placement.pose.pos
 
     def at(dx: float, dy: float, yaw: float = 0.0) -> Pose:
@@ -77,7 +80,7 @@ def _bodies(subject: Subject) -> Mapping[str, Body]:
 
 
 def _scan(subject: Subject) -> dict[str, Floats]:
-    """Return the ranges, (rays,) [m], by the time of the measurement."""
+    """Return the measured ranges (rays,) [m] in the initial scene, and after a body was moved."""
     name, scanner = _scanner(subject)
     alone = subject.alone()
     placement = replace(alone, robot=replace(alone.robot, sensors={name: scanner}))
@@ -96,7 +99,7 @@ def _panels(subjects: Sequence[Subject], scans: Sequence[Mapping[str, Floats]], 
     points, errors = [], []
     for i, (subject, found) in enumerate(zip(subjects, scans, strict=True)):
         ranges = found.get(moment, found["as built"])
-        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # draw nothing where nothing was hit
+        ranges = np.where(ranges < scanner.range_max, ranges, np.nan)  # rays without a hit are not drawn
         points.append(Line(subject.label, ranges * np.cos(angles), ranges * np.sin(angles), i, i, points=True))
         if i and moment in found:
             errors.append(Line(subject.label, np.degrees(angles), np.abs(found[moment] - scans[0][moment]), i))

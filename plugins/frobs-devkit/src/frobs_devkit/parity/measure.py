@@ -1,4 +1,4 @@
-"""Creates a certificate: the measurements, what each requires, and their order."""
+"""Creates a certificate, and defines the measurements, their requirements and their order."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ from frobs_devkit.parity.subject import Subject, make_subjects
 from frobs_train import Run, versions
 
 _log = logging.getLogger(__name__)
-_LONGEST_REPLAY = 200  # number of generated actions if none are given
+_LONGEST_REPLAY = 200  # maximum number of generated actions if no action file is given
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A measurement that can be made.
+    """Description of a measurement.
 
     Attributes:
         title: Human-readable title.
-        measure: Function that makes it.
-        needs: Capabilities that a simulator must have.
-        environment: Whether it needs the complete environment.
+        measure: Function that performs the measurement.
+        needs: Capabilities that a simulator must support.
+        environment: Whether the measurement requires the complete environment.
     """
 
     title: str
@@ -68,26 +68,28 @@ def measure_parity(
     """Measure how closely several simulators agree on an environment.
 
     Args:
-        environment: Gymnasium ID of FRobs.
-        simulators: Names, reference first. A simulator that is listed twice is compared with itself.
-        run: Run whose policy is evaluated and whose keywords the environment uses; None: no policy.
-        actions: Action file to replay; None: generated smooth actions.
-        only: Names of the measurements to make; None: all.
-        episodes: Number of episodes for evaluating the policy, ≥ 1.
+        environment: Gymnasium ID of an FRobs environment.
+        simulators: Names of the simulators, starting with the reference. A simulator that is listed twice is compared
+            with itself.
+        run: Run whose policy is evaluated and whose environment keywords are used. Without a run, no policy is
+            evaluated.
+        actions: Action file to replay. Defaults to generated smooth actions.
+        only: Names of the measurements to perform. Defaults to all measurements.
+        episodes: Number of episodes for evaluating the policy, at least 1.
         keywords: Keywords of the environment.
-        on_measurement: Called with the title of each measurement before it is made.
+        on_measurement: Called with the title of each measurement before the measurement starts.
 
     Raises:
         UnknownNameError: The ID, a simulator or a measurement does not exist.
-        ConfigurationError: There are fewer than two simulators, the ID is not one of FRobs, or a file or run does not
-            fit.
-        CapabilityError: The reference cannot run the environment.
+        ConfigurationError: There are fewer than two simulators, the ID does not belong to an FRobs environment, or a
+            file or run does not match the environment.
+        CapabilityError: The reference simulator cannot run the environment.
         CheckpointError: The run has no usable checkpoint.
     """
     given = {**(_keywords_of(run, environment) if run else {}), **(keywords or {})}
     file = read_actions(actions) if actions else None
     if run:
-        run.newest_checkpoint()  # reports a damaged one now, not after a minute
+        run.newest_checkpoint()  # reports a damaged checkpoint before the measurements start
     subjects = make_subjects(environment, simulators, given)
     reference = subjects[0]
     with reference.make() as env:
@@ -123,7 +125,7 @@ def measure_parity(
 
 
 def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
-    """Return the measurements by name, in their order. The policy's measurement requires a run."""
+    """Return the measurements by name, in execution order. The policy is only measured if a run is given."""
     plans = {
         "forward_kinematics": Plan("Forward kinematics", forward_kinematics),
         "step_response": Plan("Step response", step_response, needs=("drive",)),
@@ -144,7 +146,7 @@ def _plans(file: ActionFile, run: Run | None, episodes: int) -> dict[str, Plan]:
 
 
 def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
-    """Run one measurement on every simulator that supports it; report unsupported simulators and failures."""
+    """Run one measurement on all simulators that support it, and report unsupported simulators and failures."""
     reference = subjects[0]
     lacks = {subject.label: _missing(plan, subject) for subject in subjects}
     able = [subject for subject in subjects if not lacks[subject.label]]
@@ -156,7 +158,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
     elif len(able) > 1:
         try:
             found = plan.measure(able)
-        except Exception as error:  # an error of one engine must not hide the results of the others
+        except Exception as error:  # a failure of one measurement must not hide the results of the others
             _log.debug("%s failed", name, exc_info=True)
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             failed = [replace(skip(s.label, reference.label, reason), status=Status.FAILED) for s in able[1:]]
@@ -198,7 +200,7 @@ def _facts(subject: Subject, control_timestep: float, controller: str) -> dict[s
 
 
 def _versions(subjects: Sequence[Subject]) -> dict[str, Any]:
-    """Return the versions of everything that affects the numbers, including the engines of the simulators."""
+    """Return the versions of all software that affects the results, including the simulators' engines."""
     engines: dict[str, str] = {}
     for subject in subjects:
         distribution = plugins.get_report("simulator", subject.simulator).distribution

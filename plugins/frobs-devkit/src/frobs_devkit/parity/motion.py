@@ -1,4 +1,4 @@
-"""Records the motion of joints, and compares two recordings sample by sample."""
+"""Records joint motions, and compares two recordings sample by sample."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from frobs_core.models import home_positions
 from frobs_devkit.parity.result import Line
 from frobs_devkit.parity.subject import Subject
 
-_EDGE = 0.02  # fraction of a joint's range at both ends that free motion must not enter
-_INSIDE = 0.1  # minimum distance of the start from a joint's limits, as a fraction of its range
+_EDGE = 0.02  # fraction of a joint's range near each limit that free motion must not enter
+_INSIDE = 0.1  # minimum distance between the start and the joint limits, as a fraction of the joint's range
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class Motion:
     """Recorded motion of the joints.
 
     Attributes:
-        times: (samples,) [s], the first one sample after the start.
-        positions: (samples, dof) [rad or m]
-        velocities: (samples, dof) [rad/s or m/s]
-        efforts: (samples, dof) [N·m or N]
+        times: Times since the start, (samples,) [s], beginning with one sampling period.
+        positions: Joint positions, (samples, dof) [rad or m].
+        velocities: Joint velocities, (samples, dof) [rad/s or m/s].
+        efforts: Joint efforts, (samples, dof) [N·m or N].
     """
 
     times: Floats
@@ -39,33 +39,34 @@ class Motion:
 
 
 def position_bounds(subject: Subject) -> tuple[Floats, Floats]:
-    """Return the positions between which no joint is affected by its limits, (dof,) each [rad or m]."""
+    """Return the lower and upper positions between which joint limits have no effect, (dof,) each [rad or m]."""
     return _limits(subject, _EDGE)
 
 
 def start_positions(subject: Subject) -> Floats:
-    """Return the start of free motion, (dof,) [rad or m]: home, or slightly inside the limits if home is at a limit."""
+    """Return the home position (dof,) [rad or m], moved slightly inward where a joint is at its limit."""
     model = subject.placement.model
     inside: Floats = np.clip(home_positions(model, subject.placement.robot.home), *_limits(subject, _INSIDE))
     return inside
 
 
 def _limits(subject: Subject, share: float) -> tuple[Floats, Floats]:
-    """Return the position limits, (dof,) each [rad or m], moved inward by a fraction of the range if it is finite."""
+    """Return the position limits, (dof,) each [rad or m], moved inward by a fraction of each finite range."""
     lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     margin = np.where(np.isfinite(upper - lower), share * (upper - lower), 0.0)
     return lower + margin, upper - margin
 
 
 def record(subject: Subject, placement: Placement, commands: Floats, duration: float, period: float) -> list[Motion]:
-    """Record the motion from :func:`start_positions` for each of several commands.
+    """Record the motion for each command sequence, starting from :func:`start_positions`.
 
     Args:
         subject: The simulator.
-        placement: The robot. The scene must not have contacts.
-        commands: (motions, phases, dof). All phases last equally long. Position commands are relative to the start.
-        duration: [s]
-        period: Time between two samples [s]; a multiple of the subject's ``physics_timestep``.
+        placement: Placement of the robot, which must move without contacts.
+        commands: Commands, (motions, phases, dof). All phases have the same duration. Position commands are relative to
+            the start positions.
+        duration: Duration of each motion [s].
+        period: Time between two samples [s], which must be a multiple of the subject's ``physics_timestep``.
     """
     steps, samples = max(1, round(period / subject.physics_timestep)), round(duration / period)
     motions = []
@@ -90,17 +91,18 @@ def record(subject: Subject, placement: Placement, commands: Floats, duration: f
 
 
 def differences(reference: Sequence[Motion], other: Sequence[Motion]) -> Floats:
-    """Return the joint differences of two recordings with the same commands, (motions, samples, dof)."""
+    """Return the absolute joint position differences of two recordings, (motions, samples, dof)."""
     return np.stack([np.abs(a.positions - b.positions) for a, b in zip(reference, other, strict=True)])
 
 
 def apart(found: Floats, expected: Floats, samples: int) -> Floats:
-    """Return the distance of each sample from the range of expected values around it, (n,).
+    """Return the distance (n,) between each sample and the range of the expected values near this sample.
 
     Args:
-        found: (n,)
-        expected: (n,)
-        samples: Number of expected samples before and after; 0: plain differences.
+        found: Recorded values, (n,).
+        expected: Expected values, (n,).
+        samples: Number of expected values, before and after each sample, that belong to the range. A number of 0 yields
+            the absolute differences.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
@@ -108,11 +110,11 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
 
 
 def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
-    """Return the place of the largest error (…, samples, dof): ``"joint elbow at 0.214 s"``."""
+    """Return the joint and time of the largest error in (…, samples, dof), such as ``"joint elbow at 0.214 s"``."""
     place = np.unravel_index(int(np.argmax(np.nan_to_num(errors, nan=np.inf))), errors.shape)
     return f"joint {names[int(place[-1])]} at {times[int(place[-2])]:.3f} s"
 
 
 def error_line(label: str, errors: Floats, times: Floats, number: int) -> Line:
-    """Return the largest error of each sample as a line."""
+    """Return a line with the largest error of each sample."""
     return Line(label, times, errors.max(axis=-1).reshape(-1, len(times)).max(axis=0), number, 0)

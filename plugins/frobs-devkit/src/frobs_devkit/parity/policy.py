@@ -1,4 +1,4 @@
-"""Evaluates the policy of a run on every simulator."""
+"""Evaluates a run's policy on every simulator."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from frobs_devkit.parity.subject import Subject
 from frobs_train import Evaluation, Run, evaluate
 
 EPISODES = 200
-_TOGETHER = 64  # number of environments stepped together, if every simulator supports it
+_TOGETHER = 64  # number of environments stepped together, if all simulators support batches
 
 
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
-    """Compare the success of a run's unmodified policy on the same episodes.
+    """Compare the success rate of a run's unmodified policy on the same episodes.
 
-    All simulators step the same number of environments together, so that the goals are the same.
+    The number of environments stepped together is the same on all simulators, and therefore the goals are the same.
 
     Args:
-        subjects: The simulators, reference first.
-        run: The run. Results are also written to its ``evaluations/``.
-        episodes: ≥ 1.
+        subjects: The simulators, starting with the reference.
+        run: The run. The results are also written to the run's ``evaluations/`` folder.
+        episodes: Number of episodes, at least 1.
 
     Raises:
         CheckpointError: No checkpoint is usable.
-        RunError: The environment differs from that of the training run.
+        RunError: The environment differs from the environment of the training run.
     """
     reference = subjects[0]
     batched = all(subject.level("batched") > Level.UNSUPPORTED for subject in subjects)
@@ -64,7 +64,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
 
 
 def _percent(found: Evaluation) -> str:
-    """Return ``"98.5 % [95.7, 99.5]"``."""
+    """Return the success rate with its interval, such as ``"98.5 % [95.7, 99.5]"``."""
     if found.success_rate is None or found.success_interval is None:
         return "unknown"
     low, high = found.success_interval

@@ -1,4 +1,4 @@
-"""Replays one action file in the complete environment on every simulator."""
+"""Replays an action file in the complete environment on every simulator."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 
 def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
-    """Compare joints and tool after each control step, and the end of the episode."""
+    """Compare the joint positions and the tool position after each control step, and the end of the episode."""
     names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
     rollouts = [play(subject, [(file.seed, file.actions)])[0] for subject in subjects]
     first = rollouts[0]
@@ -65,7 +65,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
 
 
 def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout, free: int) -> Iterator[Comparison]:
-    """Yield the comparisons while the robot moved freely, and after it touched something."""
+    """Yield the comparisons of the robot's free motion, of the motion after a contact, and of the episode's end."""
     exact, n = follows_exactly(reference, subject), min(first.steps, second.steps) + 1
     errors = np.abs(first.joints[:n] - second.joints[:n])  # (steps + 1, dof)
     apart, times = _apart(first, second), first.times
@@ -96,6 +96,6 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
 
 
 def _apart(first: Rollout, second: Rollout) -> Floats:
-    """Return the distances of the tools, (steps + 1,) [m]."""
+    """Return the distances between the tool positions of two rollouts, (steps + 1,) [m]."""
     n = min(first.steps, second.steps) + 1
     return np.asarray(np.linalg.norm(first.tool[:n] - second.tool[:n], axis=1))

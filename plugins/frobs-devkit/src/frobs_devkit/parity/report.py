@@ -1,4 +1,4 @@
-"""The certificate as Markdown."""
+"""Writes the certificate as Markdown."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from frobs_devkit.parity.certificate import Certificate
 
 SIGNS: Mapping[Status, str] = {Status.PASSED: "✓", Status.FAILED: "✗", Status.SKIPPED: "–"}
-"""Symbols of the outcomes in tables."""
+"""Symbols for the outcomes of comparisons in tables."""
 
 
 def markdown(certificate: Certificate) -> str:
-    """Return the certificate as a page: verdict, table, descriptions, tolerances and versions."""
+    """Return the certificate as a Markdown page with a verdict, a table, descriptions, tolerances and versions."""
     others = ", ".join(certificate.simulators[1:])
     sections = [
         f"# Parity of {certificate.id}",
@@ -34,7 +34,7 @@ def markdown(certificate: Certificate) -> str:
 
 
 def number(value: float, unit: str = "") -> str:
-    """Format an error or a tolerance: ``"1.2e-14 rad"``, ``"0"``, ``"–"``."""
+    """Return an error or a tolerance as text, such as ``"1.2e-14 rad"``, ``"0"``, or ``"–"`` for NaN."""
     if math.isnan(value):
         return "–"
     if value == 0.0:
@@ -43,7 +43,7 @@ def number(value: float, unit: str = "") -> str:
 
 
 def rows(measurement: Measurement) -> Iterator[tuple[Comparison, tuple[str, str, str, str, str]]]:
-    """Yield each comparison with its cells: simulator, quantity, error, tolerance, note."""
+    """Yield each comparison with its table cells: simulator, quantity, error, tolerance and note."""
     for comparison in measurement.comparisons:
         yield (
             comparison,

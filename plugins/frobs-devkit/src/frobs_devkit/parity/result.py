@@ -1,4 +1,4 @@
-"""Results of a measurement: judged numbers, facts, and curves to draw."""
+"""Results of a measurement: comparisons, facts, and curves to draw."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One number by which a simulator differs from its reference.
+    """Comparison of one quantity between a simulator and its reference.
 
     Attributes:
         quantity: Name of the quantity.
-        simulator: Simulator that is judged.
-        against: Reference: another simulator, or ``"model file"``.
-        status: Outcome.
-        error: Largest difference; NaN if nothing was measured.
-        tolerance: Largest error that passes; NaN if nothing was measured.
-        unit: Unit of both.
+        simulator: Name of the simulator that is compared with the reference.
+        against: Name of the reference, which is another simulator or ``"model file"``.
+        status: Outcome of the comparison.
+        error: Largest difference, or NaN if nothing was measured.
+        tolerance: Largest error that is allowed, or NaN if nothing was measured.
+        unit: Unit of the error and the tolerance.
         where: Joint, frame or time of the largest error.
         tolerance_name: Key of ``TOLERANCES``.
-        reason: Why it was skipped, or why it failed without a number.
+        reason: Why the comparison was skipped, or why it failed without a measured error.
     """
 
     quantity: str
@@ -55,11 +55,11 @@ class Line:
     """One line of a panel.
 
     Attributes:
-        label: Text in the legend; lines with the same label and color share an entry.
-        x: (n,)
-        y: (n,)
-        color: Index in the palette; −1: the text color.
-        simulator: Index of the simulator; 0 is the reference. It determines the line style.
+        label: Text in the legend. Lines with the same label and color share a legend entry.
+        x: Horizontal coordinates, (n,).
+        y: Vertical coordinates, (n,).
+        color: Index in the color palette, or −1 for the text color.
+        simulator: Index of the simulator, which determines the line style. The reference has index 0.
         points: Whether to draw points instead of a line.
     """
 
@@ -73,18 +73,18 @@ class Line:
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """One set of axes.
+    """One set of axes in the image of a measurement.
 
     Attributes:
         title: Title above the axes.
-        x_label: Label with unit.
-        y_label: Label with unit.
+        x_label: Label of the x axis, with unit.
+        y_label: Label of the y axis, with unit.
         lines: Lines to draw.
-        tolerance: Value of a horizontal line.
-        log: Whether y is logarithmic; zeros are drawn at the bottom.
-        rows: Names of the rows 0, 1, …, for lines that show when a condition holds.
+        tolerance: Tolerance that is drawn as a horizontal line.
+        log: Whether the y axis is logarithmic. Zeros are drawn at the bottom.
+        rows: Names of the rows at y = 0, 1, …, for lines that show when a condition is met.
         map: Whether x and y are positions [m], drawn to the same scale.
-        bars: Bars to draw instead of lines: label to (value, low, high).
+        bars: Bars to draw instead of lines, as a mapping from label to (value, low, high).
     """
 
     title: str
@@ -104,11 +104,11 @@ class Measurement:
 
     Attributes:
         summary: Description of the measurement in one or two sentences.
-        comparisons: Judged comparisons; those that a simulator does not support are skipped.
+        comparisons: Results of the comparisons. Comparisons that a simulator does not support are skipped.
         facts: Additional facts, by name.
-        panels: Panels of its image.
-        name: Lowercase with underscores; unique in a certificate, which sets it.
-        title: Human-readable title; the certificate sets it.
+        panels: Panels of the image.
+        name: Unique name in the certificate, in lowercase with underscores. ``measure_parity`` sets the name.
+        title: Human-readable title. ``measure_parity`` sets the title.
     """
 
     summary: str
@@ -120,7 +120,7 @@ class Measurement:
 
     @property
     def status(self) -> Status:
-        """Failed if any comparison failed, skipped if all were skipped."""
+        """Overall outcome: failed if any comparison failed, skipped if all were skipped, and passed otherwise."""
         found = {comparison.status for comparison in self.comparisons}
         return next((s for s in (Status.FAILED, Status.PASSED) if s in found), Status.SKIPPED)
 
@@ -138,19 +138,19 @@ def judge(
     where: str = "",
     unit: str = "",
 ) -> Comparison:
-    """Compare the largest of some errors with its tolerance; NaN fails.
+    """Compare the largest error with its tolerance. An error of NaN fails the comparison.
 
     Args:
         tolerance_name: Key of ``TOLERANCES``.
         quantity: Name of the quantity.
-        simulator: Simulator that is judged.
-        against: Reference.
+        simulator: Name of the simulator that is compared with the reference.
+        against: Name of the reference.
         errors: Absolute differences, of any shape.
-        exact: Whether the exact tolerance applies, according to the claims of both simulators.
-        scale: Value that an approximate tolerance is relative to, if it is relative.
-        least: Minimum of an approximate tolerance, in ``unit``.
+        exact: Whether the exact tolerance applies, which depends on the capability levels that both simulators claim.
+        scale: Factor that scales a relative approximate tolerance.
+        least: Lower bound of an approximate tolerance, in ``unit``.
         where: Joint, frame or time of the largest error.
-        unit: Unit that replaces the tolerance's.
+        unit: Unit to use instead of the tolerance's unit.
     """
     tolerance = TOLERANCES[tolerance_name]
     allowed = tolerance.allowed(exact, scale) if exact else max(tolerance.allowed(exact, scale), least)
@@ -169,7 +169,7 @@ def judge(
 
 
 def worst(comparisons: Sequence[Comparison]) -> Comparison:
-    """Return the comparison that is closest to its tolerance or exceeds it most."""
+    """Return the comparison with the largest ratio of error to tolerance."""
 
     def strain(comparison: Comparison) -> float:
         if math.isnan(comparison.error):
@@ -180,5 +180,5 @@ def worst(comparisons: Sequence[Comparison]) -> Comparison:
 
 
 def skip(simulator: str, against: str, reason: str, quantity: str = "") -> Comparison:
-    """Return a skipped comparison with its reason."""
+    """Return a skipped comparison with the given reason."""
     return Comparison(quantity=quantity, simulator=simulator, against=against, status=Status.SKIPPED, reason=reason)

@@ -15,19 +15,19 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 EPISODES = 3
 _CANDIDATES = 40  # number of episodes to try on the reference
 _MOST_STEPS = 200  # maximum number of steps in an episode
-_STANDS = 1e-6  # if the range of a term is smaller, there is nothing to compare
+_STANDS = 1e-6  # minimum range of a term that is worth comparing
 
 
 def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0) -> Measurement:
-    """Compare the reward and its terms in episodes of random actions.
+    """Compare the reward and its terms in episodes with random actions.
 
-    Many episodes are tried on the reference, and those in which the terms vary most are compared. For example, a reward
-    for the last centimeters does not vary far from the goal.
+    Many episodes are tried on the reference, and the episodes in which the terms vary most are compared. A reward for
+    the last centimeters, for example, does not vary while the robot is far from the goal.
 
     Args:
-        subjects: The simulators, reference first.
-        episodes: Number of episodes to compare; each has its own seed and therefore its own goal.
-        seed: Seed of the first episode and of the actions.
+        subjects: The simulators, starting with the reference.
+        episodes: Number of episodes to compare. Each episode has a different seed and therefore a different goal.
+        seed: Seed for the first episode and for the random actions.
     """
     reference = subjects[0]
     steps = min(reference.max_episode_steps, _MOST_STEPS)
@@ -72,7 +72,11 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
 
 
 def _liveliest(rollouts: Sequence[Rollout], episodes: int) -> list[int]:
-    """Return the episodes to use: for each term in turn the one in which it varies most, then the next."""
+    """Return the indices of the episodes in which the reward terms vary most.
+
+    In the first round, each term selects the episode in which it varies most. In further rounds, each term selects its
+    next choice, until enough episodes are selected.
+    """
     orders = [
         np.argsort([-float(np.ptp(rollout.rewards[name])) for rollout in rollouts], kind="stable").tolist()
         for name in reversed(list(rollouts[0].rewards))  # the terms before their sum
@@ -82,7 +86,7 @@ def _liveliest(rollouts: Sequence[Rollout], episodes: int) -> list[int]:
 
 
 def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
-    """Return the rewards of all episodes, concatenated with gaps."""
+    """Return the rewards of all episodes, concatenated with a gap between episodes."""
     gap = np.array([np.nan])
     return {
         name: np.concatenate([part for rollout in rollouts for part in (rollout.rewards[name], gap)][:-1])
@@ -91,7 +95,11 @@ def _joined(rollouts: Sequence[Rollout]) -> dict[str, Floats]:
 
 
 def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Floats]:
-    """Return the differences of each term in all episodes; NaN at the end if length or terms of an episode differ."""
+    """Return the absolute differences of each reward term, concatenated over all episodes.
+
+    If the length of an episode differs between the simulators, a NaN is appended. The differences of a missing term are
+    NaN.
+    """
 
     def differ(a: Rollout, b: Rollout, name: str) -> Floats:
         n = min(a.steps, b.steps)
@@ -107,7 +115,7 @@ def _errors(first: Sequence[Rollout], second: Sequence[Rollout]) -> dict[str, Fl
 def _judge(
     reference: Subject, subject: Subject, played: tuple[Sequence[Rollout], Sequence[Rollout]], free: Sequence[int]
 ) -> Iterator[Comparison]:
-    """Yield the errors of each term while the robot moved freely, and after it touched something."""
+    """Yield separate comparisons of each reward term for the robot's free motion and for the motion after a contact."""
     exact = follows_exactly(reference, subject)
     steps = [min(a.steps, b.steps) + (a.steps != b.steps) for a, b in zip(*played, strict=True)]
     moves = [np.arange(n) < free_for for n, free_for in zip(steps, free, strict=True)]

@@ -14,9 +14,9 @@ from frobs_devkit.parity.subject import Subject
 
 _PREFIX = "frobs/reward/"
 AFTER_A_TOUCH = ", after a touch"
-"""Suffix of quantities that depend on contacts, which each engine models differently."""
+"""Suffix for the names of quantities that depend on contacts, which each engine models differently."""
 
-_SAME = 1e-9  # [rad or m]: motions on one engine that differ by more are different
+_SAME = 1e-9  # [rad or m] maximum difference between motions on the same engine that count as equal
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,13 @@ class Rollout:
     """Recorded data of one episode.
 
     Attributes:
-        times: (steps + 1,) [s], the reset first.
-        joints: (steps + 1, dof) [rad or m]
-        tool: (steps + 1, 3) [m] in the world.
-        rewards: ``"reward"`` and each of its terms, (steps,).
-        ended: Whether the episode terminated, or the engine failed.
-        commands: Commands of the controller to the drives, (steps, rows, dof); a held command has a single row.
+        times: Times, (steps + 1,) [s], starting with the reset.
+        joints: Joint positions, (steps + 1, dof) [rad or m].
+        tool: Tool positions in the world frame, (steps + 1, 3) [m].
+        rewards: The total ``"reward"`` and all reward terms by name, (steps,) each.
+        ended: Whether the episode terminated, or the simulation diverged.
+        commands: Commands from the controller to the drives, (steps, rows, dof). A command that is held during a step
+            has only one row.
     """
 
     times: Floats
@@ -41,12 +42,12 @@ class Rollout:
 
     @property
     def steps(self) -> int:
-        """Number of steps."""
+        """Number of control steps in the episode."""
         return len(self.times) - 1
 
 
 def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]]) -> list[Rollout]:
-    """Play episodes, each until it ends or its actions are used up."""
+    """Play each episode, given by a seed and actions, until the episode ends or all actions are used."""
     with subject.make() as env:
         return [_play(env, seed, actions) for seed, actions in episodes]
 
@@ -85,16 +86,16 @@ def _play(env: RobotEnv, seed: int, actions: np.ndarray[Any, Any]) -> Rollout:
 
 
 def free_steps(subject: Subject, rollout: Rollout) -> int:
-    """Return for how many steps the robot moved freely: it touched nothing, and no joint was at a limit.
+    """Return the number of steps before the robot touched something or a joint reached its limit.
 
-    The same commands are played with the robot in an empty scene. It moved freely as long as the motion is the same
-    there.
+    The same commands are replayed with the robot in an empty scene. The robot counts as moving freely for as long as
+    both motions are equal.
     """
     lower, upper = np.array([(j.limits.lower, j.limits.upper) for j in subject.placement.model.actuated_joints]).T
     with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
-            for k in range(subject.decimation):  # one by one, because a joint may reach its limit between two actions
+            for k in range(subject.decimation):  # because a joint may reach its limit between two actions
                 if k < len(command):
                     robot.command(command[k : k + 1])
                 simulation.step(1)

@@ -1,4 +1,4 @@
-"""Compares a box that falls on the floor and comes to rest."""
+"""Compares how a box falls onto the floor and comes to rest."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ DURATION = 2.0
 """Recorded duration of a fall [s]."""
 
 Fall: TypeAlias = tuple[Floats, Floats, Floats]
-"""Times [s], heights of the lowest point above the floor [m] and speeds [m/s], (samples,) each."""
+"""Times [s], heights of the lowest point above the floor [m], and speeds [m/s], each of shape (samples,)."""
 
 _MASS = 0.5  # [kg]
-_CLEARANCE = 0.1  # [m] height of the fall
-_AWAY = 5.0  # [m] from the robot, beyond its reach
-_STILL = 0.01  # [m/s] below this speed, the box rests
+_CLEARANCE = 0.1  # [m] initial height above the floor
+_AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
+_STILL = 0.01  # [m/s] speed below which the box counts as resting
 _QUANTITIES = {"rest_height": "rest height", "rest_time": "time to rest", "penetration": "deepest penetration"}
 _END = 0.2  # [s] interval at the end over which the rest height is averaged
 
 
 def settling(subjects: Sequence[Subject]) -> Measurement:
-    """Compare rest height, time to rest and penetration of a box that falls flat on the floor."""
+    """Compare the rest height, the time to rest and the penetration of a box that falls flat onto the floor."""
     reference = subjects[0]
     drops = [_drop(subject, reference.physics_timestep) for subject in subjects]
     numbers = [settle(*drop) for drop in drops]
@@ -65,7 +65,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _near_the_floor(line: Line) -> Line:
-    """Return the part of a line below a tenth of the fall's height, from shortly before the impact."""
+    """Return the part of a line around the impact, at heights below a tenth of the initial height."""
     near = (line.x > 0.1) & (line.x < 0.6)
     return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
@@ -80,13 +80,13 @@ def _drop(subject: Subject, period: float) -> Fall:
 
 
 def watch_fall(simulation: Simulation, body: BodyHandle, points: Floats, length: float, period: float) -> Fall:
-    """Step for :data:`DURATION` and record a body.
+    """Step the simulation for :data:`DURATION`, and record the motion of a body.
 
     Args:
-        simulation: One environment.
+        simulation: Simulation of a single environment.
         body: The body that falls.
-        points: (k, 3) [m] in its frame; the lowest of them is recorded.
-        length: Length of the body [m], by which its angular velocity is multiplied to add it to the linear one.
+        points: Points of the body in the body's frame, (k, 3) [m]. The height of the lowest point is recorded.
+        length: Length of the body [m]. The recorded speed is the linear speed plus ``length`` times the angular speed.
         period: Time between two samples [s].
     """
     steps, samples = max(1, round(period / simulation.physics_timestep)), round(DURATION / period)
@@ -103,7 +103,7 @@ def watch_fall(simulation: Simulation, body: BodyHandle, points: Floats, length:
 def settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
     """Return ``rest_height`` [m], ``rest_time`` [s] and ``penetration`` [m] of a fall.
 
-    The time to rest is NaN if the body never rests.
+    ``rest_time`` is NaN if the body does not come to rest.
     """
     moving = np.flatnonzero(~(speed < _STILL))  # NaN counts as moving
     rests = len(moving) == 0 or moving[-1] + 1 < len(times)

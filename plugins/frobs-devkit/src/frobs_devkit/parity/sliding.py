@@ -1,4 +1,4 @@
-"""Compares how far the bodies of a task slide on its floor until friction stops them."""
+"""Compares how far the free bodies of a task slide on the floor until friction stops them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_devkit.parity.subject import Subject
 
 _SPEED = 1.0  # [m/s]
 _STOPPED = 0.02  # [m/s]
-_REST = 0.2  # [s] on the floor before it slides
+_REST = 0.2  # [s] time on the floor before the body starts to slide
 _DURATION = 4.0  # [s]
 _SUMMARY = (
     f"Each free body of the task's scene lies on the floor of the task and starts to slide at {_SPEED:g} m/s. "
@@ -22,7 +22,7 @@ _SUMMARY = (
 
 
 def sliding(subjects: Sequence[Subject]) -> Measurement:
-    """Compare how far the free bodies of the task slide."""
+    """Compare how far the task's free bodies slide."""
 
     def compare(body: Bounded) -> tuple[list[Comparison], Panel]:
         slides = [_slide(subject, body) for subject in subjects]
@@ -43,7 +43,10 @@ def sliding(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _slide(subject: Subject, body: Bounded) -> tuple[Floats, Floats, float]:
-    """Return times [s] and distances [m], (samples,), and the stopping distance [m] (NaN: it does not stop)."""
+    """Return the times (samples,) [s], the distances (samples,) [m] and the stopping distance [m] of a sliding body.
+
+    The stopping distance is NaN if the body does not stop.
+    """
     with subject.make() as env:
         env.reset(seed=0)
         simulation, handle = env.simulation, env.simulation.bodies[body.name]

@@ -1,4 +1,4 @@
-"""Compares the force that pulls a body of the task out of the gripper."""
+"""Compares the force at which a body of the task slips out of the gripper."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.subject import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
-_PRESS = 5.0  # normal force of each finger, in multiples of the body's weight
-_GROWTH, _MOST = 10.0, 100.0  # pulling force: body weights per second, and maximum
-_SLIPPED = 0.005  # [m]
-_FREE = 0.01  # fraction of the fingers' stroke, next to open and to closed, in which they hold nothing
+_PRESS = 5.0  # normal force of each finger [body weights]
+_GROWTH, _MOST = 10.0, 100.0  # growth of the pulling force [body weights/s], and maximum force [body weights]
+_SLIPPED = 0.005  # [m] motion in the gripper at which a body counts as slipping
+_FREE = 0.01  # fraction of the fingers' stroke, near either end, in which the fingers cannot hold a body
 _SUMMARY = (
     f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
     f"weight of the body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the "
@@ -34,7 +34,7 @@ _SUMMARY = (
 
 
 def slip(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the force at which the free bodies of the task slip out of the gripper."""
+    """Compare the force at which each free body of the task slips out of the gripper."""
     tool = _gripper(subjects[0])
     if tool is None and bodies_of(subjects[0]):
         return not_applicable(subjects, _SUMMARY, "the robot has no gripper")
@@ -65,9 +65,10 @@ def _gripper(subject: Subject) -> EndEffector | None:
 
 
 def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, Floats]:
-    """Return forces [N] and motions of the body in the gripper [m], (samples,); both are empty if it was not held.
+    """Return the pulling forces (samples,) [N], and the distances (samples,) [m] that the body moved in the gripper.
 
-    The last force is the one at which it slips, or the largest that was tried.
+    Both arrays are empty if the gripper does not hold the body. The last force is the force at which the body slips, or
+    the largest force that was applied.
     """
     with subject.make() as env:
         env.reset(seed=0)
@@ -90,7 +91,7 @@ def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, F
 
 
 class _Grasp:
-    """A body in a gripper, whose fingers close along the y axis of its tool center point.
+    """A body in a gripper whose fingers close along the y axis of the tool center point.
 
     Args:
         env: The environment, after a reset.
@@ -106,13 +107,15 @@ class _Grasp:
         self._open = np.array([tool.open[joint] for joint in tool.closed])
 
     def close(self, press: float) -> bool:
-        """Close the gripper on the body, with its shortest edge between the fingers. The body is kept in place meanwhile.
+        """Close the gripper on the body, so that the shortest edge of the body is between the fingers.
+
+        The body is kept in place while the gripper closes.
 
         Args:
             press: Normal force of each finger [N].
 
         Returns:
-            Whether the fingers meet the body.
+            Whether the body stops the fingers.
         """
         robot, fingers = self._robot, self._fingers
         stroke = np.abs(self._open - self._closed).sum()  # [rad or m]
@@ -120,9 +123,9 @@ class _Grasp:
         command[:, fingers] = self._open
         robot.write_joint_state(command)
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
-        left = stroke / 2.0  # initial guess; later, the position at which the body stops the fingers
+        left = stroke / 2.0  # initial guess; later, the distance that remains when the body stops the fingers
         for duration in (_CLOSING, _PRESSING):
-            # Virtual work: as the joints move the remaining distance, the fingers approach by the body's width.
+            # Virtual work: while the joints move the remaining distance, the finger gap closes by the body's width.
             command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
             robot.command(command)
             self._keep(duration)
@@ -132,7 +135,7 @@ class _Grasp:
         return True
 
     def offset(self) -> Floats:
-        """Return the position of the body in the frame of the tool, (3,) [m]."""
+        """Return the body's position in the tool frame, (3,) [m]."""
         pos, quat = self._robot.frame_pose(self._tcp)
         return np.asarray(quat_rotate(quat_conjugate(quat), self._handle.pose[0] - pos)[0])
 

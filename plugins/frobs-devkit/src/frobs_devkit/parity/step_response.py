@@ -1,4 +1,4 @@
-"""Compares the responses to a step of each joint's command in free motion: without and with effort limits."""
+"""Compares the step responses of each joint in free motion, without and with effort limits."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 DURATION = 2.0
-"""Compared duration of each response [s]."""
+"""Duration for which each response is compared [s]."""
 
 SATURATED_SHARE = 0.2
-"""Minimum fraction of each joint's samples at the effort limit, in the response with effort limits."""
+"""Minimum fraction of samples at which a joint must be at its effort limit, in the response with effort limits."""
 
-_MOST_SATURATED = 0.8  # maximum fraction of a joint's samples; if it is larger, leaving the limits is hardly visible
-_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], if there is enough room
+_MOST_SATURATED = 0.8  # maximum fraction of saturated samples, to show how drives leave their effort limits
+_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], if the limits permit it
 _LEAVING = 2  # number of physics steps by which an approximate drive may leave its effort limit too early or too late
-_JUMPS = 4  # alternating steps in the response with effort limits
+_JUMPS = 4  # number of alternating steps in the response with effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
 
 
@@ -53,7 +53,7 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
 
 
 def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the step responses with effort limits, which are chosen such that they are reached often enough."""
+    """Compare the step responses with effort limits that are low enough to be reached often."""
     reference = subjects[0]
     commands = _to_and_fro(_jumps(reference))
     summary = (
@@ -93,10 +93,11 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
 
 
 def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, list[Motion]] | None:
-    """Return effort limits (dof,) at which each joint's response saturates often enough, and those responses.
+    """Return effort limits (dof,) at which each drive saturates often enough, and the resulting responses.
 
-    A limit holds the joint against gravity, before and after the step, and moves its inertia within a rise time. The
-    rise time is shortened for joints that approach a position limit, or hardly ever leave their effort limit.
+    Each limit is the effort that holds the joint against gravity before and after the step, plus the effort that moves
+    the joint's inertia within a rise time. The rise time is shortened for joints that approach a position limit or
+    hardly ever leave their effort limit. The result is None if no such limits are found.
     """
     model, dof, period = subject.placement.model, len(commands), subject.physics_timestep
     unlimited = np.full(dof, np.inf)
@@ -117,7 +118,7 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
             beyond = (motion.positions <= lower) | (motion.positions >= upper)  # (samples, dof)
             if beyond.any():
                 inside = False
-                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first to exceed it
+                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first joint out of bounds
         shorten &= rise > _SHORTEST_RISE
         if not shorten.any():
             return (limits, motions) if inside and (shares >= SATURATED_SHARE).all() else None
@@ -125,9 +126,10 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
 
 
 def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, found: Sequence[Motion]) -> Floats:
-    """Return the distance between the subject's motion and its own motion with very short integration steps.
+    """Return the estimated difference between the subject's motion and the motion with very short physics steps.
 
-    Engines integrate to first order, so half the step has half the error, and the change is the other half.
+    Engines use first-order integration, so halving the step size halves the error. The error is therefore twice the
+    change in the motion.
     """
     finer = replace(subject, physics_timestep=subject.physics_timestep / 2.0)
     change = differences(found, _record(finer, commands, limits, subject.physics_timestep))
@@ -136,14 +138,17 @@ def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, 
 
 
 def _mode(subject: Subject) -> CommandMode:
-    """Return the command mode that the robot's drives follow: wheels have no stiffness."""
+    """Return the drives' command mode: velocity if no drive has stiffness (as for wheels), otherwise position."""
     gains = subject.placement.robot.gains
     stiff = gains is None or any(gains.of(name)[0] > 0.0 for name in subject.placement.model.joint_names)
     return CommandMode.POSITION if stiff else CommandMode.VELOCITY
 
 
 def _jumps(subject: Subject) -> Floats:
-    """Return the commands of each run, (dof, 1, dof): one joint moves a quarter of the way to its farther limit."""
+    """Return the commands (dof, 1, dof) for one run per joint, in which only that joint's command makes a step.
+
+    A position step is at most a quarter of the way to the joint's farther limit.
+    """
     mode, start = _mode(subject), start_positions(subject)
     jumps = np.full(len(start), _STEP[mode])
     if mode is CommandMode.POSITION:
@@ -154,7 +159,7 @@ def _jumps(subject: Subject) -> Floats:
 
 
 def _to_and_fro(jumps: Floats) -> Floats:
-    """Return the same steps with alternating signs, (dof, phases, dof)."""
+    """Return commands (dof, phases, dof) that alternate between the given steps and zero."""
     return np.concatenate([jumps, np.zeros_like(jumps)] * (_JUMPS // 2), axis=1)
 
 
@@ -163,7 +168,7 @@ def _record(subject: Subject, commands: Floats, limits: Floats, period: float) -
 
 
 def _saturated(motions: Sequence[Motion], limits: Floats) -> Floats:
-    """Return the fraction of samples, (dof,), in which the stepping joint was at its effort limit."""
+    """Return the fraction of samples (dof,) at which each joint was at its effort limit during its own step."""
     return np.array(
         [(np.abs(m.efforts[:, j]) >= (1.0 - 1e-9) * limits[j]).mean() for j, m in enumerate(motions)], np.float64
     )
@@ -176,7 +181,7 @@ def _judge(
     motions: Sequence[Sequence[Motion]],
     own: Floats | None = None,
 ) -> Iterator[Comparison]:
-    """Yield positions and efforts of each other simulator, judged in its worst run."""
+    """Yield the worst comparison of joint positions and of drive efforts for each other simulator."""
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
     for other, found in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)
@@ -242,7 +247,7 @@ def _panels(
 
 
 def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
-    """Return a line in the joint's row, with gaps while its drive is not saturated."""
+    """Return a line in the joint's row, with gaps while the joint's drive is not saturated."""
     at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
     return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
 

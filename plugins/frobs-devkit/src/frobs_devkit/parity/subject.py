@@ -1,4 +1,4 @@
-"""A simulator to compare, and the environment to compare it on."""
+"""A simulator to compare, together with the environment for the comparison."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from frobs_train import make_env
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """One simulator and the environment for the comparison.
+    """A simulator to compare, and the environment for the comparison.
 
     Attributes:
-        label: Unique name in the certificate.
+        label: Unique name of the simulator in the certificate.
         simulator: Name of the simulator.
-        record: Its record.
-        environment: Gymnasium ID of FRobs.
-        keywords: Keywords of the environment, without the simulator.
+        record: Record of the simulator.
+        environment: Gymnasium ID of an FRobs environment.
+        keywords: Keywords of the environment, except ``simulator``.
         placement: Placement of the environment's robot.
         gravity: Gravity of the task [m/s²].
-        free_bodies: Free bodies of the task's scene without attachments, by name.
-        physics_timestep: [s]
-        decimation: Number of physics steps in a control step.
-        max_episode_steps: Number of control steps in an episode.
-        lacks: Why this simulator cannot run the environment, or ``""``.
+        free_bodies: Free bodies in the task's scene that are not attached to anything, by name.
+        physics_timestep: Duration of a physics step [s].
+        decimation: Number of physics steps per control step.
+        max_episode_steps: Maximum number of control steps in an episode.
+        lacks: Why the simulator cannot run the environment, or an empty string if it can.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Subject:
     lacks: str = ""
 
     def level(self, capability: str) -> Level:
-        """Level at which it claims to support a capability."""
+        """Return the level at which the simulator claims to support a capability."""
         return self.record.capabilities.get(capability, Level.UNSUPPORTED)
 
     @contextmanager
@@ -68,7 +68,10 @@ class Subject:
         floor: bool = False,
         floor_friction: float = 1.0,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build and reset a simulation of one robot in a custom scene. It is closed after the ``with`` block."""
+        """Build and reset a simulation of one robot in a custom scene.
+
+        The simulation is closed after the ``with`` block.
+        """
         scene = Scene(
             floor=floor,
             floor_friction=floor_friction,
@@ -85,22 +88,22 @@ class Subject:
 
     @contextmanager
     def make(self) -> Iterator[RobotEnv]:
-        """Create the environment without a time limit. It is closed after the ``with`` block."""
+        """Create the environment without a time limit. The environment is closed after the ``with`` block."""
         with closing(make_env(self.environment, {**self.keywords, "simulator": self.simulator})) as env:
             assert isinstance(env.unwrapped, RobotEnv)
             yield env.unwrapped
 
     @property
     def joint_unit(self) -> str:
-        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` if there are both."""
+        """Unit of joint positions: ``"rad"``, ``"m"``, or ``"rad or m"`` if the robot has both types of joints."""
         slides = {joint.type is JointType.PRISMATIC for joint in self.placement.model.actuated_joints}
         return "rad or m" if len(slides) > 1 else "m" if True in slides else "rad"
 
     def alone(self, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
-        """Return a robot that moves freely: its base is fixed, and its links do not collide with each other.
+        """Return the placement of a freely moving robot, with a fixed base and without self-collisions.
 
         Args:
-            effort_limits: (dof,) [N·m or N]; None: the model's.
+            effort_limits: Effort limits, (dof,) [N·m or N]. Defaults to the limits in the model.
         """
         model = self.placement.model
         if effort_limits is not None:
@@ -115,22 +118,24 @@ class Subject:
         return replace(self.placement, robot=robot, model=model)
 
     def driven(self, mode: CommandMode, effort_limits: Sequence[float] | Floats | None = None) -> Placement:
-        """Return a robot that moves freely, with drives in the given mode."""
+        """Return the placement of a freely moving robot, with drives in the given command mode."""
         return replace(self.alone(effort_limits), command_mode=mode)
 
 
 def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping[str, Any]) -> list[Subject]:
-    """Look up the simulators to compare. The first one is the reference, which must be able to run the environment.
+    """Look up the simulators to compare.
+
+    The first simulator is the reference, which must be able to run the environment.
 
     Args:
-        environment: Gymnasium ID of FRobs.
-        simulators: Names. A simulator that is listed twice is compared with itself.
+        environment: Gymnasium ID of an FRobs environment.
+        simulators: Names of the simulators. A simulator that is listed twice is compared with itself.
         keywords: Keywords of the environment.
 
     Raises:
         UnknownNameError: The ID or a simulator does not exist.
-        ConfigurationError: There are fewer than two simulators, or the ID is not one of FRobs.
-        CapabilityError: The reference cannot run the environment.
+        ConfigurationError: There are fewer than two simulators, or the ID does not belong to an FRobs environment.
+        CapabilityError: The reference simulator cannot run the environment.
     """
     if len(simulators) < 2:
         raise ConfigurationError(
@@ -188,12 +193,12 @@ def _simulator(name: str) -> SimulatorRecord:
         hint = error.install_hint or f"pip install frobs-sim-{name}"
         raise UnknownNameError("simulator", name, error.available, error.failed, hint) from error
     assert isinstance(record, SimulatorRecord)
-    record.load()  # reports a missing engine now, not after a minute
+    record.load()  # reports a missing engine before the measurements start
     return record
 
 
 def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: Task) -> str:
-    """Return the needs of the task or the controller that a simulator does not support."""
+    """Return the requirements of the task and the controller that a simulator does not support, as text."""
     needs = needs_of_task(find_record(TaskRecord, "task", names["task"]), task)
     controller = find_record(ControllerRecord, "controller", names["controller"])
     needs[f"controller '{controller.name}'"] = controller.needs
@@ -205,10 +210,10 @@ def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: T
 
 
 def follows_exactly(*subjects: Subject) -> bool:
-    """Return whether free motion follows the drive law exactly on all of some simulators.
+    """Return whether free motion follows the drive law exactly on all given simulators.
 
-    The law only covers joints that are affected by drives, damping and gravity. Friction in a joint and mimic joints
-    are constraints, which each engine solves differently.
+    The law only covers the effects of drives, damping and gravity on joints. Joint friction and mimic joints are
+    constraints, which each engine solves differently.
     """
     plain = all(joint.mimic is None and not joint.friction for joint in subjects[0].placement.model.joints)
     return plain and all(subject.level("drive") == Level.EXACT for subject in subjects)

@@ -1,4 +1,4 @@
-"""All tolerances of the certificate with their reasons. Change them only here."""
+"""All tolerances of the certificate, with their reasons. Do not define tolerances in any other module."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerance:
-    """Largest difference of two simulators in one quantity that passes.
+    """Largest allowed difference between two simulators in one quantity.
 
     Attributes:
-        exact: Value if both simulators claim the relevant capability as exact.
-        approximate: Value if one of them only claims it as approximate.
-        unit: Unit of both.
-        share: Whether ``approximate`` is relative to the range of the motion or the reward, instead of a number in
+        exact: Tolerance if both simulators claim exact support of the relevant capability.
+        approximate: Tolerance if at least one simulator only claims approximate support.
+        unit: Unit of both tolerances.
+        share: Whether ``approximate`` is a fraction of the range of the motion or reward, instead of a value in
             ``unit``.
-        reason: Reason for these values.
+        reason: Reason for both tolerances.
     """
 
     exact: float
@@ -26,11 +26,11 @@ class Tolerance:
     reason: str
 
     def allowed(self, exact: bool, scale: float = 1.0) -> float:
-        """Return the largest error that passes.
+        """Return the largest allowed error.
 
         Args:
-            exact: Whether both simulators are exact.
-            scale: Range of the motion or the reward, in ``unit``.
+            exact: Whether both simulators claim exact support.
+            scale: Range of the motion or reward, in ``unit``.
         """
         if exact:
             return self.exact
@@ -160,4 +160,4 @@ TOLERANCES: Mapping[str, Tolerance] = {
         reason="a policy must keep at least 95 % of its success and must not gain more than 5 % either.",
     ),
 }
-"""Tolerances by name; comparisons refer to these names."""
+"""All tolerances, by the names that comparisons refer to."""

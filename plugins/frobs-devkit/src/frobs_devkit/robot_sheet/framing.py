@@ -1,4 +1,4 @@
-"""Camera poses that show the whole robot, and projection of points into the image."""
+"""Computes camera poses that show the whole robot, and projects points into the image."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Camera
 
-_FOV = 24.0  # [deg]: small, so that near and far parts appear equally large
-_AZIMUTH = -55.0  # [deg] from the robot's x axis, slightly from its right
+_FOV = 24.0  # [deg] small field of view, so that near and far parts appear equally large
+_AZIMUTH = -55.0  # [deg] from the robot's x axis, for a view from the robot's front right
 _ELEVATION = 17.0  # [deg]
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera view and its image size.
+    """A camera view, and the size of its image.
 
     Attributes:
-        pos: (3,) [m] in the world.
-        axes: (3, 3): right, up and back, in rows.
-        size: (height, width) of images [pixels].
-        scale: Approximate scale of images [pixels/m].
+        pos: Camera position in the world frame, (3,) [m].
+        axes: Right, up and back directions of the camera, as the rows of a (3, 3) matrix.
+        size: Image size (height, width) [pixels].
+        scale: Approximate image scale [pixels/m].
     """
 
     pos: Floats
@@ -33,14 +33,14 @@ class View:
 
     @property
     def camera(self) -> Camera:
-        """The camera as an element of a scene."""
+        """The camera description for a scene."""
         target = self.pos - self.axes[2]
         x, y, z = self.pos.tolist()
         tx, ty, tz = target.tolist()
         return Camera(pos=(x, y, z), target=(tx, ty, tz), fov_y=_FOV)
 
     def project(self, points: Floats) -> Floats:
-        """Return the positions of points (n, 3) [m] in the image, (n, 2) [pixels] from its top left corner."""
+        """Return the image positions (n, 2) [pixels] of points (n, 3) [m], relative to the top left corner."""
         right, up, back = ((points - self.pos) @ self.axes.T).T
         height, width = self.size
         focal = 0.5 * height / math.tan(math.radians(_FOV) / 2.0)
@@ -48,12 +48,12 @@ class View:
 
 
 def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> View:
-    """Return the nearest view that shows all points.
+    """Return the closest view that shows all points.
 
     Args:
-        points: (n, 3) [m] in the world.
-        size: (height, width) [pixels]
-        fill: Fractions of height and width that the points may occupy.
+        points: Points in the world frame, (n, 3) [m].
+        size: Image size (height, width) [pixels].
+        fill: Fractions of the image height and width that the points may occupy.
     """
     azimuth, elevation = math.radians(_AZIMUTH), math.radians(_ELEVATION)
     back = np.array(
@@ -70,7 +70,7 @@ def frame(points: Floats, size: tuple[int, int], fill: tuple[float, float]) -> V
         one, other = (along + k * z).max(), (-along + k * z).max()
         place.append((one - other) / 2.0)
         distances.append((one + other) / (2.0 * k))
-    least = z.max() + 0.05  # in front of everything, even if all points coincide
+    least = z.max() + 0.05  # keeps the camera in front of all points, even if the points coincide
     distance = max(*distances, least)
     scale = size[0] / (2.0 * slope * (distance - float(z.mean())))
     return View(np.array([*place, distance]) @ axes, axes, size, scale)

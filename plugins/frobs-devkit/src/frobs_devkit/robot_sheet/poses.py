@@ -1,4 +1,4 @@
-"""Joint positions that a robot sheet shows."""
+"""Chooses the joint positions that a robot sheet shows."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from frobs_core.arrays import Floats
 from frobs_core.models import Joint, JointType, RobotModel, home_positions
 
-_QUARTER = math.pi / 2.0  # [rad] in both directions, for a joint without limits
-_SLIDE = 0.5  # [m] in both directions, for a prismatic joint without limits
+_QUARTER = math.pi / 2.0  # [rad] range in both directions for a joint without limits
+_SLIDE = 0.5  # [m] range in both directions for a prismatic joint without limits
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One image.
+    """One image of a robot sheet.
 
     Attributes:
-        title: Title of its tile; the shots of one joint have the same title.
-        caption: Text in a corner; may be empty.
-        joint_positions: (dof,) [rad or m]
+        title: Title of the tile. Both shots of a joint have the same title.
+        caption: Text in a corner of the image. May be empty.
+        joint_positions: Positions of the actuated joints, (dof,) [rad or m].
     """
 
     title: str
@@ -30,11 +30,13 @@ class Shot:
 
 @dataclass(frozen=True)
 class Shots:
-    """All images of a robot.
+    """All images of a robot sheet.
 
     Attributes:
-        poses: Home, and all joints at their lower and at their upper limits; only home if nothing moves.
-        joints: For each joint its lower and its upper limit, with the others at home; wheels are omitted.
+        poses: Shots of the home position, of all joints at their lower limits, and of all joints at their upper limits.
+            A robot without actuated joints only has a shot of the home position.
+        joints: For each joint, a shot at the lower limit and a shot at the upper limit, with the other joints in their
+            home positions. Wheels are omitted.
         left_out: Number of omitted joints.
     """
 
@@ -44,21 +46,21 @@ class Shots:
 
     @property
     def all(self) -> tuple[Shot, ...]:
-        """All images."""
+        """All shots: first the poses, then the individual joints."""
         return (*self.poses, *(shot for pair in self.joints for shot in pair))
 
 
 def choose_shots(model: RobotModel, home: Mapping[str, float], most: int) -> Shots:
-    """Choose the images of a robot.
+    """Choose the images of a robot sheet.
 
     Args:
         model: Model of the robot.
-        home: Rest position by joint name [rad or m].
+        home: Home position of each joint, by joint name [rad or m].
         most: Maximum number of joints that are shown individually.
 
     Raises:
-        UnknownNameError: ``home`` contains a name that is not an actuated joint.
-        ConfigurationError: ``home`` is outside the limits.
+        UnknownNameError: ``home`` contains a name that does not belong to an actuated joint.
+        ConfigurationError: ``home`` is outside the joint limits.
     """
     rest = home_positions(model, home)
     joints = model.actuated_joints
@@ -87,7 +89,7 @@ def _free(joint: Joint) -> bool:
 
 
 def _ends(joint: Joint) -> tuple[float, float]:
-    """Return the limits, or positions that show the motion if there are none."""
+    """Return the limits of a joint, or positions that show the motion of a joint without limits."""
     far = _SLIDE if joint.type is JointType.PRISMATIC else _QUARTER
     low, high = joint.limits.lower, joint.limits.upper
     return low if math.isfinite(low) else -far, high if math.isfinite(high) else far
@@ -100,7 +102,7 @@ def _with(positions: Floats, index: int, value: float) -> Floats:
 
 
 def _text(joint: Joint, position: float) -> str:
-    """Return ``"−165°"`` or ``"40 mm"``."""
+    """Return the position as text, such as ``"−165°"`` or ``"40 mm"``."""
     if joint.type is JointType.PRISMATIC:
         return f"{1000.0 * position:.0f} mm".replace("-", "−")
     return f"{math.degrees(position):.0f}°".replace("-", "−")

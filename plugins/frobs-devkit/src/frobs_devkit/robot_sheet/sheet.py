@@ -1,4 +1,4 @@
-"""The layout of the sheet: images, names, limits and the tool's frame."""
+"""Arranges the robot sheet: images, joint names, limits and the tool frame."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 WIDTH = 1600  # [pixels]
 _MARGIN, _GAP = 28, 12
-_HEAD, _TITLE = 96, 30  # heights of the headline and of a tile's title
-_HOME = (660, 724)  # (height, width) of the tile at home
-_BESIDE, _ABOVE = (660, 398), (315, 808)  # sizes of the tiles at the limits, side by side or stacked
+_HEAD, _TITLE = 96, 30  # [pixels] heights of the headline and of a tile's title
+_HOME = (660, 724)  # (height, width) of the tile with the home position
+_BESIDE, _ABOVE = (660, 398), (315, 808)  # sizes of the tiles with all joints at their limits, side by side or stacked
 _JOINTS = 16  # maximum number of joints that are shown individually
 _NAMED = 14  # maximum number of joint names that fit beside an image
 _DPI = 100
@@ -33,16 +33,16 @@ _AXES = ("#d62728", "#2ca02c", "#1f77b4")
 
 
 def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulator: str | None = None) -> Path:
-    """Draw a robot at home and at its limits as one PNG image.
+    """Draw a robot in its home position and at its joint limits as one PNG image.
 
     Args:
-        robot: Description of the robot, with home and tool.
+        robot: Description of the robot, including the home position and the tool.
         model: The parsed model file.
         path: PNG file to write.
-        simulator: Name of the simulator for rendering; None: the first that can render.
+        simulator: Name of the simulator to render with. Defaults to the first simulator that can render.
 
     Returns:
-        The file.
+        Path of the PNG file.
 
     Raises:
         RenderingUnavailableError: This machine cannot render.
@@ -78,12 +78,12 @@ def draw_robot_sheet(robot: Robot, model: RobotModel, path: Path | str, simulato
 
 
 class _Layout:
-    """Positions of the tiles: home at the left, the limits at its right, rows of joints below.
+    """Positions of the tiles: the home position on the left, all limits on the right, and rows of joints below.
 
     Attributes:
-        groups: Shots and their views.
+        groups: Groups of shots, each with a common view.
         limits: Upper left corner (x, y) [pixels] of each image with all joints at their limits.
-        joints: Upper left corner (x, y) [pixels] of each image of one joint.
+        joints: Upper left corner (x, y) [pixels] of each image of a single joint.
         height: Height of the sheet [pixels].
     """
 
@@ -104,7 +104,7 @@ class _Layout:
             self.limits = beside if view is views[0] else [(x, top), (x, top + _ABOVE[0] + _TITLE)]
         if pairs:
             columns = 3 if len(shots.joints) <= 6 else 4
-            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # of both images of a joint
+            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # width of both images of a joint
             size = (side * 9 // 16, side // 2 - 1)
             self.groups.append((pairs, stage.view(pairs, size, (0.9, 0.9))))
             pitch = _TITLE + size[0] + _GAP
@@ -116,7 +116,7 @@ class _Layout:
 
 
 class _Sheet:
-    """A figure with drawing functions in pixels from its top left corner."""
+    """A figure with drawing functions that use pixel coordinates from the top left corner."""
 
     def __init__(self, figure: Figure, canvas: type[Any], height: int) -> None:
         canvas(figure)  # the canvas registers itself with the figure
@@ -139,7 +139,7 @@ class _Sheet:
         )
 
     def headline(self, model: RobotModel, left_out: int) -> None:
-        """Write the headline with facts about the robot."""
+        """Write the headline, with facts about the robot below it."""
         joints = len(model.joint_names)
         mass = sum(link.inertial.mass for link in model.links if link.inertial)
         facts = f"{joints} actuated joint{'' if joints == 1 else 's'}, {mass:.3g} kg, {model.path.name}"
@@ -149,7 +149,7 @@ class _Sheet:
         self.text(_MARGIN, 74, facts, 11, color=_SOFT)
 
     def tile(self, tile: Tile, x: int, y: int, title: str, caption: str = "", room: int = WIDTH) -> None:
-        """Draw an image with its upper left corner at (x, y) and its title above, shortened to ``room`` [pixels]."""
+        """Draw an image with the upper left corner at (x, y) below a title, which is shortened to ``room`` [pixels]."""
         h = tile.picture.shape[0]
         self.figure.figimage(tile.picture[::-1], x, self.height - y - h, origin="lower")
         if title:
@@ -163,14 +163,14 @@ class _Sheet:
         self.axes(tile, x, y)
 
     def axes(self, tile: Tile, x: int, y: int) -> None:
-        """Draw the tool's frame."""
+        """Draw the axes of the tool frame."""
         origin, *ends = tile.tool + np.array([x, y])
         for end, color in zip(ends, _AXES, strict=True):
             self.line([origin, end], _PAPER, 4.0, alpha=0.75, solid_capstyle="round")
             self.line([origin, end], color, 2.2, solid_capstyle="round")
 
     def names(self, tile: Tile, joints: Sequence[str], tool: str, x: int, y: int) -> None:
-        """Write the joints' names at the sides of an image, with lines to their positions."""
+        """Write the joint names at the sides of an image, with a line from each name to its joint."""
         from matplotlib.patheffects import withStroke
 
         h, w, _ = tile.picture.shape
@@ -179,7 +179,7 @@ class _Sheet:
         middle = float(np.median([place[0] for _, place, _ in labels]))
         left = [label for label in labels if label[1][0] <= middle]
         right = [label for label in labels if label[1][0] > middle]
-        while len(left) > len(right) + 1:  # all joints of a straight arm are in one column
+        while len(left) > len(right) + 1:  # the joints of a straight arm are all in one column
             right.append(left.pop(1))
         for side, at, align in ((left, 14.0, "left"), (right, w - 14.0, "right")):
             side.sort(key=lambda label: float(label[1][1]))
@@ -194,7 +194,7 @@ class _Sheet:
 
 
 def _spread(rows: Sequence[float], height: int) -> list[float]:
-    """Return rows at least a line apart, in their order and inside the image, close to their original positions."""
+    """Return row positions inside the image that are close to the given positions, but at least a line apart."""
     gap, edge = 26.0, 24.0
     placed: list[float] = []
     for row in rows:

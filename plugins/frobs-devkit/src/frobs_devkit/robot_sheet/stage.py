@@ -1,4 +1,4 @@
-"""The scene for drawing a robot, and the simulator that renders it."""
+"""Builds the scene for drawing a robot, and renders the scene with a simulator."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from frobs_core.specs import SimulatorRecord
 from frobs_devkit.robot_sheet.framing import View, frame
 from frobs_devkit.robot_sheet.poses import Shot
 
-_FINER = 2  # factor of supersampling
-_TIMESTEP = 0.002  # [s]; unused, because nothing is stepped
-_NEAR = 0.02  # [m]: if the root is this close to its lowest point, the robot stands on it
+_FINER = 2  # supersampling factor
+_TIMESTEP = 0.002  # [s] irrelevant, because no steps are simulated
+_NEAR = 0.02  # [m] maximum height of the root above the lowest point of a robot that stands on its root
 _AXIS = 0.1  # length of the tool frame's axes, relative to the robot's size
 _STONE = (0.42, 0.44, 0.48, 1.0)
 
@@ -32,10 +32,10 @@ class Tile:
     """A rendered image.
 
     Attributes:
-        shot: The shot that it shows.
-        picture: (h, w, 3) uint8
-        joints: (dof, 2) positions of the actuated joints in the image [pixels].
-        tool: (4, 2) positions of the tool frame's origin and the ends of its axes in the image [pixels].
+        shot: The shot that the image shows.
+        picture: The image, (h, w, 3) uint8.
+        joints: Positions of the actuated joints in the image, (dof, 2) [pixels].
+        tool: Positions of the tool frame's origin and axis ends in the image, (4, 2) [pixels].
     """
 
     shot: Shot
@@ -45,13 +45,13 @@ class Tile:
 
 
 class Stage:
-    """A robot on a pedestal, or on its own feet or wheels.
+    """A scene with a robot that stands on a pedestal, or on its own feet or wheels.
 
     Args:
         robot: Description of the robot.
         model: The parsed model file.
         shots: All shots that will be drawn.
-        simulator: Name of the simulator; None: the first that can render.
+        simulator: Name of the simulator to render with. Defaults to the first simulator that can render.
 
     Raises:
         ConfigurationError: No installed simulator can render.
@@ -81,11 +81,11 @@ class Stage:
         }
 
     def view(self, shots: Sequence[Shot], size: tuple[int, int], fill: tuple[float, float]) -> View:
-        """Return a view that shows all of the given shots; see :func:`frame` for the arguments."""
+        """Return a view that shows all given shots. The other arguments are those of :func:`frame`."""
         return frame(np.concatenate([self._clouds[id(shot)] for shot in shots]), size, fill)
 
     def draw(self, groups: Sequence[tuple[Sequence[Shot], View]]) -> list[list[Tile]]:
-        """Render groups of shots, each with its own view.
+        """Render groups of shots, each group with its own view.
 
         Raises:
             RenderingUnavailableError: This machine cannot render.
@@ -116,7 +116,7 @@ class Stage:
         return Tile(shot, picture, joints, view.project(self._tool(shot) + rise))
 
     def _tool(self, shot: Shot) -> Floats:
-        """Return the tool frame's origin and the ends of its axes, (4, 3) [m] relative to the root link."""
+        """Return the origin and the axis ends of the tool frame, (4, 3) [m], relative to the root link."""
         pos, quat = (array[0] for array in self.model.frame_pose(self.tcp, shot.joint_positions[None]))
         ends = pos + _AXIS * self.size * matrix_from_quat(quat).T  # rows: the ends of the x, y and z axes
         return np.concatenate([pos[None], ends])
@@ -137,21 +137,21 @@ def _choose(name: str | None) -> SimulatorRecord:
 def _foot(model: RobotModel) -> list[str]:
     """Return the root link and all links that are fixed to it."""
     found = [model.root]
-    for joint in model.joints:  # parents usually precede children but need not, so repeat until nothing is added
+    for joint in model.joints:  # a single pass, so each joint must follow its parent joint
         if joint.type is JointType.FIXED and joint.parent in found and joint.child not in found:
             found.append(joint.child)
     return found
 
 
 def _ground(reach: float) -> Body:
-    """Return an invisible plate under the floor. Engines derive the range of shadows from its size."""
+    """Return an invisible plate under the floor, whose size determines the range of the engine's shadows."""
     return Body(
         geometry=Cylinder(radius=2.5 * reach + 0.1, length=0.01), pose=Pose(pos=(0.0, 0.0, -0.05)), collides=False
     )
 
 
 def _pedestal(foot: Floats, height: float) -> Body | None:
-    """Return a column under a robot's foot, or None if it is already on the floor."""
+    """Return a column under the robot's root, or None if the root is already on the floor."""
     if height < _NEAR:
         return None
     low, high = foot[:, :2].min(axis=0), foot[:, :2].max(axis=0)

@@ -1,12 +1,12 @@
-"""Creation of plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter.
+"""Creation of plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter template.
 
-    answers.py      the questions, and validation of the answers
-    clashes.py      name clashes with installed plugins
+    answers.py      defines the questions and validates the answers
+    clashes.py      detects name clashes with installed plugins
     robot_file.py   derives a robot's description from its model file
     rendering.py    renders the templates
     finish.py       cleans up after rendering
 
-The templates are in ``cookiecutter/`` and ``templates/`` of the repository and are included in the wheel.
+The repository's folders ``cookiecutter/`` and ``templates/`` contain the templates, which are included in the wheel.
 """
 
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem

@@ -1,6 +1,6 @@
-"""The questions of the scaffold, and validation of single answers.
+"""The scaffold's questions and the validation of their answers.
 
-This module only needs Python, because cookiecutter's hooks use it even if frobs-core is not installed.
+This module imports only the standard library, because cookiecutter's hooks load it even if frobs-core is not installed.
 """
 
 import keyword
@@ -15,7 +15,7 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
     "license": ("MIT", "BSD-3-Clause", "none"),
     "ci": ("github", "none"),
 }
-"""Valid answers to multiple-choice questions; the first is the default."""
+"""Valid answers to each multiple-choice question. The first answer is the default."""
 
 QUESTIONS = (
     "what",
@@ -59,10 +59,10 @@ def asked(answers: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def find_problem(answers: Mapping[str, str]) -> str:
-    """Return the problem with the answers and how to fix it, in one line; empty: no problem.
+    """Return one line that describes a problem with the answers and its solution, or ``""`` if the answers are valid.
 
     Args:
-        answers: Answers by question; missing ones are not checked.
+        answers: Answers by question. Missing answers are not checked.
     """
     for question, choices in CHOICES.items():
         answer = answers.get(question, choices[0])

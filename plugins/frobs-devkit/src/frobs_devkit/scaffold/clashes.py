@@ -1,4 +1,4 @@
-"""Name clashes between a new plugin and installed ones."""
+"""Detection of name clashes between a new plugin and installed plugins."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from frobs_devkit.scaffold.errors import NameTakenError
 
 
 def check_clashes(context: Mapping[str, str]) -> None:
-    """Check that names are unused, and that a task's robot exists and is suitable.
+    """Check that a new plugin's names are unused and that a new task's robot is installed and suitable.
 
     Args:
-        context: The answers, with the values that are derived from them (``cookiecutter.json``).
+        context: The answers, together with the values that ``cookiecutter.json`` derives from the answers.
 
     Raises:
-        ConfigurationError: A name is already used; the message tells where.
+        ConfigurationError: A name is already in use, or the robot of a new task is unsuitable.
         UnknownNameError: The robot of a new task is not installed.
     """
     for distribution in context["__distributions"].split():

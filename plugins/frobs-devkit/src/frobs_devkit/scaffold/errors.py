@@ -6,16 +6,16 @@ from frobs_core.errors import ConfigurationError
 
 
 class AnswerError(ConfigurationError):
-    """An answer to a question of ``frobs new`` is invalid; the message names the question."""
+    """An answer to a question of ``frobs new`` is invalid. The message describes the problem."""
 
 
 class NameTakenError(ConfigurationError):
-    """The name of the new plugin is already used.
+    """A name that the new plugin requires is already in use.
 
     Args:
-        kind: ``"distribution"``, ``"Python package"``, ``"ID"`` or one of the five kinds.
-        name: The name.
-        found: Where it exists.
+        kind: ``"distribution"``, ``"Python package"``, ``"ID"``, or the kind of a record, such as ``"robot"``.
+        name: The name that is in use.
+        found: Description of the place where the name is used.
     """
 
     def __init__(self, kind: str, name: str, found: str) -> None:

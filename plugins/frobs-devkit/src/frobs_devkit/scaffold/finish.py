@@ -1,4 +1,4 @@
-"""Clean-up after the templates were rendered, by cookiecutter or by ``frobs new``."""
+"""Clean-up after cookiecutter or ``frobs new`` has rendered the templates."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def finish(folder: Path) -> None:
-    """Remove files that were rendered to nothing, and empty folders."""
+    """Remove files that contain no text after rendering, and remove empty folders."""
     for path in sorted(folder.rglob("*"), reverse=True):
         if path.is_dir():
             if not any(path.iterdir()):
@@ -16,7 +16,7 @@ def finish(folder: Path) -> None:
 
 
 def finish_robot(folder: Path, context: Mapping[str, Any]) -> None:
-    """Copy a robot's model file, the files that it refers to and its license, beside the robot's description."""
+    """Copy a robot's model file, its license and all referenced files to the folder of the robot's description."""
     if context["example"] != "file" or "robot" not in context["__kinds"].split():
         return
     from frobs_devkit.scaffold.robot_file import copy_model, facts_for

@@ -1,4 +1,4 @@
-"""Renders the scaffold like cookiecutter, without depending on it."""
+"""Renders the scaffold in the same way as cookiecutter, without depending on cookiecutter."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from frobs_devkit.scaffold.finish import finish, finish_robot
 
 
 def template_folder() -> Path:
-    """Return the folder of ``cookiecutter.json``: in the wheel, or in the repository beside an editable install.
+    """Return the folder that contains ``cookiecutter.json``, in the wheel or in the repository of an editable install.
 
     Raises:
-        MissingFileError: It is in neither place.
+        MissingFileError: Neither place contains ``cookiecutter.json``.
     """
     here = Path(__file__).parent
     for folder in (here / "files" / "cookiecutter", here.parents[4] / "cookiecutter"):
@@ -40,7 +40,7 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
         given: Answers by question.
 
     Raises:
-        ConfigurationError: An answer is invalid, or does not belong to a question that is asked.
+        ConfigurationError: An answer is invalid or belongs to a question that does not exist or is not asked.
     """
     problem = find_problem(given)
     if problem:
@@ -59,7 +59,7 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return answers with all defaults and derived values, without validation."""
+    """Return the answers with all defaults and derived values, without validating the answers."""
     context: dict[str, Any] = {}
     environment = _environment()
     for key, default in _questions().items():
@@ -75,24 +75,29 @@ def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def prompts() -> dict[str, Any]:
-    """Return the texts of the questions: a line, or lines by choice, with the question under ``__prompt__``."""
+    """Return the text of each question.
+
+    The text of a multiple-choice question is a dictionary with one text for each choice and with the question itself
+    under the key ``__prompt__``. Other texts are strings.
+    """
     found: dict[str, Any] = _description()["__prompts__"]
     return found
 
 
 def render(context: Mapping[str, Any], output: Path) -> Path:
-    """Write a plugin completely or not at all.
+    """Write a plugin's files, either completely or not at all.
 
     Args:
         context: Result of :func:`resolve`.
-        output: Folder in which to create it.
+        output: Folder in which to create the plugin's folder.
 
     Returns:
         The plugin's folder.
 
     Raises:
-        ConfigurationError: The folder already exists, a name is already used, or the robot's file cannot be used.
-        ModelFileError: The robot's file cannot be read.
+        ConfigurationError: The folder already exists, a name is already in use, or the robot's model file is
+            unsuitable.
+        ModelFileError: The robot's model file cannot be read.
     """
     target: Path = output / context["__folder"]
     if target.exists() or target.is_symlink():

@@ -1,4 +1,4 @@
-"""Derives a new robot's description from its model file, and copies the file with everything that it refers to."""
+"""Derives a new robot's description from its model file, and copies the model file with all referenced files."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from frobs_devkit.scaffold.errors import AnswerError
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report
 
-_CLEARANCE = 0.05  # [m] minimum height of the joints above the floor at the start of episodes
+_CLEARANCE = 0.05  # [m], minimum height of the joints and the tool above the floor in the home position
 _POSTURES = 2048
 _FATAL = ("model_has_joints", "tcp_moves")
 _SIMULATOR = "mujoco"
 _LICENSES = ("LICEN[CS]E*", "COPYING*", "COPYRIGHT*")
-_LICENSE_FOLDERS = 5  # number of folders to search, from the file upward
+_LICENSE_FOLDERS = 5  # maximum number of folders to search, starting with the model file's own folder
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,15 +39,15 @@ class RobotFacts:
     """Data derived from a robot's model file.
 
     Attributes:
-        model: The parsed file.
-        model_name: Name of the file in the plugin.
-        summary: One line for lists.
-        tcp: The tool center point.
-        home: Home position by joint [rad or m], without joints that rest at their default.
-        joints: The actuated joints, one line each.
-        expected_failures: Reason for each expected failure of a conformance check, by the check's name.
-        report: Findings of the doctor and the file's license, as Markdown.
-        license: License text of the model file and its meshes, or what is known about it.
+        model: The parsed model file.
+        model_name: Name of the model file in the plugin.
+        summary: One-line summary for lists of robots.
+        tcp: Link of the tool center point.
+        home: Home position [rad or m] by joint name. Empty if the model's default home position is used.
+        joints: One line of text for each actuated joint.
+        expected_failures: Reasons for the expected failures of conformance checks, by check name.
+        report: Markdown text with the doctor's warnings and the location of the model file's license.
+        license: License text of the model file and its meshes, or a placeholder text if no license file was found.
     """
 
     model: RobotModel
@@ -62,10 +62,11 @@ class RobotFacts:
 
 
 def facts_for(context: Mapping[str, Any]) -> RobotFacts:
-    """Return the data for a robot's description from the file in the answers.
+    """Derive the data for a robot's description from the model file that the answers specify.
 
     Args:
-        context: The answers. If cookiecutter asked for them, relative paths refer to its output folder.
+        context: The answers. If cookiecutter asked the questions, a relative model file path is relative to
+            cookiecutter's output folder.
     """
     file = Path(context.get("_output_dir", ""), Path(context["robot_file"]).expanduser())
     keys = ("name", "tcp", "xacro_args", "package_paths", "failing_checks")
@@ -82,21 +83,22 @@ def facts_of(
     package_paths: str = "",
     failing_checks: str = "reject",
 ) -> RobotFacts:
-    """Return the data for a robot's description from its file.
+    """Derive the data for a robot's description from its model file.
 
     Args:
         robot_file: A URDF, xacro or MJCF file.
         name: Name of the robot.
-        tcp: The tool center point; empty: the likeliest link.
-        xacro_args: ``"a:=1 b:=2"``
-        package_paths: ``"FOLDER"`` or ``"NAME=FOLDER"``; several are separated like paths in ``PATH``.
-        failing_checks: What to do if the conformance kit fails on the robot: ``"reject"`` it, or ``"expect"`` the
-            failures in the plugin's tests.
-            in the tests of the plugin.
+        tcp: Link of the tool center point. If empty, the most likely link is chosen.
+        xacro_args: Arguments for xacro, such as ``"a:=1 b:=2"``.
+        package_paths: ROS package folders as ``"FOLDER"`` or ``"NAME=FOLDER"``, separated like the entries of the
+            environment variable ``PATH``.
+        failing_checks: How to handle failing conformance checks: ``"reject"`` raises an error, and ``"expect"`` marks
+            the failures as expected in the plugin's tests.
 
     Raises:
-        ModelFileError: The file cannot be read.
-        AnswerError: The doctor finds an error, or the conformance kit fails on the robot.
+        ModelFileError: The model file cannot be read.
+        AnswerError: The doctor finds an error, an essential conformance check fails, or any conformance check fails
+            and ``failing_checks`` is ``"reject"``.
         UnknownNameError: ``tcp`` is not a link.
     """
     from frobs_cli import model_options
@@ -147,11 +149,11 @@ def facts_of(
 
 
 def find_license(file: Path) -> tuple[str, str]:
-    """Return the location of a model file's license, in one sentence, and its text.
+    """Return a sentence about the location of a model file's license, and the license text.
 
     Args:
-        file: The model file. The license is searched beside it and in its parent folders, up to the root of a
-            repository.
+        file: The model file. The search for a license starts in the model file's folder and continues through at most
+            four parent folders, up to the root of the repository.
     """
     declared = ""
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
@@ -181,11 +183,11 @@ def find_license(file: Path) -> tuple[str, str]:
 
 
 def copy_model(model: RobotModel, file: Path) -> None:
-    """Write a robot's model file with expanded macros, and copy the meshes and textures that it refers to.
+    """Write a robot's model file with expanded macros, and copy its meshes and textures.
 
     Args:
         model: The parsed model.
-        file: File to write. Files that it refers to are copied to ``meshes`` beside it.
+        file: The model file to write. Meshes and textures are copied to the folder ``meshes`` next to this file.
     """
     root = ElementTree.fromstring(model.xml)
     taken: dict[Path, str] = {}
@@ -204,7 +206,7 @@ def copy_model(model: RobotModel, file: Path) -> None:
 
 
 def _take(source: Path, folder: Path, taken: dict[Path, str]) -> str:
-    """Copy a file into a folder once, under a unique name."""
+    """Copy a file into a folder under a unique name, unless it has been copied before, and return the name."""
     if source not in taken:
         name, number = source.name, 1
         while name in taken.values():
@@ -231,7 +233,11 @@ def _check(robot: Robot) -> Report:
 
 
 def _home(model: RobotModel, tool: str) -> dict[str, float]:
-    """Return the home position: empty if the default is suitable, otherwise the nearest posture off the floor."""
+    """Return a home position that is clear of the floor, or an empty dictionary to use the default home position.
+
+    The dictionary is empty if the default position is clear of the floor, or if no sampled position is clear.
+    Otherwise, the result is the clear sample nearest to the default position.
+    """
     default = home_positions(model, {})
     if _height(model, tool, default[None])[0] > _CLEARANCE:
         return {}
@@ -240,7 +246,7 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
     postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
     postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (
         postures - default
-    )  # nearest to the default first
+    )  # with increasing distance from the default
     postures = np.clip(np.round(postures, 2), np.ceil(low * 100) / 100, np.floor(high * 100) / 100)
     clear = _height(model, tool, postures) > _CLEARANCE
     if not clear.any():
@@ -250,7 +256,7 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
 
 
 def _height(model: RobotModel, tool: str, postures: Floats) -> Floats:
-    """Return the height of the lowest joint after the first, or of the tool, (k,) [m]."""
+    """Return the height of the lowest point among the tool and all joints except the first, (k,) [m]."""
     frames = [joint.child for joint in model.actuated_joints[1:]] + [tool]
     return np.asarray(np.min([model.frame_pose(frame, postures)[0][:, 2] for frame in frames], axis=0))
 

@@ -1,12 +1,12 @@
-"""How the speed of an environment grows with environments, threads, processes and nodes.
+"""Measures how an environment's speed grows with the number of environments, threads, processes and nodes.
 
 ranges.py      the sizes to measure
-results.py     what was measured
+results.py     the results of the measurements
 measure.py     runs all measurements
-processes.py   measures processes that step side by side, on this machine or on a cluster
-worker.py      the program of one of these processes
+processes.py   measures processes that step environments at the same time, on this machine or on a cluster
+worker.py      the program of each of these processes
 traffic.py     measures how fast a learner receives experience from a cluster
-model.py       a model of the speed, fitted to the measurements, and its predictions
+model.py       a model of the speed that is fitted to the measurements, and its predictions
 plots.py       the plot
 """
 

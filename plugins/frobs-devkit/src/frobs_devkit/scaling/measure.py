@@ -1,4 +1,4 @@
-"""All measurements of scaling, one after another."""
+"""Runs all scaling measurements, one after another."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_devkit.timing import machine
 from frobs_train import RunConfig, Runner, usable_processors
 
 _ENOUGH = 0.9
-"""Share of the best speed that is good enough when the number of environments is chosen."""
+"""Fraction of the best measured speed at which a number of environments is considered fast enough."""
 
 
 def bench_scaling(
@@ -29,21 +29,21 @@ def bench_scaling(
     folder: Path | None = None,
     on_step: Callable[[str], None] | None = None,
 ) -> ScalingResult:
-    """Measure speed and memory against environments, threads, processes and nodes.
+    """Measure how speed and memory depend on the number of environments, threads, processes and nodes.
 
     Each size is measured in new processes.
 
     Args:
-        config: From :func:`frobs_train.resolve_config`.
-        ranges: The sizes to measure; None: those that suit the environment and this machine.
-        runner: Runs the processes of ``ranges.cluster_processes``.
-        learner: Whether to measure a short training run, too. The predictions of a training run need it.
-        folder: Existing folder that all machines of the cluster see under the same path; None: the current folder.
-        on_step: Called with the next measurement: ``"64 environments"``.
+        config: Configuration returned by :func:`frobs_train.resolve_config`.
+        ranges: The sizes to measure. Defaults to sizes that suit the environment and this machine.
+        runner: Runner that starts the processes of ``ranges.cluster_processes``.
+        learner: Whether to measure a short training run as well, which is required to predict training times.
+        folder: Existing folder that has the same path on all machines of the cluster. Defaults to the current folder.
+        on_step: Called with a description of the next measurement, such as ``"64 environments"``.
 
     Raises:
-        UnknownNameError: No such environment ID or algorithm.
-        ConfigurationError: A setting cannot be used, or the cluster does not run the processes.
+        UnknownNameError: The environment ID or the algorithm does not exist.
+        ConfigurationError: A setting is invalid, or the cluster does not run the processes.
     """
     find_spec(config.environment)
     load = os.getloadavg()[0]
@@ -94,20 +94,23 @@ def bench_scaling(
 
 
 def _with_size(config: RunConfig, num_envs: int, threads: int = 1) -> RunConfig:
-    """Return a configuration with other numbers of environments and simulator threads."""
+    """Return the configuration with the given numbers of environments and simulator threads."""
     keywords = {key: value for key, value in config.environment_kwargs.items() if key != "num_threads"}
     changed = config.threads.model_copy(update={"simulator": threads})
     return config.model_copy(update={"num_envs": num_envs, "threads": changed, "environment_kwargs": keywords})
 
 
 def _choose_num_envs(points: list[ScalingPoint], *, busy: bool) -> int:
-    """Return the smallest number of environments that is fast enough; on a busy machine, per processor time."""
+    """Return the smallest number of environments that is fast enough.
+
+    On a busy machine, the speeds are corrected for processor time that other programs use.
+    """
     rates = {point.num_envs: point.undisturbed if busy else point.steps_per_second for point in points}
     return min(size for size, rate in rates.items() if rate >= _ENOUGH * max(rates.values()))
 
 
 def _fit_memory(points: list[ScalingPoint]) -> tuple[int, int | None]:
-    """Return the memory of a process without environments, and of each environment [B]."""
+    """Return the memory of a process without environments, and the memory of each environment [B]."""
     few, many = min(points, key=lambda point: point.num_envs), max(points, key=lambda point: point.num_envs)
     if few.num_envs == many.num_envs:
         return few.memory, None
@@ -117,7 +120,7 @@ def _fit_memory(points: list[ScalingPoint]) -> tuple[int, int | None]:
 
 @contextmanager
 def _shared(folder: Path | None) -> Iterator[Path]:
-    """Create a folder that all machines see, and remove it afterwards."""
+    """Create a temporary folder that all machines of the cluster can access."""
     with TemporaryDirectory(prefix=".frobs-scaling-", dir=(folder or Path.cwd()).absolute()) as name:
         yield Path(name)
 

@@ -1,13 +1,13 @@
 """A model of the speed on a cluster, fitted to measurements.
 
-n nodes with p processes each step the environments at the rate
+With n nodes and p processes per node, the environments are stepped at the rate
 
     C(n, p) = n · p · s / ((1 + α (p - 1)) (1 + β (n - 1)))
 
-where s is the rate of one process alone, α is the contention between the processes of a node (memory, caches, clock
-rate) and β that between nodes. This is the Universal Scalability Law without its term for coherency: N. J. Gunther,
-Guerrilla Capacity Planning, Springer 2007, chapter 4. One training run uses at most what its learner can receive and
-learn from.
+where s is the rate of a single process, α is the contention between processes on the same node (memory, caches, clock
+rate), and β is the contention between nodes. This is the Universal Scalability Law without its coherency term, as
+described in Neil Gunther's book Guerrilla Capacity Planning, Springer 2007, chapter 4. The rate of a training run is
+also limited by how fast its learner can receive the experience and learn from it.
 """
 
 from __future__ import annotations
@@ -23,24 +23,26 @@ from frobs_core.validation import non_negative, positive, whole_number
 from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingPoint, ScalingResult
 
 COLLECTION, LEARNER, NETWORK = "collection", "learner", "network"
-"""The limit of the speed of one training run."""
+"""Possible bottlenecks of a training run."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """Prediction of the model for a number of nodes.
+    """Predicted speed, time and cost for a number of nodes.
 
     Attributes:
         nodes: Number of nodes.
-        processes: Processes on all nodes, one for each processor.
-        collected: Environment steps per second of all processes, without learning.
-        steps_per_second: Environment steps per second of one training run whose processes collect experience for one
-            learner; None: no training run was measured.
-        limit: What limits this rate: ``collection``, ``learner`` or ``network``; None: no training run was measured.
-        seconds: Time of the training run, start-up included [s].
-        node_hours: Nodes × hours of this training run.
-        cost: Node-hours × price; None: no price is given.
-        runs_per_hour: Independent training runs, each in one process, that finish per hour on all nodes: seeds or trials.
+        processes: Number of processes on all nodes, with one process per processor.
+        collected: Environment steps per second of all processes together, without learning.
+        steps_per_second: Environment steps per second of a training run whose processes all collect experience for one
+            learner, or None if no training run was measured.
+        limit: Bottleneck of this training run: ``collection``, ``learner`` or ``network``, or None if no training run
+            was measured.
+        seconds: Time of the training run, including the startup [s].
+        node_hours: Number of nodes × hours of the training run.
+        cost: Node-hours × price, or None if no price is given.
+        runs_per_hour: Number of independent training runs, such as seeds or trials, that finish per hour on all nodes.
+            Each training run uses one process.
     """
 
     nodes: int
@@ -56,22 +58,26 @@ class Prediction:
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingModel:
-    """The parameters of the model, and how far it was wrong at the largest size that was left out of a second fit.
+    """Parameters and prediction errors of the scaling model.
+
+    The prediction errors are determined by fitting the model without the largest size and predicting the rate at this
+    size.
 
     Attributes:
-        process_rate: s, the environment steps per second of one process alone.
-        process_contention: α, at least 0.
-        node_contention: β, at least 0.
-        node_contention_measured: Whether β was measured on several machines. Otherwise it is assumed to be 0.
+        process_rate: s, the environment steps per second of a single process.
+        process_contention: α, the contention between processes on the same node, at least 0.
+        node_contention: β, the contention between nodes, at least 0.
+        node_contention_measured: Whether β was measured on several machines. Otherwise, β is assumed to be 0.
         startup: Time to start a process [s].
-        learner: Times of a training run in one process; None: not measured.
-        bytes_per_step: Size of the experience of one environment step [B]; None: not measured.
-        bandwidth: Rate at which the learner receives experience [B/s]; None: not limited.
-        process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine; None: fewer than
-            two sizes.
-        cluster_error: The same for the largest number of nodes.
-        corrected: Whether other programs disturbed the measurement. The model then uses the rates and times that whole
-            processors would allow: rate ÷ share of processor time, time × share.
+        learner: Times of a training run in one process, or None if no training run was measured.
+        bytes_per_step: Size of the experience from one environment step [B], or None if it was not measured.
+        bandwidth: Maximum rate at which the learner receives experience [B/s], or None if unlimited.
+        process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine, or None with
+            fewer than two sizes.
+        cluster_error: Predicted ÷ measured rate − 1 at the largest number of nodes, or None with fewer than two
+            numbers of nodes.
+        corrected: Whether other programs disturbed the measurement. In this case, the model is fitted to the rates and
+            times expected without other programs: rate ÷ share of processor time, and time × share of processor time.
     """
 
     process_rate: float
@@ -87,22 +93,22 @@ class ScalingModel:
     corrected: bool = False
 
     def collected(self, nodes: float, processes: float) -> float:
-        """Return the environment steps per second of all processes.
+        """Return the environment steps per second of all processes together.
 
         Args:
             nodes: Number of nodes.
-            processes: Number of processes on each node.
+            processes: Number of processes per node.
         """
         return nodes * processes * self.process_rate / self._loss(nodes, processes)
 
     def limits(self, nodes: float, processes: float) -> dict[str, float]:
-        """Return what each part of one training run allows [environment steps/s].
+        """Return the maximum rate that each part of a training run permits [environment steps/s].
 
-        The processes that collect also choose the actions. The learner does everything else.
+        The collecting processes also choose the actions. The learner does everything else.
 
         Args:
             nodes: Number of nodes.
-            processes: Number of processes on each node.
+            processes: Number of processes per node.
         """
         found = {}
         if self.learner is not None:
@@ -114,13 +120,13 @@ class ScalingModel:
         return found
 
     def predict(self, nodes: int, processes: int, steps: int, price: float | None = None) -> Prediction:
-        """Predict speed, time and cost of a training run.
+        """Predict the speed, time and cost of a training run.
 
         Args:
             nodes: Number of nodes.
-            processes: Number of processes on each node.
-            steps: Environment steps of the training run.
-            price: Price of a node per hour, in any currency; None: predict no cost.
+            processes: Number of processes per node.
+            steps: Number of environment steps in the training run.
+            price: Price of a node per hour, in any currency. Without a price, no cost is predicted.
 
         Raises:
             ConfigurationError: A number is out of range.
@@ -158,7 +164,7 @@ class ScalingModel:
         )
 
     def _loss(self, nodes: float, processes: float) -> float:
-        """Return by which factor contention slows each process."""
+        """Return the factor by which contention slows down each process."""
         return (1.0 + self.process_contention * (processes - 1)) * (1.0 + self.node_contention * (nodes - 1))
 
 
@@ -166,11 +172,12 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     """Fit the model to measurements.
 
     Args:
-        result: From :func:`frobs_devkit.scaling.bench_scaling`.
-        bandwidth: Network bandwidth of the learner's machine [B/s]; None: as measured, if the cluster has several machines.
+        result: Measurements from :func:`frobs_devkit.scaling.bench_scaling`.
+        bandwidth: Network bandwidth of the learner's machine [B/s]. Defaults to the measured rate if the cluster has
+            several machines, and to no limit otherwise.
 
     Raises:
-        ConfigurationError: Nothing can be fitted, or the bandwidth is not positive.
+        ConfigurationError: There is no measurement to fit the model to, or the bandwidth is not positive.
     """
     if bandwidth is not None:
         positive("bandwidth", bandwidth, "B/s")
@@ -220,18 +227,18 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
 
 
 def fit_contention(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Fit X(k) = k s / (1 + α (k - 1)), and minimize the relative errors.
+    """Fit X(k) = k s / (1 + α (k - 1)) to points by minimizing the relative errors.
 
     k / X is linear in k - 1, so this is a linear least-squares problem.
 
     Args:
-        points: Pairs of size k and rate X. With one size, α is 0.
+        points: Pairs of size k and rate X. If all pairs have the same size, α is 0.
 
     Returns:
-        s and α ≥ 0.
+        s and α, with α ≥ 0.
     """
     sizes, rates = (np.array(column, dtype=float) for column in zip(*points, strict=True))
-    inverse = sizes / rates  # time per step of one of the k
+    inverse = sizes / rates  # time per step of each of the k processes or nodes
     if len(set(sizes)) > 1:
         system = np.stack([1.0 / inverse, (sizes - 1.0) / inverse], axis=1)  # (points, 2)
         (alone, slope), *_ = np.linalg.lstsq(system, np.ones(len(sizes)), rcond=None)
@@ -241,12 +248,12 @@ def fit_contention(points: Sequence[tuple[float, float]]) -> tuple[float, float]
 
 
 def _fit_nodes(points: Sequence[tuple[float, float, float]], contention: float) -> tuple[float, float]:
-    """Return s and β for points of nodes, processes per node and rate."""
+    """Return s and β, fitted to points of the form (nodes, processes per node, rate)."""
     return fit_contention([(nodes, rate * (1.0 + contention * (each - 1)) / each) for nodes, each, rate in points])
 
 
 def _error_without_largest(points: Sequence[tuple[float, float]]) -> float | None:
-    """Return the relative error at the largest size of a fit to all other sizes."""
+    """Fit all sizes except the largest, and return the relative prediction error at the largest size."""
     largest = max(size for size, _ in points)
     rest = [point for point in points if point[0] < largest]
     if not rest:
@@ -257,6 +264,6 @@ def _error_without_largest(points: Sequence[tuple[float, float]]) -> float | Non
 
 
 def _error_without_most_nodes(points: Sequence[tuple[float, float, float]], contention: float) -> float | None:
-    """Return the relative error at the largest number of nodes of a fit to all smaller numbers."""
+    """Fit all numbers of nodes except the largest, and return the relative prediction error at the largest number."""
     scaled = [(nodes, rate * (1.0 + contention * (each - 1)) / each) for nodes, each, rate in points]
     return _error_without_largest(scaled)

@@ -1,4 +1,4 @@
-"""The plot of scaling: speed and memory against environments, threads, processes and nodes."""
+"""Plots speed and memory against the number of environments, threads, processes and nodes."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ _STYLES = {
 
 
 def plot_scaling(results: Sequence[tuple[ScalingResult, ScalingModel, int]], path: Path | str) -> Path:
-    """Draw measurements as a PNG.
+    """Plot measurements and predictions as a PNG image.
 
     Args:
-        results: For each environment the measurements, the model, and the processes on each node of the prediction.
-        path: The file.
+        results: For each environment, the measurements, the model, and the number of processes per node for the
+            prediction.
+        path: PNG file to write.
 
     Returns:
-        The file.
+        Path of the PNG file.
 
     Raises:
         RunError: matplotlib is not installed.
@@ -122,7 +123,10 @@ def _draw_rates(
     marker: str,
     label: str | None,
 ) -> None:
-    """Draw the median of each size with the range of its windows; on a busy machine, for whole processors."""
+    """Draw the median rate at each size, with error bars from the slowest to the fastest window.
+
+    If other programs disturbed the measurement, the rates are corrected by the share of processor time.
+    """
     sizes = [point.size for point in points]
     scales = np.array([1.0 / point.processor_share if result.is_disturbed else 1.0 for point in points])
     rates = scales * [point.steps_per_second for point in points]
@@ -139,14 +143,14 @@ def _correction(results: Sequence[tuple[ScalingResult, ScalingModel, int]]) -> s
 
 
 def _log_sizes(axis: Any, sizes: set[int]) -> None:
-    """Give an axis of sizes a logarithmic scale, with a tick at each size."""
+    """Set a logarithmic scale on the x axis, with a tick at each size."""
     axis.set_xscale("log")
     axis.set_xticks(sorted(sizes), [f"{size:,}" for size in sorted(sizes)])
     axis.minorticks_off()
 
 
 def _count_ticks(axis: Any) -> None:
-    """Label a logarithmic axis of counts, and keep enough labels if the range is narrow."""
+    """Label the logarithmic y axis with counts, so that even a narrow range has enough labels."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

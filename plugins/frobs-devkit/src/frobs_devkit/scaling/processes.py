@@ -1,4 +1,4 @@
-"""Measuring processes that step environments at the same time, on this machine or on a cluster."""
+"""Measures processes that step environments at the same time, on this machine or on a cluster."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
 from frobs_train import Job, Report, RunConfig, Runner
 
 _WINDOWS = 5
-"""Parts of a measurement. The result is their median."""
+"""Number of time windows in a measurement. The result is the median over these windows."""
 
 _PATIENCE = 120.0
-"""Time for all processes of this machine to start [s]."""
+"""Maximum time for all processes on this machine to start [s]."""
 
 _CLUSTER_PATIENCE = 60.0
-"""Time between the starts of the first and the last process on a cluster [s]."""
+"""Maximum time between the starts of the first and the last process on a cluster [s]."""
 
-_VARIABLES = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # NumPy's own threads would blur the measurement
+_VARIABLES = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # NumPy's own threads would distort the measurement
 
 
 def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: float) -> ScalingPoint:
     """Measure processes on this machine that step environments at the same time.
 
     Args:
-        config: Its ``num_envs`` and ``threads`` are those of each process.
-        sweep: The sweep to which the point belongs.
+        config: Configuration whose ``num_envs`` and ``threads`` apply to each process.
+        sweep: Name of the sweep that the result belongs to.
         processes: Number of processes.
         seconds: Time to measure [s].
 
     Raises:
-        ConfigurationError: The environments cannot be made, or the processes do not start.
+        ConfigurationError: The environments cannot be created, or the processes do not start.
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -59,18 +59,19 @@ def measure_processes(config: RunConfig, sweep: str, processes: int, seconds: fl
 def measure_cluster(
     config: RunConfig, processes: int, seconds: float, runner: Runner, folder: Path, memory: int
 ) -> ScalingPoint:
-    """Measure processes on a cluster, each of which is a job with one processor.
+    """Measure processes on a cluster. Each process is a job with one processor.
 
     Args:
-        config: Its ``num_envs`` and ``threads`` are those of each process.
+        config: Configuration whose ``num_envs`` and ``threads`` apply to each process.
         processes: Number of processes.
         seconds: Time to measure [s].
-        runner: Runs jobs side by side.
-        folder: Empty folder that all machines see under the same path.
-        memory: Memory that a process needs [B].
+        runner: Runner that executes the jobs at the same time.
+        folder: Empty folder that has the same path on all machines.
+        memory: Memory required by each process [B].
 
     Raises:
-        ConfigurationError: The environments cannot be made, or the cluster does not run all processes at the same time.
+        ConfigurationError: The environments cannot be created, or the cluster does not run all processes
+            simultaneously.
     """
     jobs = []
     for index in range(processes):
@@ -88,7 +89,7 @@ def measure_cluster(
 
 
 def measure_learner(config: RunConfig) -> LearnerCosts:
-    """Measure a short training run in a process of its own.
+    """Measure a short training run in a separate process.
 
     Raises:
         ConfigurationError: The training run cannot be started.
@@ -103,7 +104,10 @@ def measure_learner(config: RunConfig) -> LearnerCosts:
 
 
 def run_worker(report: Report, **task: Any) -> dict[str, Any]:
-    """Measure one process: the job of :func:`measure_cluster`. The process is a new one, without the cluster's libraries."""
+    """Measure one process, as a job of :func:`measure_cluster`.
+
+    The measured process is a new process that does not load the cluster's libraries.
+    """
     process = _start(task)
     try:
         return {**_finish(process, task), "node": node()}
@@ -112,14 +116,14 @@ def run_worker(report: Report, **task: Any) -> dict[str, Any]:
 
 
 def node() -> tuple[str, int]:
-    """Return the host and the ID of the parent process, which all jobs of one node share."""
+    """Return the host name and the parent process ID, which are the same for all jobs on a node."""
     return platform.node(), os.getppid()
 
 
 def summarize(
     config: RunConfig, sweep: str, results: Sequence[Mapping[str, Any]], *, nodes: int, hosts: int
 ) -> ScalingPoint:
-    """Return the point that processes have measured."""
+    """Combine the results of several processes into one point."""
     rates = window_rates([result["stamps"] for result in results])
     return ScalingPoint(
         sweep=sweep,
@@ -140,13 +144,14 @@ def summarize(
 
 
 def window_rates(stamps: Sequence[Sequence[tuple[float, int]]], windows: int = _WINDOWS) -> list[float]:
-    """Return the steps per second of all processes together in several windows.
+    """Return the steps per second of all processes together, in each of several time windows.
 
     The windows divide the time during which all processes were stepping.
 
     Args:
-        stamps: For each process, pairs of time [s] and number of steps so far.
-        windows: Number of windows. There are fewer if steps take so long that a window would contain none.
+        stamps: For each process, pairs of the time [s] and the number of steps completed by then.
+        windows: Maximum number of windows. Fewer windows are used if steps are slow, so that each window contains a
+            step.
     """
     begin, end = max(each[0][0] for each in stamps), min(each[-1][0] for each in stamps)
     longest = max(float(np.max(np.diff([moment for moment, _ in each]))) for each in stamps)
@@ -188,10 +193,10 @@ def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
 
 
 def _finish(process: subprocess.Popen[str], task: Mapping[str, Any]) -> dict[str, Any]:
-    """Wait for a process and return what it measured.
+    """Wait for a process to end, and return its result.
 
     Raises:
-        ConfigurationError: It has failed.
+        ConfigurationError: The process has failed.
     """
     _, stderr = process.communicate()
     folder, index = Path(task["folder"]), task["index"]

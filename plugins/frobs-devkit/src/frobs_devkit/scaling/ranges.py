@@ -1,4 +1,4 @@
-"""The sizes at which scaling is measured."""
+"""Sizes at which the scaling is measured."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _NUM_ENVS = (1, 8, 64, 512)
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingRanges:
-    """The sizes to measure. An empty range is not measured.
+    """Sizes to measure. Empty ranges are skipped.
 
     Attributes:
         num_envs: Numbers of environments in one process with one thread.
         threads: Numbers of simulator threads in one process.
         processes: Numbers of processes on this machine, each with one thread.
         cluster_processes: Numbers of processes on a cluster, each with one thread.
-        seconds: Time to measure at each size [s]; starting the processes takes a few seconds more.
+        seconds: Time to measure at each size [s]. Starting the processes takes a few additional seconds.
     """
 
     num_envs: tuple[int, ...] = _NUM_ENVS
@@ -33,7 +33,7 @@ class ScalingRanges:
         """Check the numbers.
 
         Raises:
-            ConfigurationError: A number is out of range, or no number of environments is given.
+            ConfigurationError: A number is out of range, or ``num_envs`` is empty.
         """
         for name in ("num_envs", "threads", "processes", "cluster_processes"):
             for value in getattr(self, name):
@@ -52,10 +52,10 @@ class ScalingRanges:
         cluster_processes: tuple[int, ...] = (),
         seconds: float = 2.0,
     ) -> Self:
-        """Return ranges that suit an environment and this machine; None: choose the range.
+        """Return the given ranges, and choose each range that is None to suit the environment and this machine.
 
-        A simulator that is paced by the wall clock has a single environment. Environments of other libraries have no
-        simulator threads.
+        A simulator that is paced by the wall clock only supports a single environment. Environments of other libraries
+        do not have simulator threads.
         """
         sizes = powers_of_two(usable_processors())
         if num_envs is None:
@@ -72,5 +72,5 @@ class ScalingRanges:
 
 
 def powers_of_two(highest: int) -> tuple[int, ...]:
-    """Return 1, 2, 4, … up to a number, and the number itself."""
+    """Return all powers of two up to a number, and the number itself."""
     return tuple(sorted({2**k for k in range(highest.bit_length())} | {highest}))

@@ -1,4 +1,4 @@
-"""Results of the measurements of scaling."""
+"""Results of the scaling measurements."""
 
 from __future__ import annotations
 
@@ -6,31 +6,32 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 NUM_ENVS, THREADS, PROCESSES, CLUSTER = "num_envs", "threads", "processes", "cluster"
-"""The sweeps: each varies one size."""
+"""Names of the sweeps, each of which varies one size."""
 
 
 _UNDISTURBED = 0.8
-"""Share of a processor from which a process counts as undisturbed."""
+"""Minimum share of processor time at which a process counts as undisturbed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingPoint:
-    """The speed and memory of one size.
+    """Speed and memory measured at one size.
 
     Attributes:
-        sweep: The size that varies: ``num_envs``, ``threads``, ``processes`` or ``cluster`` (processes on a cluster).
-        num_envs: Environments in each process.
-        threads: Simulator threads in each process.
-        processes: Processes that step at the same time.
-        nodes: Nodes of the cluster on which they run; 1 for this machine.
-        hosts: Machines on which they run. Less than ``nodes`` if several nodes share a machine.
-        steps_per_second: Environment steps per second of all processes: median of several windows.
-        low: Slowest window [steps/s].
-        high: Fastest window [steps/s].
-        processor_share: Processor time of each thread ÷ time. Less than 1 if other programs use the processors, or if the
-            simulator is a program of its own or waits.
-        memory: Peak resident memory of a process [B]: the largest of all processes.
-        startup: Time to import the libraries and make the environments [s]: the longest of all processes.
+        sweep: Name of the size that the sweep varies: ``num_envs``, ``threads``, ``processes`` or ``cluster``
+            (processes on a cluster).
+        num_envs: Number of environments in each process.
+        threads: Number of simulator threads in each process.
+        processes: Number of processes that step environments at the same time.
+        nodes: Number of cluster nodes that run the processes, or 1 for this machine.
+        hosts: Number of machines that run the processes, which is less than ``nodes`` if several nodes share a machine.
+        steps_per_second: Environment steps per second of all processes, as the median of several time windows.
+        low: Rate in the slowest window [steps/s].
+        high: Rate in the fastest window [steps/s].
+        processor_share: Processor time per thread ÷ elapsed time. The share is less than 1 if other programs use the
+            processors, or if the simulator waits or is a separate program.
+        memory: Peak resident memory of the process with the largest peak [B].
+        startup: Time in which the slowest process imports the libraries and creates the environments [s].
     """
 
     sweep: str
@@ -48,23 +49,24 @@ class ScalingPoint:
 
     @property
     def undisturbed(self) -> float:
-        """Return the environment steps per second that a whole processor for each thread would allow."""
+        """Estimated environment steps per second if each thread had a full processor."""
         return self.steps_per_second / self.processor_share
 
     @property
     def size(self) -> int:
-        """Return the size that the sweep varies."""
+        """Value of the size that the sweep varies."""
         return {NUM_ENVS: self.num_envs, THREADS: self.threads}.get(self.sweep, self.processes)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Traffic:
-    """How fast a learner receives experience from the processes that collect it.
+    """Rate at which a learner receives experience from the collecting processes.
 
     Attributes:
-        bytes_per_step: Size of observation, action, reward and ends of episodes of one environment step [B].
-        bytes_per_second: Rate at which this process receives batches, copying included [B/s].
-        hosts: Machines that sent batches. If all ran on this machine, no network was measured.
+        bytes_per_step: Size of the observation, action, reward and end-of-episode flags of one environment step [B].
+        bytes_per_second: Rate at which this process receives batches, including the time to copy them [B/s].
+        hosts: Names of the machines that sent batches. If all batches came from this machine, the network was not
+            measured.
     """
 
     bytes_per_step: float
@@ -73,7 +75,7 @@ class Traffic:
 
     @property
     def steps_per_second(self) -> float:
-        """Return how many environment steps the learner can receive per second."""
+        """Number of environment steps that the learner can receive per second."""
         return self.bytes_per_second / self.bytes_per_step
 
 
@@ -84,9 +86,9 @@ class LearnerCosts:
     Attributes:
         algorithm: Name of the algorithm.
         inference: Time to choose an action [s].
-        learning: Time of updates, storage and everything else that a central learner does [s].
-        total: Time of a whole step of the training run, simulation included [s].
-        processor_share: Processor time ÷ time, at most 1.
+        learning: Time for updates, storage and all other work of a central learner [s].
+        total: Total time of the training run, including the simulation [s].
+        processor_share: Processor time ÷ elapsed time, at most 1.
     """
 
     algorithm: str
@@ -103,15 +105,16 @@ class ScalingResult:
     Attributes:
         id: The environment's ID.
         points: Speed and memory at each size.
-        num_envs: Environments per process in the sweeps over threads and processes: the smallest measured number that
-            reaches 90 % of the best speed with one thread.
+        num_envs: Number of environments per process in the sweeps over threads and processes: the smallest measured
+            number that reaches 90 % of the best speed with one thread.
         memory_per_process: Estimated memory of a process without environments [B].
-        memory_per_env: Memory of each further environment [B]; None: a single number of environments was measured.
-        traffic: How fast a learner receives experience; None: no cluster was measured.
-        learner: Times of a training run; None: not measured.
+        memory_per_env: Memory of each additional environment [B], or None if only one number of environments was
+            measured.
+        traffic: Rate at which a learner receives experience, or None if no cluster was measured.
+        learner: Times of a training run, or None if no training run was measured.
         machine: Processor, operating system and Python.
-        processors: Processors that the measurement could use.
-        load: Processes that wanted a processor before the measurement: average over a minute.
+        processors: Number of processors available to the measurement.
+        load: Average number of runnable processes in the minute before the measurement.
     """
 
     id: str
@@ -127,21 +130,21 @@ class ScalingResult:
 
     @property
     def is_disturbed(self) -> bool:
-        """Return whether other programs took much of the processors during the measurement."""
+        """Whether other programs used a large share of the processors during the measurement."""
         share = min(point.processor_share for point in self.points)
         return self.load > self.processors / 2 and share < _UNDISTURBED
 
     def sweep(self, name: str) -> list[ScalingPoint]:
-        """Return the points of a sweep, the smallest size first."""
+        """Return the points of a sweep in ascending order of size."""
         return sorted((point for point in self.points if point.sweep == name), key=lambda point: point.size)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the result as plain values for JSON."""
+        """Return the result as JSON-compatible values."""
         return asdict(self)
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> ScalingResult:
-        """Return the result that :meth:`to_dict` describes; other keys are ignored."""
+        """Create a result from the values of :meth:`to_dict`, ignoring unknown keys."""
         known = {key: values[key] for key in cls.__dataclass_fields__}
         traffic, learner = known["traffic"], known["learner"]
         return cls(

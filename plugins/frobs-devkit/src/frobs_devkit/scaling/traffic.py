@@ -1,8 +1,8 @@
-"""How fast a learner receives experience that other processes have collected.
+"""Measures how fast a learner receives experience that other processes have collected.
 
-Jobs collect a batch and return it, as the workers of an asynchronous algorithm do. Other jobs return nothing. The
-difference between their delays is the time that the batch needs, so neither the latency nor the difference between the
-clocks of two machines matters.
+Some jobs collect a batch and return it, like the workers of an asynchronous algorithm. Other jobs return nothing. The
+difference between the delays of both kinds of jobs is the time to transfer the batch, which is not affected by latency
+or by clock differences between machines.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from frobs_devkit.scaling.results import Traffic
 from frobs_train import Job, Report, RunConfig, Runner
 
 _ROUNDS = 3
-"""Batches to receive, and empty answers."""
+"""Number of batches to receive, and number of jobs that return nothing."""
 
 _BATCH = 32 * 2**20
-"""Size of a batch [B], large in comparison with the latency."""
+"""Size of a batch [B], large enough to make the latency negligible."""
 
 _STEPS = 16
-"""Steps to collect. They are repeated until the batch has its size."""
+"""Number of environment steps to collect. The data from these steps is repeated to fill the batch."""
 
 _PATIENCE = 60.0  # [s]
 
@@ -38,13 +38,13 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
     """Measure how fast this process receives batches from the processes of a cluster.
 
     Args:
-        config: Its ``num_envs`` are those of each process.
-        runner: Runs the jobs.
-        folder: Empty folder that all machines see under the same path.
-        memory: Memory that a process needs [B].
+        config: Configuration whose ``num_envs`` applies to each process.
+        runner: Runner that executes the jobs.
+        folder: Empty folder that has the same path on all machines.
+        memory: Memory required by each process [B].
 
     Raises:
-        ConfigurationError: The environments cannot be made.
+        ConfigurationError: The environments cannot be created.
     """
     arguments = {"config": config.model_dump(mode="json"), "folder": folder.absolute()}
     jobs = [
@@ -63,7 +63,7 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
         if outcome.error is not None:
             raise ConfigurationError(f"the traffic on the cluster cannot be measured: {outcome.error}")
         answer = outcome.result
-        copies = [array.copy() for array in answer["batch"]]  # a learner does not compute in shared memory
+        copies = [array.copy() for array in answer["batch"]]  # because a learner does not compute in shared memory
         delay = time.time() - answer["finished"]
         _lock(folder).rmdir()
         if copies:
@@ -78,7 +78,7 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
 
 
 def return_batch(config: Mapping[str, Any], folder: Path, size: int, report: Report) -> dict[str, Any]:
-    """Collect a batch of about ``size`` bytes and return it when no other job is returning one."""
+    """Collect a batch of about ``size`` bytes, and return it as soon as no other job is returning a batch."""
     batch, bytes_per_step = collect(RunConfig(**config)) if size else ([], 0.0)
     total = sum(array.nbytes for array in batch)
     batch = [np.concatenate([array] * max(1, size // total)) for array in batch]
@@ -98,7 +98,7 @@ def collect(config: RunConfig) -> tuple[list[np.ndarray[Any, Any]], float]:
     """Step environments with random actions.
 
     Returns:
-        The arrays of observations, actions, rewards and ends of episodes, and their bytes per environment step.
+        The arrays of observations, actions, rewards and end-of-episode flags, and their size per environment step [B].
     """
     from frobs_train import make_training_env
 
@@ -115,7 +115,7 @@ def collect(config: RunConfig) -> tuple[list[np.ndarray[Any, Any]], float]:
 
 
 def _arrays(value: Any) -> Iterator[np.ndarray[Any, Any]]:
-    """Return the arrays of an observation or action: one, or those in a mapping or tuple."""
+    """Yield the array of an observation or action, or all arrays in a mapping or tuple."""
     if isinstance(value, Mapping):
         for item in value.values():
             yield from _arrays(item)

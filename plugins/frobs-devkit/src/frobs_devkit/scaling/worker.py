@@ -1,7 +1,7 @@
-"""The program of a measured process: it steps environments, or trains, and writes what it measured.
+"""Program of a measured process, which steps environments or trains, and writes the results to a file.
 
-It reads its task as JSON from standard input. All processes of a measurement share a folder, in which files show how
-far each of them is. A process of its own makes the peak memory attributable.
+The program reads its task as JSON from standard input. All processes of a measurement share a folder, in which files
+indicate the progress of each process. Each measurement runs in a separate process, so that its peak memory is known.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from typing import Any
 from frobs_core.files import write_aside
 
 _POLL = 0.005  # [s]
-_BUSY = 0.02  # [s] of steps between two looks at the other processes
+_BUSY = 0.02  # [s] time to step between two checks of the other processes
 _WARM_UP = 0.2  # [s]
-_STAMPS = 100  # readings of the clock during the measurement
+_STAMPS = 100  # number of clock readings during the measurement
 
 
 def main() -> None:
-    """Do what standard input asks for."""
+    """Run the task that standard input describes."""
     task = json.load(sys.stdin)
     folder, index = Path(task["folder"]), task["index"]
     try:
         result = learn(task["config"]) if task["kind"] == "learn" else step(task["config"], folder, task)
-    except Exception as error:  # whatever it is, the process that waits reports it
+    except Exception as error:  # the waiting process reports every error
         _write(folder / f"error-{index}", str(error) or type(error).__name__)
         raise SystemExit(1) from None
     _write(folder / f"result-{index}.json", json.dumps(result))
@@ -40,8 +40,9 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
     """Step environments together with the other processes.
 
     Returns:
-        ``stamps``: pairs of time [s since 1970] and environment steps so far; ``memory``: peak [B]; ``processors``:
-        processor time ÷ time; ``startup`` [s].
+        A dictionary with the keys ``stamps`` (pairs of Unix time [s] and number of environment steps completed by
+        then), ``memory`` (peak memory [B]), ``processors`` (processor time ÷ elapsed time) and ``startup`` (startup
+        time [s]).
     """
     from frobs_train import RunConfig, make_training_env
 
@@ -66,8 +67,8 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
         stamps = _record(task["seconds"], advance, lambda: count)
         share = (time.process_time() - used) / (time.perf_counter() - start)
         _touch(folder, "done", task)
-        end = time.monotonic() + task["seconds"] + task["patience"]  # a process that was killed never gets here
-        while not _all(folder, "done", task) and time.monotonic() < end:  # keep the processor busy for the others
+        end = time.monotonic() + task["seconds"] + task["patience"]  # because a killed process never gets here
+        while not _all(folder, "done", task) and time.monotonic() < end:  # keep the processor busy
             stamps += _record(_BUSY, advance, lambda: count)
     return {
         "stamps": [(moment, steps * made.num_envs) for moment, steps in stamps],
@@ -96,7 +97,7 @@ def learn(config: Mapping[str, Any]) -> dict[str, Any]:
 def peak_memory() -> int:
     """Return the peak resident memory of this process [B].
 
-    Linux also reports it as ``ru_maxrss``, but there it includes the process that started this one.
+    On Linux, ``ru_maxrss`` also reports a peak, but this peak includes the memory of the parent process.
     """
     try:
         lines = Path("/proc/self/status").read_text("utf-8").splitlines()
@@ -109,7 +110,7 @@ def peak_memory() -> int:
 
 
 def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int]) -> list[tuple[float, int]]:
-    """Step for a time, and return readings of the clock with the number of steps so far."""
+    """Step for a given time, and return pairs of the time [s] and the number of steps completed by then."""
     stamps = [(time.time(), count())]
     end, next_stamp = stamps[0][0] + seconds, stamps[0][0] + seconds / _STAMPS
     now = 0.0
@@ -126,7 +127,7 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
     """Wait until all processes are ready.
 
     Raises:
-        TimeoutError: Some are not ready in time.
+        TimeoutError: Some processes are not ready in time.
     """
     _touch(folder, "ready", task)
     end = time.monotonic() + task["patience"]
@@ -141,10 +142,10 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
 
 
 def _all(folder: Path, name: str, task: Mapping[str, Any]) -> bool:
-    """Return whether all processes have written a file.
+    """Return whether all processes have written the file with the given name.
 
     Raises:
-        RuntimeError: One has failed.
+        RuntimeError: A process has failed.
     """
     names = os.listdir(folder)
     failed = next((other for other in names if other.startswith("error-")), None)

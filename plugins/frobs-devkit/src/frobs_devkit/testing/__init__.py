@@ -1,12 +1,13 @@
-"""The conformance kit: checks for authors of plugins.
+"""The conformance kit, a collection of checks for plugin authors.
 
-Each ``check_…`` function returns a list of named checks. Run them individually with pytest::
+Each ``check_…`` function returns a list of named checks. To run each check as a pytest test, write::
 
     from frobs_devkit.testing import check_env, pytest_checks
 
     test_conformance = pytest_checks(check_env("my_package:lab/MyReach-v0"))
 
-or run them with :func:`run_checks`, like ``frobs check``, which uses :func:`find_subject`.
+To run the checks without pytest, call :func:`run_checks`. The command ``frobs check`` calls :func:`find_subject` and
+:func:`run_checks`.
 """
 
 from frobs_devkit.testing.algorithm import check_algorithm

@@ -1,4 +1,4 @@
-"""A check: a name, a rule, and a function that returns if the rule holds and raises otherwise."""
+"""Definition of a check: a name, a rule, and a function that raises an exception if the rule is violated."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from frobs_core.errors import FrobsError
 from frobs_core.keywords import constructor_parameters
 
 
-class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest's word, and what an author sees
-    """A check failed. The message contains the expectation, the finding and the rule."""
+class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest also calls this outcome a failure
+    """A check failed. The message describes what the check expected and what it found."""
 
 
 class Inconclusive(Exception):  # noqa: N818 - an outcome, not an error
-    """The check ran but nothing happened that could have failed: no episode ended, or nothing moved."""
+    """The tested situation did not occur during the check. For example, no episode ended or no joint moved."""
 
 
 class NotApplicable(Exception):  # noqa: N818 - an outcome, not an error
-    """The check does not apply, because the subject does not claim the feature."""
+    """The check does not apply, because the checked object does not claim the tested feature."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Check:
     """One check of the conformance kit.
 
     Attributes:
-        name: Lowercase with underscores; unique in its list.
+        name: Name in lowercase with underscores, unique within a list of checks.
         description: The rule in one sentence.
-        run: Runs the check; raises :class:`CheckFailure`, :class:`Inconclusive`, :class:`NotApplicable`, or any
-            exception of the subject.
-        capability: Capability of the simulator that it verifies, or ``""``.
-        requires: Names of checks that must pass first. If one of them fails, this one is skipped.
+        run: Function that runs the check. It may raise :class:`CheckFailure`, :class:`Inconclusive`,
+            :class:`NotApplicable`, or any exception that the checked object raises.
+        capability: Simulator capability that the check verifies, or ``""``.
+        requires: Names of the required checks. If a required check fails, this check is skipped.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Check:
     requires: tuple[str, ...] = ()
 
     def under(self, prefix: str) -> Check:
-        """Return the check with a prefix and a dot before its name and before the names of required checks."""
+        """Return a copy of the check with a prefix and a dot before its own name and the names of required checks."""
         requires = tuple(f"{prefix}.{name}" for name in self.requires)
         return replace(self, name=f"{prefix}.{self.name}", requires=requires)
 
@@ -55,7 +55,7 @@ Function = TypeVar("Function", bound=Callable[[Any], None])
 
 
 def after(*names: str) -> Callable[[Function], Function]:
-    """Mark a check as meaningless if one of the named checks has failed."""
+    """Return a decorator that marks a check to be skipped if one of the named checks has failed."""
 
     def decorate(function: Function) -> Function:
         function.requires = names  # type: ignore[attr-defined]
@@ -65,7 +65,7 @@ def after(*names: str) -> Callable[[Function], Function]:
 
 
 def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
-    """Return the checks of modules: their public functions with a single parameter ``subject``, in source order."""
+    """Return all public functions of the modules whose only parameter is named ``subject``, in source order."""
     return tuple(
         function
         for module in modules
@@ -78,7 +78,7 @@ def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
 
 
 def collect(subject: Any, functions: Iterable[Callable[[Any], None]]) -> list[Check]:
-    """Create checks from functions of one argument, named after them and described by their docstring's first line."""
+    """Create a check from each function, using the function's name and the first line of its docstring."""
     return [
         Check(
             name=function.__name__,
@@ -92,13 +92,13 @@ def collect(subject: Any, functions: Iterable[Callable[[Any], None]]) -> list[Ch
 
 
 def expect(condition: object, message: str) -> None:
-    """Raise CheckFailure with ``message`` unless ``condition`` is true."""
+    """Raise CheckFailure with ``message`` if ``condition`` is false."""
     if not condition:
         raise CheckFailure(message)
 
 
 def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> list[Check]:
-    """Return the only check of a subject that cannot be checked further; it raises the outcome."""
+    """Return a single check that raises ``outcome``, for an object that cannot be checked further."""
 
     def run() -> None:
         raise outcome
@@ -107,7 +107,7 @@ def only(name: str, description: str, outcome: Inconclusive | NotApplicable) -> 
 
 
 def expect_keyword_only(cls: type) -> None:
-    """Raise CheckFailure unless a constructor takes keyword-only parameters with defaults."""
+    """Raise CheckFailure unless all constructor parameters of a class are keyword-only and have defaults."""
     for name, parameter in constructor_parameters(cls).items():
         expect(
             parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
@@ -121,9 +121,9 @@ def expect_raises(wanted: type[Exception] | tuple[type[Exception], ...], what: s
     """Raise CheckFailure unless the ``with`` block raises ``wanted``.
 
     Args:
-        wanted: The expected error, or alternatives.
-        what: Beginning of the message: what should raise it.
-        naming: Text that the error's message must contain.
+        wanted: Expected exception class, or a tuple of alternative classes.
+        what: Description of the operation that must raise, used at the beginning of the failure message.
+        naming: Text that the raised exception's message must contain.
     """
     name = (wanted if isinstance(wanted, type) else wanted[0]).__name__
     try:

@@ -1,4 +1,4 @@
-"""Comparison of observations and states bit by bit, with messages that show where they differ."""
+"""Bitwise comparison of observations and states, with messages that describe the differences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_devkit.testing.checks import CheckFailure
 
 
 def leaves(value: Any, path: str = "") -> dict[str, np.ndarray[Any, Any]]:
-    """Return the arrays of a nested observation or state by their path, which is ``""`` if it is an array itself."""
+    """Return the arrays of a nested observation or state by path. The path of an array that is not nested is ``""``."""
     if isinstance(value, Mapping):
         items = [(f"{path}[{key!r}]", item) for key, item in value.items()]
     elif isinstance(value, tuple | list) and not all(isinstance(item, int | float) for item in value):
@@ -25,7 +25,7 @@ def leaves(value: Any, path: str = "") -> dict[str, np.ndarray[Any, Any]]:
 
 
 def row(value: Any, i: int) -> Any:
-    """Return environment ``i`` of a batched observation as a copy."""
+    """Return a copy of the part of a batched observation that belongs to environment ``i``."""
     if isinstance(value, Mapping):
         return {key: row(item, i) for key, item in value.items()}
     if isinstance(value, tuple):
@@ -34,7 +34,7 @@ def row(value: Any, i: int) -> Any:
 
 
 def difference(expected: Any, actual: Any) -> str | None:
-    """Return where and how ``actual`` differs from ``expected`` in bits, dtype or shape; None if it does not."""
+    """Return how ``actual`` differs from ``expected`` in bits, dtype or shape, or None if they are identical."""
     wanted, found = leaves(expected), leaves(actual)
     if wanted.keys() != found.keys():
         return f"the parts are {sorted(found)} instead of {sorted(wanted)}"
@@ -48,7 +48,7 @@ def difference(expected: Any, actual: Any) -> str | None:
 
 
 def expect_same(expected: Any, actual: Any, what: str) -> None:
-    """Raise CheckFailure unless both are bit-identical."""
+    """Raise CheckFailure unless ``expected`` and ``actual`` are bit-identical."""
     text = difference(expected, actual)
     if text:
         raise CheckFailure(f"{what}: {text}.")
@@ -64,7 +64,7 @@ def expect_array(array: Any, shape: tuple[int, ...], dtype: Any, what: str) -> N
 
 
 def expect_rows(arrays: Mapping[str, Any], num_envs: int, what: str) -> None:
-    """Raise CheckFailure unless each array of a snapshot has one row of numbers for each environment."""
+    """Raise CheckFailure unless each array in a snapshot has one row of numbers for each environment."""
     for name, array in leaves(arrays).items():
         if array.shape[:1] != (num_envs,) or array.dtype.kind == "O":
             found = f"{array.dtype}{list(array.shape)}"
@@ -77,7 +77,7 @@ def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> Non
     if a.shape != b.shape:
         raise CheckFailure(f"{what}: the shape is {b.shape} instead of {a.shape}.")
     error = np.abs(a - b)
-    if not np.all(error <= tolerance):  # also if it is NaN
+    if not np.all(error <= tolerance):  # also fails for NaN
         index = np.unravel_index(int(np.nanargmax(np.where(np.isnan(error), np.inf, error))), error.shape)
         place = f" at {list(map(int, index))}" if index else ""
         raise CheckFailure(
@@ -87,14 +87,20 @@ def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> Non
 
 
 def placed(base: tuple[Any, Any], pose: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return poses, positions (n, 3) [m] and quaternions (n, 4), relative to a base, in the base's reference frame."""
+    """Transform poses from a base's frame to the frame in which the base's pose is expressed.
+
+    Poses consist of positions (n, 3) [m] and quaternions (n, 4).
+    """
     return base[0] + quat_rotate(base[1], pose[0]), quat_multiply(base[1], pose[1])
 
 
 def expect_same_pose(
     expected: tuple[Floats, Floats], actual: tuple[Floats, Floats], tolerance: float, what: str
 ) -> None:
-    """Raise CheckFailure unless positions (n, 3) [m] and quaternions (n, 4) agree; q and −q are the same rotation."""
+    """Raise CheckFailure unless positions (n, 3) [m] and quaternions (n, 4) agree within ``tolerance``.
+
+    The quaternions q and −q represent the same rotation.
+    """
     expect_close(expected[0], actual[0], tolerance, f"{what}: the position [m]")
     sign = np.where((expected[1] * actual[1]).sum(-1, keepdims=True) < 0, -1.0, 1.0)
     expect_close(expected[1], sign * actual[1], tolerance, f"{what}: quat_wxyz")

@@ -1,4 +1,4 @@
-"""Finds the checks for a user's argument: an ID, a record of any kind, a plugin, or a distribution."""
+"""Lookup of the checks for an ID, a record, a plugin or a distribution that a user names."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from frobs_devkit.testing.task import check_task
 
 @dataclass(frozen=True)
 class Subject:
-    """Object that an argument refers to.
+    """An object to check, as returned by :func:`find_subject`.
 
     Attributes:
-        kind: ``"environment"``, a kind of record, ``"plugin"`` or ``"distribution"``.
-        name: Full name: ``"irb120"``, ``"frobs/Irb120Reach-v0"``, …
+        kind: ``"environment"``, a record kind, ``"plugin"`` or ``"distribution"``.
+        name: Full name, such as ``"irb120"`` or ``"frobs/Irb120Reach-v0"``.
     """
 
     kind: str
@@ -37,12 +37,12 @@ class Subject:
 
     @property
     def word(self) -> str:
-        """Unambiguous argument: ``"robot:irb120"``; an ID stays unchanged."""
+        """Unambiguous argument for the object: the ID of an environment, or a name such as ``"robot:irb120"``."""
         return self.name if self.kind == "environment" else f"{self.kind}:{self.name}"
 
     @property
     def claims(self) -> Mapping[str, str]:
-        """Capabilities that it claims, with their levels; only simulators have any."""
+        """Levels of a simulator's claimed capabilities by name, or an empty dictionary for other objects."""
         if self.kind != "simulator":
             return {}
         record = plugins.get_record("simulator", self.name)
@@ -56,16 +56,18 @@ class Subject:
         settings: Mapping[str, Any] | None = None,
         steps: int | None = None,
     ) -> list[Check]:
-        """Return its checks. Nothing is created before a check runs.
+        """Return the checks for the object, without creating any environment or simulation.
 
         Args:
-            robot: Robot for checks of controllers, tasks and environments; None: their own, or one of the kit.
-            simulator: Simulator for the checks; None: their own, or all installed ones for a robot.
-            settings: Settings of an algorithm; keywords of an environment, a task or a controller.
-            steps: Environment steps in the training run of an algorithm.
+            robot: Robot for checks of controllers, tasks and environments. Defaults to the robot of the task or
+                environment, or to one of the kit's robots for a controller.
+            simulator: Simulator for the checks. Defaults to the object's own simulator, or to all importable simulators
+                for a robot.
+            settings: Settings of an algorithm, or keyword arguments of an environment, task or controller.
+            steps: Number of environment steps in an algorithm's training run.
 
         Raises:
-            ConfigurationError: This kind does not support the settings or steps.
+            ConfigurationError: Objects of this kind do not support ``settings`` or ``steps``.
         """
         if settings and self.kind not in ("environment", "task", "controller", "algorithm"):
             raise CommandLineError("--set", f"a {self.kind} has no settings; check an ID or a part of it.")
@@ -83,15 +85,15 @@ class Subject:
 
 
 def find_subject(word: str) -> Subject:
-    """Return the object that an argument refers to.
+    """Return the object to check that a command-line argument refers to.
 
     Args:
-        word: A Gymnasium ID (``"frobs/Irb120Reach-v0"``, ``"module:Id-v0"``); a record, ``"robot:irb120"`` or, if the
-            name is unique, ``"irb120"``; or the name of a plugin or a distribution.
+        word: A Gymnasium ID (``"frobs/Irb120Reach-v0"`` or ``"module:Id-v0"``), a record (``"robot:irb120"``, or
+            ``"irb120"`` if the name is unique), or the name of a plugin or distribution.
 
     Raises:
-        UnknownNameError: Nothing has this name; the message suggests the nearest one.
-        AmbiguousNameError: Several objects have this name; the message lists the unambiguous arguments.
+        UnknownNameError: No object has this name. The message suggests the most similar name.
+        AmbiguousNameError: Several objects have this name. The message lists unambiguous arguments.
     """
     kind, colon, rest = word.partition(":")
     known = {
@@ -115,7 +117,8 @@ def find_subject(word: str) -> Subject:
 
 def _named(kind: str, name: str, names: Iterable[str]) -> Subject:
     if kind in KINDS:
-        plugins.get_record(kind, name)  # raises an error that lists the existing names and the failed plugins
+        # for an unknown name, this raises an error that lists the existing names and the failed plugins
+        plugins.get_record(kind, name)
         return Subject(kind, name)
     if not _spelt(kind, name, names):
         raise UnknownNameError(kind, name, set(names))
@@ -173,14 +176,15 @@ def _of(
 
 
 def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
-    """Return the checks of a plugin, of its records and of its IDs, in this order."""
+    """Return the checks for a plugin, then for its records, and finally for its environment IDs."""
     checks = check_plugin(_key(report))
     of_environments = {function.__name__ for function in ENVIRONMENT_CHECKS}
     for kind in KINDS:
         for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
             own = _of(kind, name, **options)
-            if isinstance(record, TaskRecord):  # checks that tasks share with environments run for each of its IDs
+            # checks that tasks share with environments run for each of the task's IDs instead
+            if isinstance(record, TaskRecord):
                 own = [check for check in own if not record.environments or check.name not in of_environments]
             checks += [check.under(f"{kind}:{record.name}") for check in own]
     for id in report.environment_ids:

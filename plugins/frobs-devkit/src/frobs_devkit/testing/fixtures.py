@@ -1,6 +1,6 @@
 """A pytest fixture for tests of plugins.
 
-To use it, add this to ``conftest.py``::
+To use the fixture, add this line to ``conftest.py``::
 
     pytest_plugins = ["frobs_devkit.testing.fixtures"]
 """
@@ -20,22 +20,23 @@ from frobs_core.plugins import Plugins
 
 
 class Isolate(Protocol):
-    """Type of the fixture."""
+    """Type of the function that the fixture returns."""
 
     def __call__(self, *, installed: bool = False, **entry_points: str) -> Plugins:
-        """Hide all installed plugins except the given ones until the test ends.
+        """Replace the installed plugins with the given entry points until the test ends.
 
         Args:
-            installed: Whether to keep the installed plugins, too.
-            **entry_points: Modules by the entry point's name: ``mine="my_package.plugin"``.
+            installed: Whether the installed plugins stay available.
+            **entry_points: Module of each entry point by name, such as ``mine="my_package.plugin"``.
 
         Returns:
-            The collection that :mod:`frobs_core.plugins` now uses. A broken plugin in it raises an error.
+            The plugin collection that :mod:`frobs_core.plugins` now uses. A broken plugin in this collection raises an
+            error.
         """
 
 
 class _MadeDistribution(Distribution):
-    """A distribution that is not installed; the modules of its entry points are importable."""
+    """A distribution that is not installed, whose entry points refer to importable modules."""
 
     def __init__(self, entry_points: Mapping[str, str]) -> None:
         lines = "".join(f"{name} = {module}\n" for name, module in entry_points.items())
@@ -45,11 +46,11 @@ class _MadeDistribution(Distribution):
         }
 
     def read_text(self, filename: str) -> str | None:
-        """Return the entry points or the metadata."""
+        """Return the text of the entry points or metadata file, or None for other files."""
         return self._texts.get(filename)
 
     def locate_file(self, path: str | PathLike[str]) -> PathLike[str]:  # type: ignore[override]
-        """Raise an error, because there are no files."""
+        """Raise FileNotFoundError, because the distribution has no files."""
         raise FileNotFoundError(path)
 
 

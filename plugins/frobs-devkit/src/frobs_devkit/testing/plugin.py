@@ -1,4 +1,4 @@
-"""Checks of a plugin as a whole: the cost of its import, and whether its records are correct."""
+"""Checks of a whole plugin: the effects of importing it, its requirements and its records."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _BASES: dict[str, type] = {
     "task": Task,
     "algorithm": Algorithm,
 }
-_SLOWEST = 5.0  # [s] of an import, even on a slow machine
+_SLOWEST = 5.0  # [s], maximum duration of an import, even on a slow machine
 _ID = re.compile(r"[\w.-]+/[\w.-]+-v\d+")
 
 
 @dataclass(frozen=True)
 class PluginUnderTest:
-    """A plugin, by the name of its entry point."""
+    """A plugin, identified by the name of its entry point."""
 
     name: str
 
     @property
     def report(self) -> PluginReport:
-        """Report of loading it."""
+        """The report about loading the plugin."""
         for report in plugins.reports():
             if self.name in (report.name, f"{report.distribution}:{report.name}"):
                 return report
@@ -47,7 +47,7 @@ class PluginUnderTest:
 
     @property
     def candidate(self) -> Candidate:
-        """Its entry point."""
+        """The plugin's entry point."""
         report = self.report
         return next(
             found
@@ -56,7 +56,7 @@ class PluginUnderTest:
         )
 
     def expect_no(self, *codes: str) -> None:
-        """Raise CheckFailure if the doctor, which uses a separate process, has a finding with one of the codes."""
+        """Examine the plugin in a separate process, and raise CheckFailure for findings with one of the codes."""
         facts = _examine(self.candidate)
         lines = facts.traceback.strip().splitlines() or [facts.cause]
         expect(facts.state == "loaded", f"importing '{facts.module}' fails: {lines[-1]}")
@@ -65,7 +65,7 @@ class PluginUnderTest:
 
     @property
     def records(self) -> list[tuple[str, Record]]:
-        """Its records, each with its kind."""
+        """The plugin's records, each with its kind."""
         return [(kind, record) for kind, records in self.report.records.items() for record in records]
 
 
@@ -78,7 +78,7 @@ def loads(subject: PluginUnderTest) -> None:
 
 @after("loads")
 def import_is_cheap(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module loads no engines or learning libraries, and takes a few seconds at most."""
+    """Importing the entry point's module loads no physics engine or learning library and takes only a few seconds."""
     subject.expect_no("heavy-import")
     seconds = _examine(subject.candidate).import_seconds
     expect(
@@ -95,7 +95,7 @@ def import_is_silent(subject: PluginUnderTest) -> None:
 
 @after("loads")
 def import_changes_nothing(subject: PluginUnderTest) -> None:
-    """Importing the entry point's module does not change global state: folder, seeds, warning filters and more."""
+    """Importing the entry point's module changes no global state, such as the working directory or warning filters."""
     subject.expect_no("global-state")
 
 
@@ -106,23 +106,23 @@ def nothing_deprecated_is_used(subject: PluginUnderTest) -> None:
 
 
 def requirements_are_met(subject: PluginUnderTest) -> None:
-    """All requirements of the distribution are installed in an allowed version."""
+    """All requirements of the distribution are installed in compatible versions."""
     lacking = missing(subject.candidate.requirements)
     expect(not lacking, f"it has unmet requirements: {'; '.join(one.command for one in lacking)}.")
 
 
 @after("loads")
 def core_versions_are_stated(subject: PluginUnderTest) -> None:
-    """The distribution requires a range of frobs-core versions with an upper bound, which includes this version."""
+    """The distribution requires frobs-core with an upper version bound, and the installed version is in the range."""
     if not subject.candidate.requirements and subject.candidate.version in ("0", "(no version)"):
         raise Inconclusive("the plugin was not installed by pip; it has no metadata")
     subject.expect_no("other-core", "no-core-versions")
 
 
 def entry_points_load(subject: PluginUnderTest) -> None:
-    """Every record's entry point can be imported and has the type that its kind requires."""
+    """Every record's entry point can be imported and has the type that the record's kind requires."""
     for kind, record in subject.records:
-        if not record.entry_point:  # an ability or a parameter, which simulators implement
+        if not record.entry_point:  # a record of an ability or a parameter, which simulators implement
             continue
         implementation = record.load()
         if kind == "robot":
@@ -136,13 +136,13 @@ def entry_points_load(subject: PluginUnderTest) -> None:
 
 
 def names_are_free(subject: PluginUnderTest) -> None:
-    """No other installed distribution provides one of its names."""
+    """No other installed distribution provides a record with the same kind and name."""
     for kind, record in subject.records:
         plugins.get_record(kind, record.name)
 
 
 def summaries_are_one_line(subject: PluginUnderTest) -> None:
-    """Every record has a summary of one line and an install hint."""
+    """Every record has a one-line summary and an install hint."""
     for kind, record in subject.records:
         environments = record.environments if isinstance(record, TaskRecord) else ()
         for name, summary in [(record.name, record.summary), *((e.id, e.summary) for e in environments)]:
@@ -152,7 +152,7 @@ def summaries_are_one_line(subject: PluginUnderTest) -> None:
 
 
 def environments_are_complete(subject: PluginUnderTest) -> None:
-    """Every environment ID is unique and of the form ``namespace/Name-v0``, and the parts of each environment exist."""
+    """Every environment ID is unique and has the form ``namespace/Name-v0``, and the environment's parts exist."""
     for _, record in subject.records:
         for environment in record.environments if isinstance(record, TaskRecord) else ():
             expect(_ID.fullmatch(environment.id), f"the ID '{environment.id}' is not of the form namespace/Name-v0.")
@@ -167,7 +167,7 @@ def environments_are_complete(subject: PluginUnderTest) -> None:
 
 
 def tuned_settings_exist(subject: PluginUnderTest) -> None:
-    """Every file of tuned settings exists."""
+    """All tuned settings files listed in algorithm records exist."""
     for _, record in subject.records:
         for id, resource in record.tuned.items() if isinstance(record, AlgorithmRecord) else ():
             try:
@@ -178,7 +178,7 @@ def tuned_settings_exist(subject: PluginUnderTest) -> None:
 
 
 def pretrained_policies_fit(subject: PluginUnderTest) -> None:
-    """Every trained policy of an ID is intact and was trained in the current environment."""
+    """Every pretrained policy is intact and was trained in the current version of its environment."""
     from frobs_train import changes_since, open_pretrained
 
     for _, record in subject.records:
@@ -197,19 +197,19 @@ def pretrained_policies_fit(subject: PluginUnderTest) -> None:
 
 
 CHECKS = checks_of(sys.modules[__name__])
-"""All checks of a plugin, in the order in which they run."""
+"""All plugin checks, in the order in which they run."""
 
 
 def check_plugin(plugin: str) -> list[Check]:
-    """Return the checks of an installed plugin.
+    """Return the conformance checks for an installed plugin.
 
     Args:
-        plugin: The name of its entry point in the group ``frobs``, or ``"distribution:name"``.
+        plugin: Name of the plugin's entry point in the group ``frobs``, or ``"distribution:name"``.
     """
     return collect(PluginUnderTest(plugin), CHECKS)
 
 
 @lru_cache(maxsize=1)
 def _examine(candidate: Candidate) -> PluginFacts:
-    """Examine a plugin once for several consecutive checks."""
+    """Examine a plugin, and cache the result for consecutive checks."""
     return examine_plugins(only=[candidate.key])[0]

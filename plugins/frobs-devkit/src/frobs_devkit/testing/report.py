@@ -1,4 +1,4 @@
-"""Runs checks, one after another or as pytest tests, and returns the results as data."""
+"""Functions that run checks directly or as pytest tests, and the report of the results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_core.errors import UnknownNameError
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _DECIDING = ("gymnasium", "numpy")
-"""Requirements of the core that affect numbers."""
+"""Requirements of frobs-core whose versions can change numerical results."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,12 @@ class Result:
     Attributes:
         name: Name of the check.
         description: Description of the check.
-        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"skipped"`` (a required check failed, or it failed
-            with the same message as another), ``"inconclusive"`` or ``"not_applicable"``.
-        message: Reason if it has not passed.
-        seconds: Duration [s].
-        capability: Capability of the simulator that it verifies, or ``""``.
+        status: ``"passed"``, ``"failed"``, ``"expected_failure"``, ``"skipped"``, ``"inconclusive"`` or
+            ``"not_applicable"``. A check is skipped if a required check failed, or if it fails with the same message as
+            an earlier check.
+        message: Reason why the check did not pass, or ``""``.
+        seconds: Duration of the check [s].
+        capability: Simulator capability that the check verifies, or ``""``.
     """
 
     name: str
@@ -46,7 +47,7 @@ class Report:
 
     Attributes:
         results: Results in the order of the checks.
-        versions: Versions by package: the core, the plugins, and their requirements.
+        versions: Versions of Python, frobs-core, the plugins and their requirements, by name.
     """
 
     results: tuple[Result, ...]
@@ -64,18 +65,18 @@ class Report:
 
     @property
     def inconclusive(self) -> tuple[Result, ...]:
-        """Results of the checks in which nothing happened that could have failed."""
+        """Results of the checks in which the tested situation did not occur."""
         return tuple(result for result in self.results if result.status == "inconclusive")
 
     @property
     def verified_capabilities(self) -> tuple[str, ...]:
-        """Capabilities for which at least one check passed and none failed or was inconclusive, by name."""
+        """Sorted names of the capabilities with at least one passed check and no failed or inconclusive check."""
         passed = {result.capability for result in self.results if result.status == "passed"}
         doubtful = {result.capability for result in self.results if result.status in ("failed", "inconclusive")}
         return tuple(sorted(passed - doubtful - {""}))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the data that ``--json`` prints: numbers, strings, lists and dictionaries."""
+        """Return the report as the plain data that ``--json`` prints: numbers, strings, lists and dictionaries."""
         return {
             "ok": self.ok,
             "verified_capabilities": list(self.verified_capabilities),
@@ -89,15 +90,16 @@ def run_checks(
     on_result: Callable[[Result], None] | None = None,
     expected_failures: Mapping[str, str] | None = None,
 ) -> Report:
-    """Run checks; a failing check does not stop the others.
+    """Run all checks, even if some of them fail, and return a report.
 
     Args:
         checks: Result of a ``check_…`` function.
-        on_result: Called after each check, for a progress display.
-        expected_failures: Reasons for expected failures, by check name. If such a check passes, that is a failure.
+        on_result: Function that is called with each result, for example to show the progress.
+        expected_failures: Reasons for expected failures, by check name. A check that passes although it is expected to
+            fail counts as failed.
 
     Raises:
-        UnknownNameError: An expected failure does not name one of the checks.
+        UnknownNameError: ``expected_failures`` contains a name that belongs to none of the checks.
     """
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
@@ -105,7 +107,7 @@ def run_checks(
     for check in checks:
         result = _without_cause(check, results) or _run(check)
         same = next((one.name for one in results if one.status == "failed" and one.message == result.message), "")
-        if result.status == "failed" and same:  # the same cause counts as one failure
+        if result.status == "failed" and same:  # failures with the same cause count as one failure
             result = replace(result, status="skipped", message=f"it fails for the same reason as {same}")
         if check.name in reasons:
             result = _expected(result, reasons[check.name])
@@ -118,23 +120,24 @@ def run_checks(
 def pytest_checks(
     checks: Iterable[Check], *, expected_failures: Mapping[str, str] | None = None, allow_inconclusive: bool = True
 ) -> Callable[[Check], None]:
-    """Return a test function with one case for each check.
+    """Return a pytest test function with one test case for each check.
 
     Example::
 
         test_conformance = pytest_checks(check_env("frobs_core:frobs/Irb120Reach-v0"))
 
-    Inconclusive and inapplicable checks are shown as skipped, with the reason.
+    Pytest reports inconclusive and inapplicable checks as skipped, with the reason.
 
     Args:
         checks: Result of a ``check_…`` function.
-        expected_failures: Reasons for expected failures, by check name. If such a check passes, that is a failure.
-        allow_inconclusive: If False, inconclusive checks fail.
+        expected_failures: Reasons for expected failures, by check name. A check that passes although it is expected to
+            fail counts as failed.
+        allow_inconclusive: If False, inconclusive checks count as failed.
 
     Raises:
-        UnknownNameError: An expected failure does not name one of the checks.
+        UnknownNameError: ``expected_failures`` contains a name that belongs to none of the checks.
     """
-    import pytest  # imported here because 'frobs check' also uses this module, without pytest
+    import pytest  # imported here because 'frobs check' uses this module without pytest
 
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
@@ -168,7 +171,7 @@ def pytest_checks(
 
 
 def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
-    """Raise UnknownNameError if an expected failure does not name one of the checks."""
+    """Raise UnknownNameError if ``expected_failures`` contains a name that belongs to none of the checks."""
     names = [check.name for check in checks]
     for name in expected_failures:
         if name not in names:
@@ -176,7 +179,7 @@ def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -
 
 
 def _without_cause(check: Check, results: Iterable[Result]) -> Result | None:
-    """Return a skipped result if a required check has failed; None if the check can run."""
+    """Return a skipped result if a required check has failed or was skipped, or None if the check can run."""
     causes = [one.name for one in results if one.status in ("failed", "skipped") and one.name in check.requires]
     if not causes:
         return None
@@ -202,7 +205,7 @@ def _run(check: Check) -> Result:
         status, message = "inconclusive", str(reason)
     except NotApplicable as reason:
         status, message = "not_applicable", str(reason)
-    except Exception as error:  # a subject may raise anything; continue with the other checks
+    except Exception as error:  # the checked object may raise any exception, and the other checks still run
         status, message = "failed", f"{type(error).__name__}: {error}"
     seconds = round(time.perf_counter() - start, 3)
     return Result(check.name, check.description, status, message, seconds, check.capability)
@@ -216,7 +219,7 @@ def _versions() -> dict[str, str]:
         try:
             found[distribution] = version(distribution)
             lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
-        except PackageNotFoundError:  # a test's plugin that is not installed
+        except PackageNotFoundError:  # the plugin belongs to a test and is not installed
             continue
         for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
             try:

@@ -1,4 +1,4 @@
-"""Checks of a task in an environment."""
+"""Conformance checks for a task in an environment."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, achieved_goal
 
 @dataclass(frozen=True, eq=False)
 class TaskUnderTest(EnvUnderTest):
-    """An environment with the record of its task."""
+    """An environment, together with the record of its task."""
 
     record: TaskRecord = field(kw_only=True)
 
 
 def record_is_sound(subject: TaskUnderTest) -> None:
-    """The implementation is a Task whose constructor takes keyword-only parameters with defaults; its needs exist."""
+    """The implementation is a Task with keyword-only parameters with defaults, and its required capabilities exist."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
@@ -57,7 +57,7 @@ def record_is_sound(subject: TaskUnderTest) -> None:
 
 
 def reward_types_work(subject: TaskUnderTest) -> None:
-    """Every reward_type works; ``sparse`` has at most two values; other reward types are rejected."""
+    """Every declared reward type works, ``sparse`` has at most two values, and unknown reward types are rejected."""
     for reward_type in subject.record.load().reward_types:
         with closing(subject.make(reward_type=reward_type)) as env:
             env.reset(seed=0)
@@ -72,7 +72,7 @@ def reward_types_work(subject: TaskUnderTest) -> None:
 
 
 def reset_needs_are_stated(subject: TaskUnderTest) -> None:
-    """Unless the task needs ``teleport``, a reset writes no states, even with the option ``joint_positions``."""
+    """A reset writes states only if the task's ``needs`` or ``reset_needs()`` contains ``teleport``."""
     with closing(subject.make()) as env:
         task, robot = inside(env).task, inside(env).robot
         ways: list[dict[str, Any]] = [{}]
@@ -88,7 +88,7 @@ def reset_needs_are_stated(subject: TaskUnderTest) -> None:
 
 
 def _without_writes(reset: Any, handles: list[Any], *arguments: Any) -> None:
-    """Call the reset of a task with handles that reject writes, like those of some simulators."""
+    """Call a task's reset with handles that reject writes, as in simulators without ``teleport``."""
     names = [(handle, name) for handle in handles for name in dir(handle) if name.startswith("write_")]
     for handle, name in names:
         setattr(handle, name, partial(_refuse, name))
@@ -125,7 +125,7 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> None:
 
 
 def observation_terms_are_sound(subject: TaskUnderTest) -> None:
-    """Every term has a unit and ordered bounds, can be read again, and fills its columns of the observation."""
+    """Every observation term has a unit and ordered bounds, can be read repeatedly, and fills its own columns."""
     with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
         env.reset(seed=0)
         env.step(draw_actions(env.action_space, 1, seed=0)[0])
@@ -145,9 +145,9 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
 
 
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
-    """Reward, terms, terminations, success and markers can be read again without affecting the episode.
+    """Reading the reward, its terms, terminations, success and markers again does not affect the episode.
 
-    This also holds if the goal is achieved at the beginning of the episode.
+    Reading also has no effect if the goal is achieved at the beginning of the episode.
     """
     for there in (False, True):
         plays = []
@@ -155,7 +155,7 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
             with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
                 trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
                 if there:
-                    with suppress(FrobsError, ValueError):  # if it is not a valid goal
+                    with suppress(FrobsError, ValueError):  # the achieved goal may not be a valid desired goal
                         trace.append(deepcopy(env.reset(seed=4, options={"goal": achieved_goal(env, trace[0])})[0]))
                 for action in draw_actions(env.action_space, 12, seed=4):
                     trace.append(deepcopy(env.step(action)[:4]))
@@ -167,13 +167,14 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
 
 
 def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
-    """Once bound, a task uses the ``control_timestep`` passed to ``bind``, not that of its class."""
+    """After ``bind``, a task uses the ``control_timestep`` argument of ``bind`` instead of the class attribute."""
     subject.require_pause()
     plays = []
     for other in (False, True):
         with closing(subject.make()) as env:
             task = inside(env).task
-            if other and "control_timestep" not in vars(task):  # otherwise it is the one stored by bind
+            # if the instance has its own control_timestep, bind() has stored its argument there
+            if other and "control_timestep" not in vars(task):
                 task.control_timestep = 2.0 * type(task).control_timestep
             plays.append(play(env, 4, draw_actions(env.action_space, 12, seed=4)))
     what = "with a different control_timestep in the class after bind (use the argument of bind)"
@@ -208,16 +209,16 @@ CHECKS = (
     vector.same_step_equals_single,
     vector.disabled_equals_single,
 )
-"""All checks of a task, in the order in which they run."""
+"""All task checks, in the order in which they run."""
 
 
 def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
-    """Return the checks of a task.
+    """Return the conformance checks for a task.
 
     Args:
-        task: Name of the task, or a record that is not installed yet.
-        **kwargs: Keywords of the environment: ``robot=``, ``controller=``, parameters. Omitted ones come from the first
-            environment ID that the task registers.
+        task: Name of an installed task, or the record of a task that is not installed yet.
+        **kwargs: Keyword arguments of the environment, such as ``robot=``, ``controller=`` and parameters. Omitted
+            arguments are taken from the first environment ID that the task registers.
 
     Raises:
         UnknownNameError: No task has this name.

@@ -1,1 +1,1 @@
-"""The algorithms of RLlib as algorithms of FRobs."""
+"""Integration of RLlib's algorithms into FRobs."""

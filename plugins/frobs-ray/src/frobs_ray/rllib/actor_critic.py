@@ -1,4 +1,4 @@
-"""RLlib's module for PPO and APPO."""
+"""RLlib module with the networks of PPO and APPO."""
 
 from __future__ import annotations
 
@@ -25,12 +25,14 @@ _LOG_2_PI = 1.8378770664093453
 class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetworkAPI):
     """A policy network and a value network for flat observations.
 
-    Continuous actions are in [−1, 1], scaled to the bounds of the action space. Discrete actions count from 0.
+    For continuous actions, [−1, 1] corresponds to the bounds of the environment's action space. Discrete actions start
+    at 0.
 
     Attributes:
-        actor: Network from observations (batch, k) to means and log deviations, or to scores of choices.
-        critic: Network from observations (batch, k) to values (batch, 1).
-        target_actor: Copy of the actor with earlier weights; only APPO uses it.
+        actor: Network from observations (batch, k) to means and log standard deviations, or to scores of discrete
+            actions.
+        critic: Network from observations (batch, k) to state values (batch, 1).
+        target_actor: Copy of the actor with earlier weights, used only by APPO.
     """
 
     def setup(self) -> None:
@@ -56,18 +58,18 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
 
     @property
     def mode(self) -> nn.Module:
-        """Network from observations to the most probable action, or to the scores of choices."""
+        """Network from observations to the most probable action, or to the scores of discrete actions."""
         return self.actor.body if isinstance(self.actor, GaussianActor) else self.actor
 
     def act(self, observation: th.Tensor, generator: th.Generator) -> dict[str, th.Tensor]:
-        """Draw actions.
+        """Sample actions for a batch of observations.
 
         Args:
-            observation: (batch, k).
-            generator: Generator of the random numbers.
+            observation: Observations (batch, k).
+            generator: Random number generator.
 
         Returns:
-            Columns of RLlib: actions, their log probabilities and the inputs of the distribution.
+            RLlib's columns: the actions, their log probabilities, and the inputs of the action distribution.
         """
         inputs = self.actor(observation)
         if self.is_discrete:
@@ -85,20 +87,20 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
         return {Columns.ACTION_DIST_INPUTS: self.actor(batch[Columns.OBS])}
 
     def compute_values(self, batch: dict[str, Any], embeddings: Any = None) -> th.Tensor:
-        """Return the values of the observations, (batch,)."""
+        """Return the state values of the observations (batch,)."""
         values: th.Tensor = self.critic(batch[Columns.OBS]).squeeze(-1)
         return values
 
     def make_target_networks(self) -> None:
-        """Create the copy of the actor."""
+        """Create the target copy of the actor."""
         self.target_actor = make_target_network(self.actor)
 
     def get_target_network_pairs(self) -> list[tuple[nn.Module, nn.Module]]:
-        """Return the actor and its copy."""
+        """Return the actor and its target copy."""
         return [(self.actor, self.target_actor)]
 
     def forward_target(self, batch: dict[str, Any]) -> dict[str, Any]:
-        """Return the outputs of the actor's copy."""
+        """Return the outputs of the actor's target copy."""
         return {TARGET_NETWORK_ACTION_DIST_INPUTS: self.target_actor(batch[Columns.OBS])}
 
     def get_non_inference_attributes(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""The base class of all algorithms of RLlib."""
+"""The base class for RLlib's algorithms."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ FORMAT = 1
 
 
 class RLlibAlgorithm(Algorithm):
-    """Base class; a subclass sets its settings and configures RLlib.
+    """Base class for RLlib's algorithms. Subclasses define the settings and configure RLlib.
 
-    The networks live in this process, so predictions do not require Ray. RLlib's own algorithm object exists only
+    The networks are stored in this process, so predictions do not require Ray. RLlib's own algorithm object exists only
     during :meth:`train`.
 
     Attributes:
         name: Name in the algorithm's record.
-        config_model: Model of the accepted settings.
+        config_model: Pydantic model of the accepted settings.
         module_class: RLlib's module class.
         module: The networks.
-        spaces: Conversion between the environment and the networks.
-        env: The environment; None: the algorithm only predicts.
-        steps: Number of environment steps in training so far.
-        learning: State of the optimizers at the end of the last call of :meth:`train`.
+        spaces: Converter between the spaces of the environment and the spaces of the networks.
+        env: The environment, or None if the algorithm can only predict.
+        steps: Number of environment steps taken in training so far.
+        learning: State of the optimizers at the end of the last call to :meth:`train`.
     """
 
     name: ClassVar[str]
@@ -63,7 +63,7 @@ class RLlibAlgorithm(Algorithm):
 
     @classmethod
     def resolve_config(cls, config: Mapping[str, Any]) -> dict[str, Any]:
-        """Validate settings and add the defaults."""
+        """Validate settings and add default values."""
         return cls._settings(config).model_dump(mode="json")
 
     @property
@@ -78,14 +78,14 @@ class RLlibAlgorithm(Algorithm):
 
     @abstractmethod
     def rllib_config(self, steps: int) -> AlgorithmConfig:
-        """Return RLlib's configuration of the algorithm, except that of the environments.
+        """Return RLlib's configuration of the algorithm, without the configuration of the environments.
 
         Args:
             steps: Number of environment steps at the end of training.
         """
 
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until ``steps`` environment steps were taken."""
+        """Train until ``steps`` environment steps have been taken."""
         if self.env is None:
             raise RunError("this algorithm was loaded for prediction only; load it with an environment to train it.")
         if self.steps >= steps:
@@ -112,12 +112,12 @@ class RLlibAlgorithm(Algorithm):
         return self.spaces.to_env(chosen.numpy()), None
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
-        """Write the networks, the optimizers and the step counter. The replay buffer of SAC is not saved."""
+        """Write the networks, the optimizer states and the step counter. SAC's replay buffer is not saved."""
         self.save_policy(folder)
         storage.write_arrays(folder / "learning.npz", self.learning)
 
     def save_policy(self, folder: Path) -> None:
-        """Write the policy only: ``algorithm.json`` and the networks."""
+        """Write only the policy, which consists of ``algorithm.json`` and the networks."""
         storage.write_json(
             folder / "algorithm.json",
             {
@@ -136,7 +136,7 @@ class RLlibAlgorithm(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Read a folder that :meth:`save` wrote; with an environment, training can continue in new episodes."""
+        """Load an algorithm written by :meth:`save`. If ``env`` is given, training can continue with new episodes."""
         saved = storage.read_json(folder / "algorithm.json")
         if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
             raise CheckpointError(
@@ -165,7 +165,7 @@ class RLlibAlgorithm(Algorithm):
 
     def export_onnx(self) -> bytes:
         """Return the deterministic policy as an ONNX graph."""
-        from frobs_algos_sb3.onnx import export_graph  # deferred: importing the tracer is slow
+        from frobs_algos_sb3.onnx import export_graph  # imported late, because importing the tracer is slow
         from frobs_ray.rllib.onnx import policy_graph
 
         return export_graph(lambda: policy_graph(self.module, self.observation_space, self.action_space))
@@ -203,7 +203,7 @@ class RLlibAlgorithm(Algorithm):
     has_target_networks: ClassVar[bool] = False
 
     def model_config(self) -> dict[str, Any]:
-        """Return the settings of the networks for RLlib's module."""
+        """Return the network settings for RLlib's module."""
         config: Any = self._config
         return {**config.policy_kwargs.model_dump(), "scale": self._scale}
 

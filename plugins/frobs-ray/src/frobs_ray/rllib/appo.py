@@ -1,4 +1,4 @@
-"""Asynchronous proximal policy optimization of RLlib."""
+"""RLlib's asynchronous proximal policy optimization."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from frobs_ray.rllib.config import OnPolicyConfig, RLlibConfig
 
 
 class APPOConfig(OnPolicyConfig):
-    """Settings of APPO; the defaults are those of RLlib.
+    """Settings of APPO. The defaults match those of RLlib.
 
     Attributes:
-        batch_size: Control steps per gradient step, a multiple of ``n_steps`` × environments per runner.
-        tau: Share of the new weights in an update of the target network.
+        batch_size: Number of control steps in the batch of each gradient step, which is a multiple of ``n_steps`` times
+            the number of environments per runner.
+        tau: Fraction of the new weights in each update of the target network.
         target_update_interval: Number of times that the buffer is filled between updates of the target network.
-        buffer_batches: Number of batches that are stored for further gradient steps.
+        buffer_batches: Number of batches that the buffer stores for further gradient steps.
         buffer_passes: Number of times that each batch is used.
     """
 
@@ -37,7 +38,7 @@ class APPOConfig(OnPolicyConfig):
 
 
 class RLlibAPPO(RLlibAlgorithm):
-    """Asynchronous PPO (Luo et al. 2020): it trains while the environments run."""
+    """Asynchronous PPO (Luo et al. 2020), which trains while the environments run."""
 
     name: ClassVar[str] = "rllib_appo"
     config_model: ClassVar[type[RLlibConfig]] = APPOConfig

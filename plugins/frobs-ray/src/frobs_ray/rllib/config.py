@@ -1,4 +1,4 @@
-"""Settings that the algorithms of RLlib share, with the names and meanings of the torch family."""
+"""Settings shared by RLlib's algorithms, with the same names and meanings as in ``frobs-algos-sb3``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class NetworkConfig(Settings):
 
 
 class ActorCriticConfig(NetworkConfig):
-    """Settings of the networks of PPO and APPO: one network for the policy and one for the values.
+    """Settings of the separate policy and value networks of PPO and APPO.
 
     Attributes:
         net_arch: Widths of the hidden layers of both networks.
@@ -39,19 +39,19 @@ class ActorCriticConfig(NetworkConfig):
 
 
 class RLlibConfig(Settings):
-    """Settings that every algorithm of RLlib accepts.
+    """Settings that all of RLlib's algorithms accept.
 
     Attributes:
         learning_rate: Learning rate of every optimizer.
-        gamma: Discount per control step.
+        gamma: Discount factor per control step.
         scale_observation: Whether to multiply observations by the scale that the task suggests.
-        torch_threads: Number of PyTorch's threads in the process that trains.
-        num_env_runners: Number of processes that step environments, on any node of the cluster. They share the
-            ``num_envs`` of the run evenly. 0: this process steps the environments.
-        cpus_per_env_runner: Number of processors that Ray reserves for each of these processes, and of threads of its
-            simulator.
-        ray_address: ``host:port`` of the head node of a Ray cluster, or ``auto`` for the cluster that is running on
-            this machine. None: start a cluster on this machine for this run only.
+        torch_threads: Number of PyTorch threads in the training process.
+        num_env_runners: Number of processes that step environments. The processes may run on any node of the cluster,
+            and share the run's ``num_envs`` environments evenly. If 0, the training process steps the environments.
+        cpus_per_env_runner: Number of processors that Ray reserves for each environment runner, which is also the
+            number of threads of the runner's simulator.
+        ray_address: ``host:port`` of a Ray cluster's head node, or ``auto`` for the cluster that is running on this
+            machine. Defaults to a new cluster on this machine for this run only.
     """
 
     learning_rate: Schedule = 3e-4
@@ -66,11 +66,12 @@ class RLlibConfig(Settings):
         """Return the learning rate in RLlib's format.
 
         Args:
-            done: Number of environment steps before this call of ``train``.
-            total: Number of environment steps at its end.
+            done: Number of environment steps before this call to ``train``.
+            total: Number of environment steps at the end of this call.
 
         Returns:
-            The rate, or points of a linear schedule: pairs of environment steps since the beginning and a rate.
+            The constant rate, or the points of a linear schedule. Each point consists of the number of
+            environment steps since this call and the learning rate.
         """
         found = schedule(self.learning_rate)
         if not callable(found):
@@ -82,11 +83,11 @@ class OnPolicyConfig(RLlibConfig):
     """Settings that PPO and APPO share.
 
     Attributes:
-        n_steps: Control steps of each environment per iteration.
-        clip_range: Range around 1 in which the ratio of probabilities is not clipped.
-        ent_coef: Weight of the entropy in the loss.
+        n_steps: Number of control steps per environment in each iteration.
+        clip_range: Maximum deviation of the probability ratio from 1 before the ratio is clipped.
+        ent_coef: Weight of the entropy bonus in the loss.
         vf_coef: Weight of the value loss.
-        max_grad_norm: Norm to which gradients are clipped.
+        max_grad_norm: Maximum gradient norm, to which larger gradients are clipped.
         policy_kwargs: Settings of the networks.
     """
 

@@ -1,4 +1,4 @@
-"""RLlib's environment runner over a vector environment with same-step autoreset."""
+"""RLlib environment runner for a vector environment with same-step autoreset."""
 
 from __future__ import annotations
 
@@ -21,28 +21,29 @@ from frobs_ray.rllib.spaces import FlatSpaces
 from frobs_train import EnvironmentRecipe, EpisodeRecorder, FinishedEpisodes
 
 EPISODES = "frobs_episodes"
-"""Key of the finished episodes in the metrics."""
+"""Key of the metric that contains the finished episodes."""
 
 Array = np.ndarray[Any, Any]
 
 
 class VectorEnvRunner(SingleAgentEnvRunner):
-    """Steps many environments at once, and returns fragments of their episodes.
+    """Environment runner that steps many environments at once and returns fragments of their episodes.
 
     All environments of a runner form one batch, so the policy is evaluated once per step. RLlib's own runner stores
     its environments in a list and expects next-step autoreset.
 
-    ``env_config`` of RLlib's configuration has these keys:
+    The ``env_config`` in RLlib's configuration has these keys:
 
-    - ``recipe``: :class:`~frobs_train.environments.EnvironmentRecipe` of the environments,
-    - ``spaces``: :class:`FlatSpaces`,
-    - ``seed``: seed of the training,
-    - ``random_steps``: steps of each environment with random actions at the beginning.
+    - ``recipe``: the :class:`~frobs_train.environments.EnvironmentRecipe` of the environments,
+    - ``spaces``: the :class:`FlatSpaces` of the environments,
+    - ``seed``: the seed from which each runner derives its own seeds,
+    - ``random_steps``: the number of initial steps with random actions in each environment.
 
     Attributes:
-        given: Environment that a new runner in this process uses; None: the runner creates one. RLlib copies its
-            configuration and sends it to other processes, so it cannot contain the environment.
-        problem: Message about an error in the environment of this runner; empty if there is none.
+        given: Environment that a new runner in this process uses, or None if the runner creates its own environment.
+            RLlib's configuration cannot contain the environment, because RLlib copies the configuration and sends it
+            to other processes.
+        problem: Message about an error in this runner's environment, or an empty string if no error has occurred.
     """
 
     given: ClassVar[gym.vector.VectorEnv[Any, Any, Any] | None] = None
@@ -50,7 +51,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
     _own: bool = False  # whether this runner created its environment
 
     def make_env(self) -> None:
-        """Create the environment, and the random number generators of this runner."""
+        """Create this runner's environment and random number generators."""
         config = self.config.env_config
         self._spaces: FlatSpaces = config["spaces"]
         self._random_steps: int = config["random_steps"]
@@ -59,7 +60,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         self._own = self.given is None
         self.env: Any = self.given if self.given is not None else self._make()
         if self._own and ray.get_runtime_context().was_current_actor_reconstructed:
-            seeds.append(secrets.randbits(31))  # new seeds, because old ones would repeat the same episodes
+            seeds.append(secrets.randbits(31))  # because the old seeds would repeat the same episodes
         sequence = np.random.SeedSequence(seeds)
         env_seed, action_seed, random_seed = (int(number) for number in sequence.generate_state(3) >> 1)
         self._env_seed = env_seed if self._own else None
@@ -69,18 +70,18 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         self._needs_initial_reset = True
 
     def _make(self) -> EpisodeRecorder | None:
-        """Return a new environment, or None if this fails; :attr:`problem` then contains the reason."""
+        """Return a new environment, or store the reason for a failure in :attr:`problem` and return None."""
         th.set_num_threads(1)
         recipe: EnvironmentRecipe = self.config.env_config["recipe"]
         try:
             env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
-        except Exception as error:  # the algorithm reads it later; RLlib would only restart the runner
+        except Exception as error:  # reported later, because RLlib would only restart the runner
             self.problem = f"{type(error).__name__}: {error}"
             return None
         return EpisodeRecorder(env, self._finished.append)
 
     def get_spaces(self) -> dict[str, Any]:
-        """Return the spaces of the networks, by RLlib's keys."""
+        """Return the spaces of the networks under RLlib's keys."""
         spaces: FlatSpaces = self.config.env_config["spaces"]
         pair = (spaces.observation, spaces.action)
         return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
@@ -94,13 +95,13 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         random_actions: bool = False,
         force_reset: bool = False,
     ) -> list[SingleAgentEpisode]:
-        """Take steps with actions drawn from the policy.
+        """Step the environments with actions sampled from the policy.
 
         Args:
-            num_timesteps: Number of steps over all environments; None: the number in RLlib's configuration.
+            num_timesteps: Total number of steps in all environments. Defaults to the number in RLlib's configuration.
             num_episodes: Not supported.
-            explore: Not supported: actions are always drawn.
-            random_actions: Whether to draw actions uniformly from the action space.
+            explore: Not supported, because actions are always sampled.
+            random_actions: Whether to sample actions uniformly from the action space.
             force_reset: Whether to start new episodes in all environments.
 
         Returns:
@@ -170,7 +171,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
 
 
 def pack(finished: Sequence[FinishedEpisodes]) -> dict[str, Any]:
-    """Return finished episodes as a few arrays: rewards, lengths, successes or None, and terms."""
+    """Combine finished episodes into arrays of rewards, lengths, terms, and successes (or None if unavailable)."""
     successes = [item.successes for item in finished if item.successes is not None]
     return {
         "rewards": np.concatenate([item.rewards for item in finished]),

@@ -1,4 +1,4 @@
-"""Recipes for creating an environment of this process again in other processes."""
+"""Recipes for recreating an environment of this process in other processes."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from frobs_train import EnvironmentRecipe, EpisodeRecorder
 
 _OF_GYMNASIUM = (OrderEnforcing, PassiveEnvChecker, TimeLimit)
 _OF_THE_VECTOR = ("num_envs", "vectorization_mode", "vector_kwargs")
-"""Arguments of ``gymnasium.make_vec`` that it adds to the keywords of the specification."""
+"""Arguments that ``gymnasium.make_vec`` adds to the keyword arguments in the specification."""
 
 _ADAPTING = ("NormalizeObservation", "NormalizeReward")
-"""Wrappers whose statistics would differ between runners, and from those in the evaluation."""
+"""Wrappers whose statistics would differ between environment runners, and between training and evaluation."""
 
 
 def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
     """Return the recipe for the environments of a training run.
 
-    A run provides the recipe of its environments. Other environments must have a Gymnasium specification, which
-    contains the ID and the keywords, but no wrappers.
+    Environments that a run creates provide their recipe. All other environments must have a Gymnasium specification
+    with an ID and keyword arguments, and must not have additional wrappers.
 
     Raises:
-        EnvironmentCopyError: A wrapper or callback would be lost, or the environment has no Gymnasium ID.
+        EnvironmentCopyError: A wrapper or a callback cannot be recreated, or the environment has no Gymnasium ID.
     """
     recipe = getattr(env, "recipe", None)
     if isinstance(recipe, EnvironmentRecipe):
@@ -57,7 +57,7 @@ _USE_A_RUN = "list it under 'wrappers' in the configuration of a run"
 
 
 def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:
-    """Return the keywords with which an environment was created."""
+    """Return the keyword arguments with which an environment was created."""
     registered = gym.spec(spec.id).kwargs
     return {
         key: value

@@ -1,4 +1,4 @@
-"""Conversion of steps of many environments to RLlib's episodes."""
+"""Conversion of steps from many environments to RLlib's episodes."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ray.rllib.env.utils.infinite_lookback_buffer import InfiniteLookbackBuffer
 
 Array = np.ndarray[Any, Any]
 _NOTHING: dict[str, Any] = {}
-"""Info of every step. It is shared, because it is neither read nor written."""
+"""The ``info`` of every step. All steps share this dictionary, which is neither read nor modified."""
 
 
 class Fragments:
-    """Collects steps of all environments as arrays, and splits them into fragments of episodes.
+    """Collects the steps of all environments in arrays, and splits the arrays into fragments of episodes.
 
     Args:
-        steps: Number of steps of each environment, T.
-        observation: (num_envs, k) float32 observations before the first step.
+        steps: Number of steps in each environment.
+        observation: Observations before the first step (num_envs, k), float32.
         action_space: Action space of the networks.
     """
 
@@ -49,12 +49,13 @@ class Fragments:
         """Add a step.
 
         Args:
-            columns: Actions and all other outputs of the module, (num_envs, …).
-            observation: (num_envs, k) observations; where an episode ended, the first of the next one.
-            rewards: (num_envs,) rewards.
-            terminated: (num_envs,) bool, True where the task ended.
-            truncated: (num_envs,) bool, True where the episode was cut off.
-            finals: Last observations (k,) of episodes that ended, by the index of the environment.
+            columns: Actions and all other outputs of the module (num_envs, …).
+            observation: Observations after the step (num_envs, k). For each episode that ended, this array contains
+                the first observation of the next episode.
+            rewards: Rewards (num_envs,).
+            terminated: True for each episode that was terminated by the task (num_envs,).
+            truncated: True for each episode that was truncated (num_envs,).
+            finals: Final observation (k,) of each episode that ended, by the index of its environment.
         """
         step = self._taken
         for name, values in columns.items():
@@ -83,7 +84,7 @@ class Fragments:
         return found
 
     def _piece(self, env: int, start: int, stop: int) -> SingleAgentEpisode:
-        """Return steps ``start`` to ``stop − 1`` of an environment, with the observation after the last one."""
+        """Return an environment's steps ``start`` to ``stop − 1``, including the observation after the last step."""
         observations = self._observations[start : stop + 1, env].copy()
         final = self._finals.get((stop - 1, env))
         if final is not None:

@@ -1,4 +1,4 @@
-"""Building blocks of the networks in RLlib's modules."""
+"""Building blocks for the networks in RLlib's modules."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Scale(nn.Module):
 
 
 class GaussianActor(nn.Module):
-    """Network from observations to a distribution's inputs: means, and one trained log deviation per action component.
+    """Network from observations to means, with one trainable log standard deviation per action component.
 
     Args:
         body: Network from observations to means (batch, n).
@@ -38,7 +38,7 @@ class GaussianActor(nn.Module):
         self.log_std = nn.Parameter(th.full((size,), log_std))
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
-        """Return means and log deviations, (batch, 2 n)."""
+        """Return the means and the log standard deviations (batch, 2 n)."""
         mean = self.body(observation)
         return th.cat([mean, self.log_std.expand_as(mean)], dim=-1)
 
@@ -53,7 +53,7 @@ def hidden_layers(inputs: int, widths: Sequence[int], activation: str) -> tuple[
 
 
 def orthogonal(network: nn.Module, last_gain: float) -> None:
-    """Initialize linear layers with orthogonal matrices and zero biases; ``last_gain`` scales the last layer."""
+    """Initialize linear layers with orthogonal weights and zero biases, scaling the last layer by ``last_gain``."""
     layers = [layer for layer in network.modules() if isinstance(layer, nn.Linear)]
     for layer in layers:
         nn.init.orthogonal_(layer.weight, last_gain if layer is layers[-1] else 2.0**0.5)

@@ -1,4 +1,4 @@
-"""Policies of RLlib as PyTorch modules, which the torch family exports as ONNX graphs."""
+"""Converts RLlib's policies to PyTorch modules that ``frobs-algos-sb3`` can export as ONNX graphs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_algos_sb3.onnx_policy import PolicyGraph
 
 
 def policy_graph(module: Any, observation: gym.Space[Any], action: gym.Space[Any]) -> PolicyGraph:
-    """Return a deterministic policy as a module.
+    """Return a deterministic policy as a PyTorch module.
 
     Args:
         module: RLlib's module with the networks.
@@ -28,13 +28,13 @@ def policy_graph(module: Any, observation: gym.Space[Any], action: gym.Space[Any
 
 
 class _Joined(nn.Module):
-    """Joins the parts of an observation, and passes them to a network."""
+    """Module that joins the parts of an observation and passes the result to a network."""
 
     def __init__(self, network: nn.Module, joins: bool) -> None:
         super().__init__()
         self.network, self.joins = network, joins
 
     def forward(self, observation: Any) -> tuple[th.Tensor, ...]:
-        """Return the mode of the action, or the scores of choices."""
+        """Return the most probable actions, or the scores of discrete actions."""
         parts = list(observation.values()) if self.joins else [observation]
         return (self.network(th.cat([part.flatten(1) for part in parts], dim=1)),)

@@ -1,4 +1,4 @@
-"""Proximal policy optimization of RLlib."""
+"""RLlib's proximal policy optimization."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from frobs_ray.rllib.config import OnPolicyConfig, RLlibConfig
 
 
 class PPOConfig(OnPolicyConfig):
-    """Settings of PPO; the defaults are those of the torch family.
+    """Settings of PPO. The defaults match those of ``frobs-algos-sb3``.
 
-    RLlib normalizes advantages over a whole iteration instead of each batch, and never ends an iteration early.
+    RLlib normalizes advantages over a whole iteration instead of over each batch, and never stops an iteration early.
 
     Attributes:
-        gae_lambda: Weight between one-step advantages (0) and whole returns (1).
-        batch_size: Control steps per gradient step.
+        gae_lambda: Trade-off between one-step advantages (0) and full returns (1).
+        batch_size: Number of control steps in the minibatch of each gradient step.
         n_epochs: Number of passes over the steps of an iteration.
-        kl_coeff: Initial weight of the divergence between the old and new policy in the loss; 0: no penalty.
-        kl_target: Divergence to which this weight adapts.
+        kl_coeff: Initial weight of the KL divergence penalty in the loss, or 0 for no penalty.
+        kl_target: Target KL divergence, which controls the adaptation of the penalty weight.
     """
 
     gae_lambda: Fraction = 0.95

@@ -15,7 +15,7 @@ Array = np.ndarray[Any, Any]
 
 
 class Transitions(dict[str, Array]):
-    """Sampled transitions by RLlib's column names; the length is the number of transitions."""
+    """Sampled transitions by RLlib's column names. The length is the number of transitions."""
 
     def __len__(self) -> int:
         """Return the number of transitions."""
@@ -23,13 +23,13 @@ class Transitions(dict[str, Array]):
 
 
 class ReplayBuffer(ReplayBufferInterface):
-    """Stores the last transitions, and samples from them uniformly.
+    """Replay buffer that stores the most recent transitions and samples from them uniformly.
 
-    RLlib's buffer processes each transition of a batch separately in Python; this buffer indexes arrays.
+    RLlib's buffer processes each transition of a batch separately in Python, whereas this buffer indexes arrays.
 
     Args:
         capacity: Maximum number of transitions.
-        seed: Seed of the samples.
+        seed: Seed for drawing samples.
     """
 
     def __init__(self, capacity: int, seed: int) -> None:
@@ -44,7 +44,7 @@ class ReplayBuffer(ReplayBufferInterface):
         return self._size
 
     def add(self, batch: Sequence[SingleAgentEpisode], **kwargs: Any) -> None:
-        """Add the steps of fragments of episodes."""
+        """Add the steps of episode fragments to the buffer."""
         episodes = batch
         terminated = [np.zeros(len(episode), np.bool_) for episode in episodes]
         for ends, episode in zip(terminated, episodes, strict=True):
@@ -69,7 +69,7 @@ class ReplayBuffer(ReplayBufferInterface):
         self._size = min(self._size + count, self.capacity)
 
     def sample(self, num_items: int, **kwargs: Any) -> list[Transitions]:  # type: ignore[override]
-        """Return a list with one batch of ``num_items`` transitions."""
+        """Return a list that contains one batch of ``num_items`` transitions."""
         chosen = self._generator.integers(self._size, size=num_items)
         found = Transitions({name: values[chosen] for name, values in self._columns.items()})
         found["weights"] = np.ones(num_items, np.float32)
@@ -84,8 +84,8 @@ class ReplayBuffer(ReplayBufferInterface):
         """Ignore priorities, because samples are uniform."""
 
     def get_state(self) -> dict[str, Any]:
-        """Return an empty state: further training fills a new buffer."""
+        """Return an empty state, because resumed training fills a new buffer."""
         return {}
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Ignore a state."""
+        """Ignore the saved state."""

@@ -1,4 +1,4 @@
-"""Soft actor-critic of RLlib."""
+"""RLlib's soft actor-critic."""
 
 from __future__ import annotations
 
@@ -20,21 +20,22 @@ from frobs_ray.rllib.soft_actor_critic import SoftActorCritic
 
 
 class SACConfig(RLlibConfig):
-    """Settings of SAC; the defaults are those of the torch family.
+    """Settings of SAC. The defaults match those of ``frobs-algos-sb3``.
 
-    RLlib's value loss is the Huber loss, not the mean square error.
+    RLlib uses the Huber loss as its value loss, instead of the mean squared error.
 
     Attributes:
-        buffer_size: Number of steps that the replay buffer holds, over all environments.
-        learning_starts: Steps with random actions before learning, over all environments. When training continues, the
-            same number of steps is collected with the policy instead.
-        batch_size: Steps per gradient step.
-        train_freq: Control steps of every environment between two rounds of learning.
-        gradient_steps: Gradient steps per round of learning; −1: as many as steps were collected, over all
-            environments.
-        tau: Share of the new weights in an update of the target networks.
-        ent_coef: Positive weight of the entropy; ``auto``: learned, starts at 1; ``auto_0.1``: learned, starts at 0.1.
-        target_entropy: Entropy for which the weight is learned; ``auto``: minus the number of action components.
+        buffer_size: Maximum number of steps in the replay buffer, counted over all environments.
+        learning_starts: Number of steps with random actions before learning starts, counted over all environments. When
+            training is resumed, this number of steps is collected with the policy instead.
+        batch_size: Number of control steps in the batch of each gradient step.
+        train_freq: Number of control steps in every environment between two rounds of learning.
+        gradient_steps: Number of gradient steps per round of learning, or −1 for one gradient step per collected
+            control step.
+        tau: Fraction of the new weights in each update of the target networks.
+        ent_coef: Positive weight of the entropy. ``auto`` learns the weight from an initial value of 1, and
+            ``auto_0.1`` learns the weight from an initial value of 0.1.
+        target_entropy: Target entropy for a learned weight. ``auto`` is minus the number of action components.
         policy_kwargs: Settings of the networks.
     """
 
@@ -64,7 +65,7 @@ class SACConfig(RLlibConfig):
 
 
 class _Learner(SACTorchLearner):
-    """RLlib's learner with batches that consist of arrays."""
+    """RLlib's SAC learner for batches that consist of arrays."""
 
     def _make_batch_if_necessary(self, training_data: Any) -> MultiAgentBatch:
         transitions: Transitions = training_data.episodes[0]
@@ -73,7 +74,7 @@ class _Learner(SACTorchLearner):
 
 
 class _SAC(sac.SAC):
-    """RLlib's algorithm with a replay buffer of arrays."""
+    """RLlib's SAC algorithm with a replay buffer of arrays."""
 
     def _create_local_replay_buffer_if_necessary(self, config: Any) -> Any:
         return ReplayBuffer(config.replay_buffer_config["capacity"], config.env_config["seed"])
@@ -96,7 +97,7 @@ class RLlibSAC(RLlibAlgorithm):
         collected = settings.train_freq * self.env.num_envs
         updates = collected if settings.gradient_steps < 0 else settings.gradient_steps
         runners = settings.num_env_runners
-        # RLlib compares the steps of gradient steps with those of a round of runners, and counts one runner too many.
+        # RLlib divides the trained steps by the steps that all runners sample per round, but counts an extra runner.
         counted = settings.train_freq * (self.env.num_envs // max(runners, 1)) * (runners + 1)
         config = sac.SACConfig(algo_class=_SAC)
         config.training(
@@ -121,4 +122,4 @@ class RLlibSAC(RLlibAlgorithm):
 
 
 _STEPS = 64
-"""Minimum number of environment steps per iteration, because each iteration has fixed costs."""
+"""Minimum number of environment steps per iteration, because each iteration has a fixed overhead."""

@@ -1,4 +1,4 @@
-"""RLlib's module for SAC."""
+"""RLlib module with the networks of SAC."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from torch import nn
 
 from frobs_ray.rllib.networks import Scale, hidden_layers
 
-_LOG_STD = (-20.0, 2.0)  # bounds, as in the paper's implementation
+_LOG_STD = (-20.0, 2.0)  # bounds of log standard deviations, as in the paper's implementation
 
 
 class _Encoder(nn.Module):
-    """Hidden layers for scaled observations, joined with actions if the batch contains them."""
+    """Hidden layers for scaled observations, or for scaled observations and actions."""
 
     def __init__(self, scale: list[float], actions: int, widths: list[int], activation: str) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class _Encoder(nn.Module):
         self.joins = actions > 0
 
     def forward(self, batch: dict[str, th.Tensor]) -> dict[str, th.Tensor]:
-        """Return the output of the last hidden layer, by RLlib's key."""
+        """Return the output of the last hidden layer under RLlib's key."""
         inputs = self.scale(batch[Columns.OBS])
         if self.joins:
             inputs = th.cat([inputs, batch[Columns.ACTIONS]], dim=-1)
@@ -37,23 +37,23 @@ class _Encoder(nn.Module):
 
 
 class _SquashedHead(nn.Linear):
-    """Output layer for means and bounded log deviations."""
+    """Output layer for means and bounded log standard deviations."""
 
     def forward(self, input: th.Tensor) -> th.Tensor:
-        """Return means and log deviations, (batch, 2 n)."""
+        """Return the means and the log standard deviations (batch, 2 n)."""
         mean, log_std = super().forward(input).chunk(2, dim=-1)
         return th.cat([mean, log_std.clamp(*_LOG_STD)], dim=-1)
 
 
 class SoftActorCritic(DefaultSACTorchRLModule):
-    """A squashed Gaussian policy and two action-value networks; actions are in [−1, 1]."""
+    """A squashed Gaussian policy with actions in [−1, 1], and two action-value networks."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.pop("catalog_class", None)
         TorchRLModule.__init__(self, *args, **kwargs)  # skip RLlib's catalog of networks
 
     def setup(self) -> None:
-        """Build the networks, in the parts that RLlib's SAC expects."""
+        """Build the networks from the parts that RLlib's SAC expects."""
         config: Any = self.model_config
         actions = cast(spaces.Box, self.action_space).shape[0]
         layers = (config["net_arch"], config["activation_fn"])
@@ -73,14 +73,14 @@ class SoftActorCritic(DefaultSACTorchRLModule):
         return _Mode(self)
 
     def act(self, observation: th.Tensor, generator: th.Generator) -> dict[str, th.Tensor]:
-        """Draw actions.
+        """Sample actions for a batch of observations.
 
         Args:
-            observation: (batch, k).
-            generator: Generator of the random numbers.
+            observation: Observations (batch, k).
+            generator: Random number generator.
 
         Returns:
-            Columns of RLlib: the actions.
+            RLlib's columns, which contain only the actions.
         """
         mean, log_std = self.pi(self.pi_encoder({Columns.OBS: observation})[ENCODER_OUT]).chunk(2, dim=-1)
         noise = th.randn(mean.shape, generator=generator)
@@ -88,12 +88,12 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
 
 class _Mode(nn.Module):
-    """The mean of the policy's actions, squashed to [−1, 1]."""
+    """Network from observations to the mean of the policy's actions, squashed to [−1, 1]."""
 
     def __init__(self, module: SoftActorCritic) -> None:
         super().__init__()
         self.encoder, self.head = module.pi_encoder, module.pi
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
-        """Return actions in [−1, 1], (batch, n)."""
+        """Return actions (batch, n) in [−1, 1]."""
         return th.tanh(self.head(self.encoder({Columns.OBS: observation})[ENCODER_OUT]).chunk(2, dim=-1)[0])

@@ -1,4 +1,4 @@
-"""Conversion of observations to flat floats, and of actions to numbers in [−1, 1] or choices that count from 0."""
+"""Conversion of observations to flat float arrays, and of network outputs to the environment's actions."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Floats32 = np.ndarray[Any, np.dtype[np.float32]]
 
 
 class FlatSpaces:
-    """Converts batches between an environment and the networks.
+    """Converts batches of observations and actions between an environment and the networks.
 
     Args:
-        observation: Space of one environment: a Box of numbers, or a Dict of these.
-        action: Space of one environment: a bounded Box, or Discrete.
+        observation: Observation space of one environment, which must be a Box of numbers or a Dict of such boxes.
+        action: Action space of one environment, which must be a bounded Box or Discrete.
         algorithm: Name of the algorithm, for error messages.
 
     Attributes:
-        observation: Observation space of the networks: one flat Box of float32.
-        action: Action space of the networks: a flat Box in [−1, 1], or Discrete from 0.
+        observation: Observation space of the networks, which is a flat Box of float32.
+        action: Action space of the networks, which is a flat Box in [−1, 1], or Discrete starting at 0.
 
     Raises:
         IncompatibleSpaceError: The type of a space is not supported.
@@ -59,7 +59,7 @@ class FlatSpaces:
         self.action = spaces.Box(-1.0, 1.0, (int(np.prod(action.shape)),), np.float32)
 
     def flatten(self, observation: Observation) -> Floats32:
-        """Return a batch of observations as floats, (batch, k), in newly allocated memory."""
+        """Return a batch of observations as a newly allocated float32 array (batch, k)."""
         if self._keys is None:
             parts = [np.asarray(observation)]
         else:
@@ -70,7 +70,7 @@ class FlatSpaces:
         return joined
 
     def flatten_one(self, observation: Any) -> Floats32:
-        """Return a single observation as floats, (k,)."""
+        """Return a single observation as a float32 array (k,)."""
         if self._keys is None:
             batch: Observation = np.asarray(observation)[None]
         else:
@@ -78,7 +78,7 @@ class FlatSpaces:
         return self.flatten(batch).ravel()
 
     def to_env(self, action: np.ndarray[Any, Any]) -> Action:
-        """Convert the networks' actions, (batch, n) or (batch,), to those of the environment, clipped to the bounds."""
+        """Convert the networks' actions (batch, n) or (batch,) to environment actions, clipped to their bounds."""
         if isinstance(self.action, spaces.Discrete):
             return action + self._start
         unit = action.reshape(-1, *self._low.shape)

@@ -1,4 +1,4 @@
-"""The learned state of an algorithm as plain arrays, so that no checkpoint contains Python objects."""
+"""Conversion of an algorithm's learned state to plain arrays, so that checkpoints contain no Python objects."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 def weights(module: nn.Module) -> Arrays:
-    """Return copies of the parameters and constants of a network."""
+    """Return copies of a network's parameters and constants."""
     return {name: tensor.detach().cpu().numpy().copy() for name, tensor in module.state_dict().items()}
 
 
 def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Set the parameters and constants of a network; networks that do not exist yet are skipped.
+    """Set a network's parameters and constants, skipping arrays of networks that do not exist yet.
 
     Raises:
-        CheckpointError: The arrays belong to another network.
+        CheckpointError: The arrays do not match the network.
     """
     own = module.state_dict()
     fitting = {name: th.from_numpy(np.array(array)) for name, array in arrays.items() if name in own}
@@ -35,7 +35,7 @@ def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]
 
 
 def learning(learner: Any) -> Arrays:
-    """Return the state of a learner's optimizers, and its learned or adapted coefficients."""
+    """Return a learner's optimizer states, and its learned or adapted coefficients."""
     found: Arrays = {}
     for name, optimizer in learner.get_optimizers_for_module(DEFAULT_MODULE_ID):
         for index, values in optimizer.state_dict()["state"].items():
@@ -50,7 +50,7 @@ def restore_learning(learner: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -
     """Restore the state that :func:`learning` returned.
 
     Raises:
-        CheckpointError: The arrays belong to another learner.
+        CheckpointError: The arrays do not match the learner.
     """
     with th.no_grad():
         for name, value in _coefficients(learner).items():
@@ -79,7 +79,7 @@ def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, 
 
 
 def _coefficients(learner: Any) -> dict[str, Any]:
-    """Return the temperature of SAC and the weight of PPO's divergence penalty, if the learner has them."""
+    """Return SAC's temperature or the weight of PPO's KL divergence penalty, if the learner has such a coefficient."""
     found: dict[str, Callable[[], Any]] = {
         "log_alpha": lambda: learner.curr_log_alpha[DEFAULT_MODULE_ID],
         "kl_coeff": lambda: learner.curr_kl_coeffs_per_module[DEFAULT_MODULE_ID],

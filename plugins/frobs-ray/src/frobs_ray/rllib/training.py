@@ -1,4 +1,4 @@
-"""A training run: RLlib's algorithm from construction to end, with reports to the run's monitor."""
+"""Runs RLlib's algorithm from its construction to the end of training, and reports to the run's monitor."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 _log = logging.getLogger("frobs")
 
 _PATIENCE = 600.0  # [s] without a working environment runner before training ends
-_PAUSE = 0.1  # [s] between attempts while there is none
-_START = 60.0  # [s] for the runners to make their environments
-_PROBE = 1.0  # [s] to wait for the answer of a failed environment runner
+_PAUSE = 0.1  # [s] between attempts while no environment runner works
+_START = 60.0  # [s] maximum time for the runners to create their environments
+_PROBE = 1.0  # [s] maximum time to wait for a response from a failed environment runner
 _UNINTERESTING = ("num_", "last_target_update", "module_train_batch_size", "weights_seq_no")
 _NAMES = {
     "curr_entropy_coeff": "ent_coef",
@@ -46,11 +46,11 @@ _NAMES = {
     "vf_explained_var": "explained_variance",
     "vf_loss": "value_loss",
 }
-"""RLlib's metrics, with the names of the torch family."""
+"""RLlib's metrics, each with the name that ``frobs-algos-sb3`` uses."""
 
 
 class Training:
-    """Trains an algorithm.
+    """Trains an algorithm with RLlib.
 
     Args:
         owner: The algorithm.
@@ -67,14 +67,14 @@ class Training:
         self._working = -1
 
     def run(self, steps: int) -> None:
-        """Train until ``steps`` environment steps were taken or the monitor ends training.
+        """Train until ``steps`` environment steps have been taken or the monitor ends training.
 
         Raises:
-            ClusterConnectionError: No cluster answers at the address in the settings.
+            ClusterConnectionError: No cluster responds at the address in the settings.
             ClusterSizeError: The cluster has too few processors.
             EnvironmentCopyError: Environment runners cannot create the environment.
-            EnvironmentRunnerError: No environment runner has worked for ten minutes, or one reported an error in the
-                environment.
+            EnvironmentRunnerError: No environment runner has worked for ten minutes, or an environment runner reported
+                an error in its environment.
         """
         owner = self._owner
         with ExitStack() as stack:
@@ -83,7 +83,7 @@ class Training:
             stack.enter_context(_without_tracebacks())
             stack.enter_context(self._cluster())
             seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
-            np.random.seed(seed)  # noqa: NPY002  # RLlib shuffles with it
+            np.random.seed(seed)  # noqa: NPY002  # RLlib uses this generator to shuffle
             th.manual_seed(int(seed))
             algorithm = self._build(steps)
             stack.callback(algorithm.stop)
@@ -105,7 +105,7 @@ class Training:
             yield
 
     def _build(self, steps: int) -> Any:
-        """Return RLlib's algorithm."""
+        """Build and return RLlib's algorithm."""
         owner, settings = self._owner, self._owner.settings
         runners = settings.num_env_runners
         random_steps = math.ceil(getattr(settings, "learning_starts", 0) / self._env.num_envs)
@@ -158,7 +158,7 @@ class Training:
             VectorEnvRunner.given = None
 
     def _begin(self, algorithm: Any, learner: Any) -> None:
-        """Copy the networks and optimizers to RLlib's algorithm, and the networks to all runners."""
+        """Copy the networks and optimizer states to RLlib's algorithm, and the networks to all environment runners."""
         _raise_problems(algorithm.env_runner_group, _START)
         module = learner.module[DEFAULT_MODULE_ID].unwrapped()
         state.restore_weights(module, state.weights(self._owner.module))
@@ -191,7 +191,7 @@ class Training:
         self._report()
 
     def _check_runners(self, group: Any) -> None:
-        """Report failed runners; raise EnvironmentRunnerError if the environment, not the cluster, failed."""
+        """Log failed environment runners, and raise EnvironmentRunnerError if an environment caused the failure."""
         working = group.num_healthy_remote_workers()
         total = group.num_remote_workers()
         if working == total:
@@ -199,14 +199,14 @@ class Training:
                 _log.warning("All %d environment runners work again.", total)
             self._working = working
             return
-        group.probe_unhealthy_env_runners()  # runners that answer report why they failed
+        group.probe_unhealthy_env_runners()  # runners that respond report why they failed
         _raise_problems(group, _PROBE)
         if working != self._working:
             _log.warning("%d of %d environment runners work. The others start again when Ray can.", working, total)
         self._working = working
 
     def _take(self, results: dict[str, Any]) -> None:
-        """Add the steps, episodes and metrics of an iteration."""
+        """Record the steps, episodes and metrics of an iteration."""
         sampled = results.get(ENV_RUNNER_RESULTS, {})
         self._owner.steps = self._first + int(sampled.get(NUM_ENV_STEPS_SAMPLED_LIFETIME, 0))
         packed = sampled.get(EPISODES, [])
@@ -224,14 +224,14 @@ class Training:
 
 
 def _raise_problems(group: Any, timeout: float) -> None:
-    """Raise EnvironmentRunnerError if a runner that answers within a time [s] reports a problem."""
+    """Raise EnvironmentRunnerError if a runner reports a problem before a timeout [s]."""
     problems = group.foreach_env_runner(lambda runner: runner.problem, local_env_runner=False, timeout_seconds=timeout)
     for problem in filter(None, problems):
         raise EnvironmentRunnerError(problem)
 
 
 def _learner(algorithm: Any) -> Any:
-    """Return the learner, which lives in this process."""
+    """Return the learner, which runs in this process."""
     found: list[Any] = []
     algorithm.learner_group.foreach_learner(lambda learner: found.append(learner))
     return found[0]
@@ -239,7 +239,7 @@ def _learner(algorithm: Any) -> Any:
 
 @contextmanager
 def _without_tracebacks() -> Iterator[None]:
-    """Hide RLlib's log entries about failed runners, which :class:`Training` reports in one line."""
+    """Hide RLlib's log entries about failed runners, because :class:`Training` logs each failure in one line."""
     logger = logging.getLogger("ray.rllib.utils.actor_manager")
     before = logger.level
     logger.setLevel(logging.CRITICAL)

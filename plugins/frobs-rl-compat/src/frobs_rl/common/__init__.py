@@ -1,1 +1,1 @@
-"""FRobs_RL's helpers for ROS and Gazebo; each module contains the functions of the same module in ``frobs_ros``."""
+"""FRobs_RL's helpers for ROS and Gazebo. Each module re-exports the ``frobs_ros`` module of the same name."""

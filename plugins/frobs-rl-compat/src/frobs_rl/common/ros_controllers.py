@@ -1,3 +1,3 @@
-"""Load, start, stop and reset controllers: the functions of :mod:`frobs_ros.ros_controllers`."""
+"""Functions that load, start, stop and reset controllers, re-exported from :mod:`frobs_ros.ros_controllers`."""
 
 from frobs_ros.ros_controllers import *

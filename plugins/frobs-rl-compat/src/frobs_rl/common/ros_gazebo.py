@@ -1,3 +1,3 @@
-"""Launch Gazebo and work with its services: the functions of :mod:`frobs_ros.ros_gazebo`."""
+"""Functions that launch Gazebo and call its services, re-exported from :mod:`frobs_ros.ros_gazebo`."""
 
 from frobs_ros.ros_gazebo import *

@@ -1,3 +1,3 @@
-"""Start and stop launch files: the functions of :mod:`frobs_ros.ros_launch`."""
+"""Functions that start and stop launch files, re-exported from :mod:`frobs_ros.ros_launch`."""
 
 from frobs_ros.ros_launch import *

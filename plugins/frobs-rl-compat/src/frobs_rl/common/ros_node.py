@@ -1,3 +1,3 @@
-"""Start and stop nodes, the master and all processes of this process: the functions of :mod:`frobs_ros.ros_node`."""
+"""Functions that start and stop nodes and other processes, re-exported from :mod:`frobs_ros.ros_node`."""
 
 from frobs_ros.ros_node import *

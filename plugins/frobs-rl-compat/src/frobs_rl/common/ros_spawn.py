@@ -1,3 +1,3 @@
-"""Spawn a robot with its controllers: the functions of :mod:`frobs_ros.ros_spawn`."""
+"""Functions that spawn a robot with its controllers, re-exported from :mod:`frobs_ros.ros_spawn`."""
 
 from frobs_ros.ros_spawn import *

@@ -1,1 +1,1 @@
-"""FRobs_RL's base class of environments, in :mod:`frobs_rl.envs.robot_BasicEnv`."""
+"""FRobs_RL's base class for environments, in :mod:`frobs_rl.envs.robot_BasicEnv`."""

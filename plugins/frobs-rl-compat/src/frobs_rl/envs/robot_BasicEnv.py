@@ -1,4 +1,4 @@
-"""The base class of environments, with old gym's API."""
+"""The base class for environments of robots in Gazebo, with old gym's API."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ __all__ = ["RobotBasicEnv"]
 
 
 class RobotBasicEnv(_RobotBasicEnv):
-    """A robot in Gazebo, as an environment: :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with old gym's API.
+    """Version of :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with old gym's API.
 
-    ``reset`` returns only the observation, and ``step`` four values. Inside ``gymnasium.make``, which requires it, the
-    environment has Gymnasium's API.
-    it requires.
+    ``reset`` returns only the observation, and ``step`` returns four values. Environments created by ``gymnasium.make``
+    have Gymnasium's API instead, because ``gymnasium.make`` requires that API.
     """
 
     _next_seed: int | None = None
@@ -27,7 +26,7 @@ class RobotBasicEnv(_RobotBasicEnv):
         return not is_made_by_gymnasium(self)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Begin an episode; return the observation."""
+        """Begin an episode and return the observation."""
         seed, self._next_seed = self._next_seed if seed is None else seed, None
         observation, info = super().reset(seed=seed, options=options)
         return observation if self.has_gym_api else (observation, info)
@@ -38,6 +37,6 @@ class RobotBasicEnv(_RobotBasicEnv):
         return [] if seed is None else [seed]
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return observation, reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)``."""
         answer = super().step(action)
         return to_four_values(answer) if self.has_gym_api else answer

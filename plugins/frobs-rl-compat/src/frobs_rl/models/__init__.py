@@ -1,1 +1,1 @@
-"""FRobs_RL's algorithms, each in a module of the same name: ``from frobs_rl.models.td3 import TD3``."""
+"""FRobs_RL's algorithms. Each algorithm has its own module, such as ``frobs_rl.models.td3`` for ``TD3``."""

@@ -1,4 +1,4 @@
-"""The base class of the algorithms."""
+"""The base class for algorithms."""
 
 from frobs_algos_sb3.frobs_rl import BasicModel as _BasicModel
 from frobs_rl_compat.models import AcceptsBothApis
@@ -7,4 +7,4 @@ __all__ = ["BasicModel"]
 
 
 class BasicModel(AcceptsBothApis, _BasicModel):
-    """Base class of the algorithms: :class:`frobs_algos_sb3.frobs_rl.BasicModel`."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.BasicModel` that also accepts environments with old gym's API."""

@@ -7,4 +7,4 @@ __all__ = ["DDPG"]
 
 
 class DDPG(AcceptsBothApis, _DDPG):
-    """Deep deterministic policy gradient: :class:`frobs_algos_sb3.frobs_rl.DDPG`."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.DDPG` that also accepts environments with old gym's API."""

@@ -1,4 +1,4 @@
-"""Deep Q network."""
+"""Deep Q-network."""
 
 from frobs_algos_sb3.frobs_rl import DQN as _DQN
 from frobs_rl_compat.models import AcceptsBothApis
@@ -7,4 +7,4 @@ __all__ = ["DQN"]
 
 
 class DQN(AcceptsBothApis, _DQN):
-    """Deep Q network: :class:`frobs_algos_sb3.frobs_rl.DQN`."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.DQN` that also accepts environments with old gym's API."""

@@ -7,4 +7,4 @@ __all__ = ["PPO"]
 
 
 class PPO(AcceptsBothApis, _PPO):
-    """Proximal policy optimization: :class:`frobs_algos_sb3.frobs_rl.PPO`."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.PPO` that also accepts environments with old gym's API."""

@@ -1,4 +1,4 @@
-"""Helper functions of the algorithms, which read the parameter server."""
+"""Environment checks, and policy and noise settings from ROS's parameter server."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ __all__ = ["check_env", "get_action_noise", "get_policy_kwargs", "test_env"]
 
 
 def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> None:
-    """Check an environment of either API with the environment checker of stable-baselines3.
+    """Check an environment with old gym's or Gymnasium's API, using stable-baselines3's environment checker.
 
     Args:
         env: The environment.
-        warn: Warn about unusual but permitted properties.
-        skip_render_check: Do not try to render.
+        warn: Whether to warn about unusual but permitted properties.
+        skip_render_check: Whether to skip the rendering check.
 
     Raises:
-        AssertionError: The environment breaks a rule.
+        AssertionError: The environment violates a rule of the API.
     """
     env_checker.check_env(to_gymnasium(env), warn, skip_render_check)
 
 
 def test_env(env: Any) -> bool:
-    """Check an environment with :func:`check_env`; return True.
+    """Check an environment with :func:`check_env` and return True if it passes.
 
     Raises:
-        AssertionError: The environment breaks a rule.
+        AssertionError: The environment violates a rule of the API.
     """
     check_env(env)
     return True
 
 
-test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from collecting it
+test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from collecting this function as a test
 
 
 def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
-    """Return the ``policy_kwargs`` from the parameters in a namespace; None: the default policy of the algorithm."""
+    """Return ``policy_kwargs`` from a namespace's parameters, or None if the parameters select the default policy."""
     params = _params(ns)
     return PolicyParams(**params["policy_params"]).to_kwargs() if params["use_custom_policy"] else None
 
 
 def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:
-    """Return the action noise from the parameters in a namespace, or None.
+    """Return the action noise that a namespace's parameters define, or None if action noise is disabled.
 
     Args:
         action_space_shape: Length of an action.
-        ns: The namespace.
+        ns: Namespace of the parameters.
     """
     params = _params(ns)
     if not params.get("use_action_noise"):

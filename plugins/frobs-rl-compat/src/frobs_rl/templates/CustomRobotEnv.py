@@ -1,6 +1,7 @@
-"""Template of a robot's environment: its model, its controllers and its pose. A task's environment inherits from it.
+"""Template for a robot environment, which defines the robot's model, controllers and pose.
 
-To copy it, change the name of the class and the values below.
+Task environments inherit from the robot environment. After copying this template, change the class name and the values
+below.
 """
 
 from frobs_rl.envs import robot_BasicEnv
@@ -9,23 +10,23 @@ __all__ = ["CCustomRobotEnv", "CustomRobotEnv"]
 
 
 class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
-    """A robot, for all environments that use it."""
+    """Base class for the task environments of one robot."""
 
     def __init__(self) -> None:
         super().__init__(
-            # Gazebo, if the environment launches it
+            # Gazebo settings for environments that launch Gazebo
             launch_gazebo=False,
             gazebo_init_paused=True,
             gazebo_use_gui=True,
             gazebo_recording=False,
             gazebo_freq=100,  # [Hz] of /clock
-            gazebo_max_freq=None,  # real-time factor: 10 is ten times real time
+            gazebo_max_freq=None,  # real-time factor, where 10 means ten times real time
             gazebo_timestep=None,  # [s]
-            # its world: a path, or a package and a file in it
+            # Gazebo's world file: either a path, or a package and a file name in that package
             world_path=None,
             world_pkg=None,
             world_filename=None,
-            # the robot, if the environment spawns it
+            # robot settings for environments that spawn the robot
             spawn_robot=False,
             model_name_in_gazebo="robot",
             namespace="/robot",
@@ -43,15 +44,15 @@ class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
             model_ori_y=0.0,
             model_ori_z=0.0,
             model_ori_w=1.0,
-            reset_controllers=False,  # at the beginning of each episode
-            reset_mode=1,  # 1: reset the world; 2: the simulation, with its clock
-            step_mode=1,  # 1: let it run while an action is sent; 2: step num_gazebo_steps times
+            reset_controllers=False,  # whether to reset the controllers at the beginning of each episode
+            reset_mode=1,  # 1: reset the models; 2: reset the whole simulation, including its clock
+            step_mode=1,  # 1: unpause Gazebo during an action; 2: run num_gazebo_steps physics steps per action
             num_gazebo_steps=1,
         )
-        # create publishers and subscribers of the robot here
+        # create the robot's publishers and subscribers here
 
     def _check_subs_and_pubs_connection(self) -> bool:
-        """Wait until the robot's topics have sent a message."""
+        """Wait until the robot's topics have published messages, and return True."""
         return True
 
 

@@ -1,6 +1,6 @@
-"""Template of a task's environment: spaces, actions, observations, rewards, and the end of an episode.
+"""Template for a task environment: its spaces, actions, observations, rewards and termination condition.
 
-To copy it, change the ID, the name of the class and its base class.
+After copying this template, change the environment ID, the class name and the base class.
 """
 
 from typing import Any
@@ -18,15 +18,15 @@ if "CustomTaskEnv-v0" not in registry:
 
 
 class CustomTaskEnv(CustomRobotEnv.CustomRobotEnv):
-    """A task for the robot of its base class."""
+    """Task environment for the robot that the base class defines."""
 
     def __init__(self) -> None:
         super().__init__()
         # self.action_space = spaces.Box(…); self.observation_space = spaces.Box(…)
-        # create publishers and subscribers of the task here
+        # create the task's publishers and subscribers here
 
     def _set_episode_init_params(self) -> None:
-        """Begin an episode: place the robot, and choose a goal."""
+        """Begin an episode by placing the robot and choosing a goal."""
         raise NotImplementedError
 
     def _send_action(self, action: Any) -> None:
@@ -38,11 +38,11 @@ class CustomTaskEnv(CustomRobotEnv.CustomRobotEnv):
         raise NotImplementedError
 
     def _get_reward(self) -> float:
-        """Return the reward of the step."""
+        """Return the reward for the current step."""
         raise NotImplementedError
 
     def _check_if_done(self) -> bool:
-        """Return whether the episode ends here; on success, set ``self.info["is_success"] = 1.0``."""
+        """Return whether the episode ends. On success, also set ``self.info["is_success"] = 1.0``."""
         raise NotImplementedError
 
 

@@ -1,1 +1,1 @@
-"""FRobs_RL's two templates, to inherit or to copy: ``CustomRobotEnv`` and ``CustomTaskEnv``."""
+"""FRobs_RL's two templates, which packages can subclass or copy: ``CustomRobotEnv`` and ``CustomTaskEnv``."""

@@ -7,4 +7,4 @@ __all__ = ["NormalizeActionWrapper"]
 
 
 class NormalizeActionWrapper(KeepsApi, _NormalizeActionWrapper):
-    """:class:`frobs_core.wrappers.NormalizeActionWrapper`, for environments of both APIs."""
+    """Version of :class:`frobs_core.wrappers.NormalizeActionWrapper` that also supports old gym's API."""

@@ -1,4 +1,4 @@
-"""Normalizes observations to [−1, 1]: the second name of the wrapper in FRobs_RL's documentation."""
+"""Alias of ``NormalizeObservationWrapper``, because FRobs_RL's documentation uses both names."""
 
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper, NormalizeObservWrapper
 

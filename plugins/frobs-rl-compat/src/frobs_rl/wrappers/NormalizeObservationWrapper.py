@@ -7,7 +7,7 @@ __all__ = ["NormalizeObservWrapper", "NormalizeObservationWrapper"]
 
 
 class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
-    """:class:`frobs_core.wrappers.NormalizeObservationWrapper`, for environments of both APIs."""
+    """Version of :class:`frobs_core.wrappers.NormalizeObservationWrapper` that also supports old gym's API."""
 
 
 NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation uses both names

@@ -7,4 +7,4 @@ __all__ = ["TimeLimitWrapper"]
 
 
 class TimeLimitWrapper(KeepsApi, _TimeLimitWrapper):
-    """:class:`frobs_core.wrappers.TimeLimitWrapper`, for environments of both APIs."""
+    """Version of :class:`frobs_core.wrappers.TimeLimitWrapper` that also supports old gym's API."""

@@ -1,1 +1,1 @@
-"""FRobs_RL's wrappers, each in a module of its name: ``from frobs_rl.wrappers.TimeLimitWrapper import TimeLimitWrapper``."""
+"""FRobs_RL's wrappers. Each wrapper is in a module of the same name, such as ``frobs_rl.wrappers.TimeLimitWrapper``."""

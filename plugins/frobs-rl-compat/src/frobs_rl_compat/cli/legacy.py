@@ -1,4 +1,4 @@
-"""``frobs legacy``: run packages of FRobs_RL."""
+"""The command ``frobs legacy``, which runs packages written for FRobs_RL."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ def run(
 ) -> None:
     """Run a script or program of a package that was written for FRobs_RL.
 
-    In the script and in all processes that it starts, imports of gym, frobs_rl, rospy and messages work, and rospack
-    finds the ROS package frobs_rl. Scripts run with this environment's Python. The exit code is that of the script.
+    The script and all processes that it starts can import gym, frobs_rl, rospy and ROS messages, and rospack finds the
+    ROS package frobs_rl. Python scripts run with this environment's Python. The command exits with the script's exit
+    code.
 
     Example:
         $ frobs legacy run scripts/train.py --seed 3
@@ -39,7 +40,7 @@ def run(
         raise ConfigurationError(
             f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install it."
         )
-    os.execve(program, words, environment)  # Ctrl-C and every other signal go directly to the script
+    os.execve(program, words, environment)  # so that Ctrl-C and all other signals go directly to the script
 
 
 def env() -> None:

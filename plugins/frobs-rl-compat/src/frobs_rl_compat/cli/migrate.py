@@ -1,4 +1,4 @@
-"""``frobs migrate``: convert a package or a YAML file of FRobs_RL to a plugin or a run configuration."""
+"""The command ``frobs migrate``, which converts a FRobs_RL package or YAML file."""
 
 from __future__ import annotations
 
@@ -42,14 +42,15 @@ def migrate(
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
-    """Convert a package of FRobs_RL to a plugin, or its YAML file to a run configuration.
+    """Convert a FRobs_RL package to a plugin, or one of its YAML files to a run configuration.
 
-    The package is read, never imported. The plugin installs and trains without edits, with the package's own robot. If
-    the package's task is one of FRobs_RL's example tasks, with the same or other numbers, the plugin has the same task:
-        its observation, rewards, success, walls and waypoints. For any other package, the task is a skeleton, and its
-        ID ends in Skeleton-v0. TODO comments mark where to port the old methods, and original.py has the old spaces and
-        numbers. MIGRATION.md lists what was migrated, what works differently, and what was not migrated. Nothing is
-        overwritten.
+    The package's code is parsed but never imported. The plugin uses the package's own robot, and can be installed and
+    used for training without edits. If the package's task is one of FRobs_RL's example tasks, possibly with different
+    numbers, the plugin reproduces the task's observations, rewards, success condition, walls and waypoints. For any
+    other package, the plugin contains a skeleton task whose ID ends in Skeleton-v0. TODO comments in the skeleton mark
+    where to port the old methods, and original.py contains the old spaces and numbers. MIGRATION.md lists which parts
+    were migrated, which parts behave differently, and which parts were not migrated. Existing files are never
+    overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

@@ -1,20 +1,23 @@
-"""Converts a package of FRobs_RL to a plugin, and its YAML files to run configurations.
+"""Converts a FRobs_RL package to a plugin, and its YAML files to run configurations.
 
-python_files.py   the package's classes and calls, by ``ast``
-expressions.py    values of expressions, without running them
-constructor.py    values that a constructor sets, in order
-package.py        all information of a package
-yaml_files.py     its YAML files: learning, controllers, numbers
-robot.py          its URDF or xacro file
-recognition.py    whether its task is one of FRobs_RL's example tasks
-examples.py       the parameters of the equivalent task of FRobs
-values.py         values that constructors set, or why the task cannot be translated
-world.py          walls, boxes, starts and goals as a floor plan
-plugin.py         the resulting plugin
-example_files.py  its task, if FRobs has an equivalent one
-task.py           its task, if it is a skeleton
-comments.py       TODO comments
-report.py         which parts were migrated, and which were not
+- ``python_files.py``: finds the package's classes and function calls with ``ast``
+- ``expressions.py``: evaluates expressions without running them
+- ``constructor.py``: determines the values that constructors set
+- ``package.py``: collects all information about a package
+- ``yaml_files.py``: reads YAML files with training settings, controllers and task parameters
+- ``robot.py``: reads the URDF or xacro file
+- ``recognition.py``: recognizes FRobs_RL's example tasks
+- ``examples.py``: determines the parameters of FRobs's equivalent task
+- ``values.py``: looks up values, or reports why a task cannot be translated
+- ``world.py``: converts walls, boxes, starts and goals to a floor plan
+- ``plugin.py``: creates the plugin
+- ``example_files.py``: configures the plugin's task if FRobs has an equivalent task
+- ``task.py``: edits the plugin's task if it is a skeleton
+- ``original.py``: writes the old spaces and numbers into the plugin
+- ``comments.py``: inserts TODO comments
+- ``advice.py``: gives advice for the parts that are not migrated
+- ``report.py``: lists which parts were migrated and which were not
+- ``errors.py``: the error class
 """
 
 from frobs_rl_compat.migrate.package import OldPackage, read_package

@@ -1,4 +1,4 @@
-"""Advice for the parts that a migration does not convert."""
+"""Advice for the parts of a package that a migration does not convert."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _CONTROLLERS = (
     ("effort_controllers/JointVelocity", "joint_velocity"),
     ("effort_controllers/", "joint_effort"),
 )
-"""Part of the type of a ROS controller, and the equivalent controller of FRobs."""
+"""Substrings of ROS controller types, each with FRobs's equivalent controller."""
 
 
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
-    """Record which parts of the task a skeleton does not have."""
+    """Record which parts of the old task are missing from a skeleton."""
     if robot is not None and robot.wheels is not None:
         made.leave("the maximum speeds", "robot.py: differential_drive has guesses, for an action of 1")
     for path, mapping in package.yaml.numbers.items():
@@ -54,7 +54,7 @@ def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migratio
 
 
 def note_what_is_left(package: OldPackage, made: Migration) -> None:
-    """Record which parts of a package a plugin does not have."""
+    """Record which parts of a package are missing from the plugin."""
     for path, reason in {**package.python.unread, **package.yaml.unread}.items():
         made.leave(path.name, f"could not be read: {reason}")
     for id in package.others:

@@ -1,4 +1,4 @@
-"""TODO comments in new files, which mark where to port old methods."""
+"""TODO comments that mark where to port old methods in the generated files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def todo(text: str, indent: int) -> list[str]:
 
 
 def insert_in_method(text: str, method: str, lines: Sequence[str]) -> str:
-    """Return a file's text with lines inserted at the beginning of a method's body, below its docstring."""
+    """Return a file's text with lines inserted at the top of a method's body, below the docstring."""
     function = next(
         node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef) and node.name == method
     )  # fmt: skip
@@ -28,5 +28,5 @@ def insert_in_method(text: str, method: str, lines: Sequence[str]) -> str:
 
 
 def has_method(text: str, method: str) -> bool:
-    """Return whether a file has a method."""
+    """Return whether a file defines a method."""
     return any(isinstance(node, ast.FunctionDef) and node.name == method for node in ast.walk(ast.parse(text)))

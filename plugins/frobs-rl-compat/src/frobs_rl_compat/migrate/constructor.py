@@ -1,4 +1,4 @@
-"""Values that constructors set, statement by statement, as far as they are known without running them."""
+"""Determines the values that constructors set by following their statements without running them."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ PARAMETERS = RobotSettings.names()
 
 @dataclass
 class Constructed:
-    """Known values of an environment.
+    """Values that an environment's constructor sets.
 
     Attributes:
-        values: Values by name, such as ``"self.action_space"``.
-        unknown: Names with an unknown value, each with its expression and the unknown part.
-        unknown_parameters: Parameters with an unknown value, each with its expression.
+        values: Known values, by names such as ``"self.action_space"``.
+        unknown: Expression and its unknown part, for each name whose value is unknown.
+        parameters: Known arguments of ``RobotBasicEnv``, by parameter name.
+        unknown_parameters: Expression of each argument of ``RobotBasicEnv`` whose value is unknown.
     """
 
     values: dict[str, Any] = field(default_factory=dict)
@@ -32,11 +33,11 @@ class Constructed:
 
 
 def construct(lineage: Sequence[OldClass], ros_parameter: Callable[[str], Any]) -> Constructed:
-    """Return the values that the constructor of a class sets.
+    """Return the values that a class's constructor sets.
 
     Args:
-        lineage: The class, followed by its base classes in the package.
-        ros_parameter: Function that returns a value of the parameter server, or raises KeyError.
+        lineage: The class, followed by its base classes from the same package.
+        ros_parameter: Function that returns the value of a ROS parameter, or raises KeyError.
     """
     walk = _Walk(lineage, ros_parameter)
     for old in reversed(lineage):
@@ -54,7 +55,7 @@ class _Walk:
         self._at = 0
 
     def method(self, name: str, begin: int) -> bool:
-        """Follow a method of the class, beginning at a position in the lineage."""
+        """Find a method from index ``begin`` of the lineage onward, follow it, and return whether it exists."""
         for place, old in enumerate(self._lineage[begin:], begin):
             if name in old.methods:
                 key = f"{old.name}.{name}"
@@ -106,7 +107,7 @@ class _Walk:
             self.found.unknown[name] = (ast.unparse(value), str(error))
 
     def _forget(self, statement: ast.stmt) -> None:
-        """Mark everything that a statement may set as unknown."""
+        """Mark as unknown all names to which a statement may assign values."""
         for node in ast.walk(statement):
             if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
                 name = ast.unparse(node)

@@ -12,7 +12,7 @@ class MigrationError(ConfigurationError):
 
     Args:
         path: The file or folder.
-        reason: What is wrong and what to do.
+        reason: Description of the problem and its solution.
     """
 
     def __init__(self, path: Path | str, reason: str) -> None:

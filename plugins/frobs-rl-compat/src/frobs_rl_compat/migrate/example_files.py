@@ -1,4 +1,4 @@
-"""The files of a plugin that uses a task of FRobs with the parameters of a package."""
+"""Edits the files of a plugin that uses one of FRobs's tasks with a package's parameters."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _REQUIREMENT = '  "frobs-tasks-legacy>=0.2,<0.3",\n'
 def write_example(
     example: Example, package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration
 ) -> None:
-    """Write the task of a recognized package into a rendered plugin.
+    """Configure a rendered plugin to use FRobs's equivalent of a recognized package's task.
 
     Args:
-        example: Task of FRobs, and its parameters.
+        example: FRobs's equivalent task and its parameters.
         package: The package.
         folder: The plugin's folder.
-        sources: The folder of its Python package.
-        context: Answers with which the plugin was rendered.
-        made: Records the migrated parts and the differences.
+        sources: The folder of the plugin's Python package.
+        context: Template answers from which the plugin was rendered.
+        made: Report to which the migrated parts and the differences are added.
     """
     record = plugins.get_record("task", example.task)
     assert isinstance(record, TaskRecord)
@@ -74,7 +74,7 @@ def _needs(record: TaskRecord) -> str:
 
 
 def _edit(file: Path, *changes: tuple[str, str]) -> None:
-    """Replace the matches of regular expressions in a rendered file; each must match."""
+    """Replace the matches of regular expressions in a rendered file. Each expression must match."""
     text = file.read_text("utf-8")
     for pattern, new in changes:
         text, count = re.subn(pattern, new, text)

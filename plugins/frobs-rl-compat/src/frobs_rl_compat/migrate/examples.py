@@ -1,4 +1,4 @@
-"""The parameters that make a task of FRobs equivalent to the task of a recognized package."""
+"""Determines the parameters that make one of FRobs's tasks equivalent to a recognized package's task."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEAREST_IDS = {
     "empty": "frobs/KobukiEmptyLegacy-v0",
     "reach_velocity": "frobs/Irb140ReachVelocityLegacy-v0",
 }
-"""Environment with the original numbers, by name of the example task."""
+"""ID of FRobs's environment with the original numbers, for each example task."""
 
 _NAVIGATION = {
     "tolerance_goal_pos": "self.tol_goal_pos",
@@ -45,19 +45,19 @@ _REACH = {
     "reached_goal_reward": "self.reached_goal_reward",
     "joint_limits_reward": "self.joint_limits_reward",
 }
-"""Keywords of FRobs's tasks, and the attributes of the original classes with their values."""
+"""Parameters of FRobs's tasks, each with the original class's attribute that contains its value."""
 
 
 @dataclass
 class Example:
-    """A task of FRobs with the parameters of a package.
+    """One of FRobs's tasks with a package's parameters.
 
     Attributes:
         task: Name of the task, such as ``"navigate_legacy"``.
-        controller: Name of the controller for the package's actions.
-        parameters: Keywords of the environment.
-        floor_plan: Walls, boxes, starts and goals as a floor plan of ``frobs-tasks-navigation``; empty for arms.
-        differences: Differences from the package, with the new behavior.
+        controller: Name of the controller that executes the package's actions.
+        parameters: Keyword arguments of the environment.
+        floor_plan: Floor plan for ``frobs-tasks-navigation`` with walls, boxes, starts and goals. It is empty for arms.
+        differences: New behavior for each aspect in which the task differs from the package.
     """
 
     task: str
@@ -68,14 +68,14 @@ class Example:
 
 
 def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Example | None, str]:
-    """Return the task of FRobs that is equivalent to a package's task.
+    """Return FRobs's task that is equivalent to a package's task.
 
     Args:
         package: The package.
-        robot: Robot of the package; None if its file could not be used.
+        robot: The package's robot, or None if the robot's file could not be used.
 
     Returns:
-        The task and an empty string; or None, and the reason why the package cannot be translated.
+        The task and an empty string, or None and the reason why the package cannot be translated.
     """
     found = recognize(package)
     if found is None:
@@ -135,7 +135,7 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
 
 
 def _goal_parameter(package: OldPackage, key: str) -> float:
-    """Return a parameter of the node that moves the goal."""
+    """Return a parameter of the ROS node that moves the goal."""
     try:
         return float(package.yaml.parameter(f"irb140/pos_dynamic_params/{key}"))
     except (KeyError, TypeError, ValueError) as error:

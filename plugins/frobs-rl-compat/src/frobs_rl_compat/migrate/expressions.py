@@ -1,4 +1,4 @@
-"""Values of Python expressions, determined from their syntax; nothing of the package is imported or executed."""
+"""Evaluates Python expressions from their syntax, without importing or executing the package's code."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 _MOST = 4096
-"""Maximum number of elements of a list or an array; spaces of robots are smaller."""
+"""Maximum number of elements in a list or an array, which is larger than any robot's spaces require."""
 
 _CONSTANTS = {"np.pi": math.pi, "numpy.pi": math.pi, "math.pi": math.pi, "np.inf": np.inf, "numpy.inf": np.inf,
               "math.inf": math.inf}  # fmt: skip
@@ -27,7 +27,7 @@ _OPERATORS: Mapping[type, Callable[..., Any]] = {
 
 
 class UnknownValueError(Exception):
-    """The value of an expression is unknown; the message names the unknown part."""
+    """The value of an expression is unknown. The error message contains the unknown part."""
 
 
 def _small(shape: Any) -> Any:
@@ -65,8 +65,8 @@ class Evaluator:
     """Determines the values of expressions.
 
     Args:
-        names: Values by name: ``"LENGTH"``, ``"self.max_joint_values"``. May be extended.
-        parameters: Function that returns a value of ROS's parameter server by its name, or raises KeyError.
+        names: Values by names such as ``"LENGTH"`` or ``"self.max_joint_values"``. Callers may add values later.
+        parameters: Function that returns the value of a ROS parameter by name, or raises KeyError.
     """
 
     def __init__(self, names: dict[str, Any], parameters: Callable[[str], Any]) -> None:

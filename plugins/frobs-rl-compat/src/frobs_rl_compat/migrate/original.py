@@ -1,4 +1,4 @@
-"""``original.py`` of the plugin: the old package's spaces, numbers and parameters."""
+"""Writes the plugin's ``original.py``, which contains the old package's spaces, numbers and parameters."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
-_WIDTH = 114  # of a line, without its margin and a comma
+_WIDTH = 114  # maximum length of a line, excluding its indentation and a comma
 _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.observation_space"}
 
 
 def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
-    """Write the file."""
+    """Write ``original.py`` into a folder."""
     parts = [
         f'"""Values of {package.lineage[0].name} of the ROS package {package.name}, from its source code.\n\n'
         'Nothing uses them yet; they are meant for porting the task.\n"""\n\n'
@@ -63,7 +63,7 @@ def _space_text(space: gymnasium.Space[Any]) -> str:
 
 
 def _bound(values: np.ndarray[Any, Any], already: int) -> str:
-    """Return a bound of a Box as a formatter would write it, in one line or with one argument per line."""
+    """Format a ``Box`` bound like a code formatter, either on one line or with one argument per line."""
     numbers, dtype = _numbers(values.tolist()), f"dtype=np.{values.dtype}"
     line = f"np.array({numbers}, {dtype})"
     if already + len(line) <= _WIDTH:

@@ -1,4 +1,4 @@
-"""Reads all information of a FRobs_RL package about one environment."""
+"""Reads all information about one environment from a FRobs_RL package."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _NAME = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 
 @dataclass(frozen=True)
 class OldPackage:
-    """A package, as far as it is known without running it.
+    """Information about a package that can be determined without running its code.
 
     Attributes:
-        name: Name from ``package.xml``, or of the folder.
-        lineage: Class of the environment, followed by its base classes in the package.
-        registration: Registration of its ID; None: it is not registered.
+        name: Name from ``package.xml``, or else the name of the folder.
+        lineage: The environment's class, followed by its base classes from the same package.
+        registration: Registration of the environment's ID, or None if the environment is not registered.
         others: IDs of the other tasks that the package registers.
-        scripts: Files that create the environment, training scripts first; all files if none does.
+        scripts: Files that create the environment, with training scripts first, or all files if none creates it.
     """
 
     name: str
@@ -40,17 +40,17 @@ class OldPackage:
     scripts: list[Path]
 
     def hook(self, name: str) -> OldClass | None:
-        """Return the class that implements a method; None if it is missing or only raises an error."""
+        """Return the class that implements a method, or None if the method is missing or only raises an error."""
         old = next((each for each in self.lineage if name in each.methods), None)
         return old if old is not None and old.does(name) else None
 
     def calls(self, name: str) -> list[ast.Call]:
-        """Return the calls of a function in the scripts."""
+        """Return the calls to a function in the scripts."""
         return [call for path in self.scripts for call in self.python.calls[path].get(name, [])]
 
     @property
     def time_limits(self) -> list[int]:
-        """``max_steps`` of each ``TimeLimitWrapper`` in the scripts."""
+        """Value of ``max_steps`` for each ``TimeLimitWrapper`` in the scripts."""
         found: list[Any] = []
         for call in self.calls("TimeLimitWrapper"):
             given = [keyword.value for keyword in call.keywords if keyword.arg == "max_steps"] + call.args[1:2]
@@ -59,7 +59,7 @@ class OldPackage:
 
     @property
     def wrappers(self) -> list[str]:
-        """Names of FRobs_RL's other wrappers that the scripts use."""
+        """Names of FRobs_RL's normalization wrappers that the scripts use."""
         names = ("NormalizeActionWrapper", "NormalizeObservationWrapper", "NormalizeObservWrapper")
         return [name for name in names if self.calls(name)]
 
@@ -68,7 +68,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     """Read a package from its folder.
 
     Raises:
-        ConfigurationError: The folder does not exist, has no environment of FRobs_RL, or cannot be read.
+        ConfigurationError: The folder does not exist, contains no FRobs_RL environment, or cannot be read.
         UnknownNameError: The package does not register the ID.
     """
     if not folder.is_dir():
@@ -110,20 +110,20 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
 
 
 def _is_base(registration: Registration, python: PythonFiles) -> bool:
-    """Return whether another class of the package inherits from the environment: then it is a robot, not a task."""
+    """Return whether an environment is a robot, not a task, because another class in the package inherits from it."""
     old = python.registered(registration)
     return any(old in python.lineage(other)[1:] for other in python.classes)
 
 
 def _rank(registration: Registration, python: PythonFiles) -> tuple[bool, bool, int]:
-    """Return a key that sorts tasks before robots, and environments that scripts train before others."""
+    """Return a sort key that puts tasks before robots, and environments that scripts train before others."""
     scripts = _scripts(python, registration.id)
     trained = [number for number, path in enumerate(python.calls) if path in scripts and "train" in python.calls[path]]
     return _is_base(registration, python), not scripts, trained[0] if trained else len(python.calls)
 
 
 def _scripts(python: PythonFiles, id: str) -> list[Path]:
-    """Return the files that create an environment by its ID, training scripts first."""
+    """Return the files that create an environment by its ID, with training scripts first."""
     makes = [
         path
         for path, calls in python.calls.items()
@@ -133,7 +133,7 @@ def _scripts(python: PythonFiles, id: str) -> list[Path]:
 
 
 def _loaded(lineage: list[OldClass]) -> list[Any]:
-    """Return the names of YAML files that the constructors load; their values take precedence over other files."""
+    """Return the names of the YAML files that the constructors load, whose values take precedence over other files."""
     calls = [node for old in lineage for node in ast.walk(old.node) if isinstance(node, ast.Call)
              and ast.unparse(node.func).endswith("ros_load_yaml_from_pkg")]  # fmt: skip
     return [argument.value for call in calls for argument in call.args[1:2] if isinstance(argument, ast.Constant)]

@@ -25,7 +25,7 @@ from frobs_rl_compat.migrate.task import edit_task
 from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
 
 STILL = "observation_elements_vary"
-"""The check that fails for an arm whose tool does not move along each axis."""
+"""Name of the check that fails for an arm whose tool cannot move along all axes."""
 
 
 def migrate_package(
@@ -37,18 +37,21 @@ def migrate_package(
     namespace: str = "lab",
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> Migration:
-    """Convert a package to a plugin, completely or not at all.
+    """Convert a package to a plugin. No plugin is created if any part of the conversion fails.
 
     Args:
-        path: Folder of the ROS package. It is read, but never imported.
+        path: Folder of the ROS package, whose code is parsed but never imported.
         out: Folder in which to create the plugin's folder.
-        name: Name of the robot and the task; None: the package's name.
-        id: ID of the environment to migrate; None: the first registered one.
+        name: Name of the robot and the task. Defaults to the package's name.
+        id: ID of the environment to migrate. Defaults to a task that a script trains, or else to the first registered
+            task.
         namespace: First part of the new ID.
-        package_paths: Folders of ROS packages by name that are neither next to this one nor in ``ROS_PACKAGE_PATH``.
+        package_paths: Folders of ROS packages that are neither next to this package nor in ``ROS_PACKAGE_PATH``, by
+            package name.
 
     Raises:
-        ConfigurationError: The package has no environment of FRobs_RL, or the plugin's folder or a name already exists.
+        ConfigurationError: The package contains no FRobs_RL environment, or the plugin's folder or one of its names
+            already exists.
         UnknownNameError: The package does not register the ID.
     """
     package = read_package(path, id)
@@ -88,7 +91,7 @@ def migrate_package(
 
 
 def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, namespace: str) -> dict[str, str]:
-    """Return answers to the questions of ``frobs new``."""
+    """Return the answers to the questions that ``frobs new`` asks."""
     plain = re.sub(r"[^a-z0-9]+", "_", package.name.lower()).strip("_")[:40].strip("_")
     answers = {"what": "both", "name": name or (plain if plain[:1].isalpha() else f"robot_{plain}"),
                "namespace": namespace}  # fmt: skip
@@ -100,7 +103,7 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
         **answers,
         "example": "file",
         "robot_file": str(robot.path.absolute()),
-        "failing_checks": "expect",  # a migrated package keeps its robot
+        "failing_checks": "expect",  # because a migrated package keeps its robot even if checks fail
         "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
         "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
     }  # fmt: skip
@@ -177,7 +180,7 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
 def _edit_plugin(
     package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration, *, is_skeleton: bool
 ) -> str:
-    """Set the environment's ID and time limit, and describe the old actions; return the ID."""
+    """Set the environment's ID and time limit, add a comment about the old actions, and return the ID."""
     old_id = package.registration.id if package.registration else context["__id"]
     old_name = old_id.rpartition("/")[2]
     stem = re.sub(r"-v[0-9]+$", "", old_name)
@@ -217,7 +220,7 @@ def _edit_plugin(
 
 
 def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:
-    """Write a run configuration for each file of FRobs_RL; the one that the scripts use is ``train.yaml``."""
+    """Write a run configuration for each training file, using ``train.yaml`` for the file that the scripts load."""
     scripts = [calls for path in package.scripts for calls in package.python.calls[path].values()]
     named = {getattr(keyword.value, "value", None) for calls in scripts for call in calls
              for keyword in call.keywords if keyword.arg == "config_filename"}  # fmt: skip

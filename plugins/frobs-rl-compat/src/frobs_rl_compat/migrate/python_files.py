@@ -1,4 +1,4 @@
-"""The Python files of a package: their classes and calls."""
+"""Reads the classes and function calls in a package's Python files."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pathlib import Path
 from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
-"""FRobs_RL's own classes, from which classes of a package inherit."""
+"""FRobs_RL's own base classes, from which a package's classes inherit."""
 
 
 @dataclass(frozen=True, eq=False)
 class OldClass:
-    """A class of an environment.
+    """A class that is defined in a package.
 
     Attributes:
-        bases: Last parts of the names of its base classes.
-        tree: Syntax tree of its file.
+        bases: Names of the base classes, without their modules.
+        tree: Syntax tree of the file that defines the class.
     """
 
     name: str
@@ -31,23 +31,23 @@ class OldClass:
     path: Path
 
     def does(self, method: str) -> bool:
-        """Return whether a method does more than raise an error."""
+        """Return whether a method does more than pass or raise an error."""
         body = self.methods[method].body
         rest = body[1:] if ast.get_docstring(self.methods[method]) is not None else body
         return not all(isinstance(statement, ast.Pass | ast.Raise) for statement in rest)
 
     def place(self, method: str) -> str:
-        """Return the place of a method: ``"Reach._get_reward (reach.py, lines 20-31)"``."""
+        """Return a method's location, such as ``"Reach._get_reward (reach.py, lines 20-31)"``."""
         function = self.methods[method]
         return f"{self.name}.{method} ({self.path.name}, lines {function.lineno}-{function.end_lineno})"
 
 
 @dataclass(frozen=True)
 class Registration:
-    """A call of ``register``.
+    """A call to ``register``.
 
     Attributes:
-        module: Last part of the name of the class's module; empty if the class itself is passed.
+        module: Last part of the class's module name, or an empty string if the class itself is passed.
     """
 
     id: str
@@ -59,13 +59,13 @@ class Registration:
 
 @dataclass(frozen=True)
 class PythonFiles:
-    """The content of the files.
+    """The contents of a package's Python files.
 
     Attributes:
-        classes: In the order of the files.
-        registrations: In the order of the files.
-        calls: Calls of each file by the last part of the function's name: ``"TimeLimitWrapper"``.
-        unread: Files that are not valid Python 3, with the error.
+        classes: Classes in the order of the files.
+        registrations: Registrations in the order of the files.
+        calls: Calls in each file, by function name without its module, such as ``"TimeLimitWrapper"``.
+        unread: Error message for each file that is not valid Python 3.
     """
 
     classes: list[OldClass]
@@ -74,7 +74,7 @@ class PythonFiles:
     unread: dict[Path, str]
 
     def lineage(self, old: OldClass) -> list[OldClass]:
-        """Return a class, followed by its base classes in the package."""
+        """Return a class, followed by its base classes from the same package."""
         found: list[OldClass] = []
         waiting = [old]
         while waiting:
@@ -85,33 +85,33 @@ class PythonFiles:
         return found
 
     def registered(self, registration: Registration) -> OldClass | None:
-        """Return the class that a call of ``register`` names."""
+        """Return the class that a call to ``register`` refers to."""
         places = [path for path in self.calls if path.stem == registration.module]
         return self._find(registration.class_name, *places, registration.path)
 
     @property
     def environments(self) -> list[OldClass]:
-        """Classes that inherit from one of FRobs_RL's, directly or indirectly."""
+        """Classes that inherit directly or indirectly from one of FRobs_RL's base classes."""
         return [
             each for each in self.classes
             if any(base in ROOTS for ancestor in self.lineage(each) for base in ancestor.bases)
         ]  # fmt: skip
 
     def _find(self, name: str, *places: Path) -> OldClass | None:
-        """Return the class of a name, preferably from certain files; the package may have several."""
+        """Return a class by name. If several classes have this name, prefer a class from the given files."""
         found = [each for each in self.classes if each.name == name]
         return next((each for place in places for each in found if each.path == place), found[0] if found else None)
 
 
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
-"""Matches files with a part of an environment."""
+"""Pattern for files that define a class or register an environment."""
 
 
 def read_python_files(folder: Path) -> PythonFiles:
     """Read all Python files of a package.
 
     Raises:
-        ConfigurationError: A file that defines a class, or registers an environment, is not valid Python 3.
+        ConfigurationError: A file that defines a class or registers an environment is not valid Python 3.
     """
     files = PythonFiles([], [], {}, {})
     for path in sorted(folder.rglob("*.py")):
@@ -158,5 +158,5 @@ def _registrations(tree: ast.Module, path: Path) -> Iterator[Registration]:
 
 
 def _last(node: ast.expr) -> str:
-    """Return the last part of a dotted name; empty for anything else."""
+    """Return the last part of a dotted name, or an empty string for any other expression."""
     return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""

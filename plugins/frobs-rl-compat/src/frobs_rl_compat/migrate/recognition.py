@@ -1,8 +1,8 @@
-"""Recognizes the example tasks of FRobs_RL by the structure of their methods.
+"""Recognizes FRobs_RL's example tasks by the structure of their methods.
 
-Only fingerprints of the original code are stored, in ``known_tasks.yaml``. A fingerprint ignores comments, docstrings,
-logs, markers, and the literals that :mod:`frobs_rl_compat.migrate.examples` reads. A package in which only numbers were
-changed is therefore recognized, and a package whose code was changed is not.
+The file ``known_tasks.yaml`` contains only fingerprints of the original code. A fingerprint ignores comments,
+docstrings, log messages, visualization markers, and the literals that :mod:`frobs_rl_compat.migrate.examples` reads.
+Therefore, a package is recognized if only its numbers were changed, but not if its code was changed.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from frobs_rl_compat.migrate.python_files import OldClass
 KNOWN_TASKS = Path(__file__).with_name("known_tasks.yaml")
 
 _SETTINGS = ("__init__", "get_params")
-"""Methods whose numbers are read by the name to which they are assigned."""
+"""Methods whose numbers are read by the name of the variable to which they are assigned."""
 
 _NAMED = ("get_param", "has_param", "ros_load_yaml_from_pkg", "urdf_parse_from_pkg")
-"""Functions whose arguments name a parameter or a file that is read."""
+"""Functions whose arguments specify a parameter or a file to read."""
 
 _POSES = ("gazebo_spawn_sdf_string", "gazebo_set_model_state")
-"""Functions whose numbers are read: the poses of models."""
+"""Functions whose arguments contain model poses, which are read separately."""
 
 _SILENT = ("rospy.log", "rospy.sleep", "print")
 """Prefixes of calls that have no effect on the task."""
@@ -39,11 +39,11 @@ _IGNORED_FIELDS = ("ctx", "kind", "type_comment", "type_params", "returns", "ann
 
 @dataclass(frozen=True)
 class Recognition:
-    """The example task that a package's task is most similar to.
+    """The example task that is most similar to a package's task.
 
     Attributes:
-        name: Its key in ``known_tasks.yaml``, such as ``"maze"``.
-        differing: Methods that differ from the example's, with their places; empty if the task is the example.
+        name: Key of the example task in ``known_tasks.yaml``, such as ``"maze"``.
+        differing: Methods that differ from the example task, with their locations. Empty if all methods are equal.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Recognition:
 
 
 def recognize(package: OldPackage) -> Recognition | None:
-    """Return the most similar example task; None if none shares at least half of the task's methods."""
+    """Return the most similar example task, or None if more than half of the methods differ in every example."""
     known = load_yaml(KNOWN_TASKS)
     found = []
     for name, task in known["tasks"].items():
@@ -70,20 +70,20 @@ def recognize(package: OldPackage) -> Recognition | None:
 
 
 def fingerprint(method: ast.FunctionDef) -> str:
-    """Return 16 hexadecimal digits that are equal for methods of the same structure, in every version of Python."""
+    """Return 16 hexadecimal digits that identify a method's structure, independently of the Python version."""
     bare = _Structure(method.name).visit(copy.deepcopy(method))
     return hashlib.sha256(json.dumps(_plain(bare)).encode()).hexdigest()[:16]
 
 
 def factors(method: ast.FunctionDef) -> list[float]:
-    """Return the numbers that a method adds, subtracts or multiplies by, in the order of its lines."""
+    """Return the literal numbers in a method's sums, differences and products, in source order."""
     found = [side for node in ast.walk(method) if isinstance(node, ast.BinOp) and isinstance(node.op, _ARITHMETIC)
              for side in (node.left, node.right) if _is_number(side)]  # fmt: skip
     return [side.value for side in sorted(found, key=lambda side: (side.lineno, side.col_offset))]  # type: ignore[attr-defined]
 
 
 def _differing(old: OldClass, known: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return the methods that are new, different or missing."""
+    """Return the methods that are new, changed or missing compared with the example task."""
     changed = [
         old.place(name) for name, method in old.methods.items() if fingerprint(method) not in known.get(name, ())
     ]
@@ -98,7 +98,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Structure(ast.NodeTransformer):
-    """Removes parts that have no effect on the task, and the literals that are read.
+    """Transformer that removes code without effect on the task, and the literals that are read separately.
 
     Args:
         method: Name of the method.
@@ -110,13 +110,13 @@ class _Structure(ast.NodeTransformer):
         self._numbers_are_read = self._settings
 
     def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
-        """Remove docstrings, logs, and what is sent to a marker."""
+        """Remove docstrings, log messages, and calls that publish visualization markers."""
         text = ast.unparse(node.value)
         is_silent = isinstance(node.value, ast.Call) and (text.startswith(_SILENT) or ".pub_marker." in text)
         return None if is_silent or isinstance(node.value, ast.Constant) else self.generic_visit(node)
 
     def visit_Assign(self, node: ast.Assign) -> ast.AST | None:
-        """Remove markers, and the literals that a constructor assigns to local names."""
+        """Remove visualization markers, and the literals that a constructor assigns to local variables."""
         if "_marker" in ast.unparse(node.targets[0]):
             return None
         if self._settings and isinstance(node.targets[0], ast.Name) and _is_literal(node.value):
@@ -125,12 +125,12 @@ class _Structure(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_If(self, node: ast.If) -> ast.AST | None:
-        """Remove conditions with an empty body."""
+        """Remove ``if`` statements whose branches have become empty."""
         self.generic_visit(node)
         return node if node.body or node.orelse else None
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """Remove the arguments of ``super`` and of functions that name what is read, and the numbers of poses."""
+        """Remove the arguments of ``super`` and of functions that read parameters or files, and numbers in poses."""
         name = ast.unparse(node.func).rpartition(".")[2]
         if name == "super" or name in _NAMED:
             node.args, node.keywords = [], []
@@ -142,23 +142,23 @@ class _Structure(ast.NodeTransformer):
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        """Remove the factors of a reward."""
+        """Replace the literal numbers in a reward's arithmetic operations by placeholders."""
         self.generic_visit(node)
         if self._reward and isinstance(node.op, _ARITHMETIC):
             node.left, node.right = (_blank() if _is_number(side) else side for side in (node.left, node.right))
         return node
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        """Remove a number that is read."""
+        """Replace a number that is read separately by a placeholder."""
         return _blank() if self._numbers_are_read and _is_number(node) else node
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        """Remove the sign of a number that is read."""
+        """Remove the sign in front of a placeholder."""
         self.generic_visit(node)
         return node.operand if _is_blank(node.operand) else node
 
     def visit_List(self, node: ast.List) -> ast.AST:
-        """Remove a list of numbers that are read, whatever its length."""
+        """Replace a list of placeholders by a single placeholder, regardless of the list's length."""
         self.generic_visit(node)
         return _blank() if node.elts and all(map(_is_blank, node.elts)) else node
 
@@ -180,7 +180,7 @@ def _is_literal(node: ast.expr) -> bool:
 
 
 def _plain(node: Any) -> Any:
-    """Return a syntax tree as lists and strings, without what differs between versions of Python."""
+    """Convert a syntax tree to lists and strings, without the fields that differ between Python versions."""
     if isinstance(node, ast.AST):
         fields = [[name, _plain(value)] for name, value in ast.iter_fields(node)
                   if name not in _IGNORED_FIELDS and value is not None and value != []]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Report of a migration: which parts were migrated, and which were not."""
+"""Report of a migration, which lists the parts that were migrated and the parts that were not."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class Migration:
 
     Attributes:
         path: The created folder or file.
-        carried: Migrated parts, and their new places.
-        differs: Parts that work differently, and how.
-        left: Parts that were not migrated, and what to do.
+        carried: Migrated parts and their new locations.
+        differs: Parts that behave differently, each with a description of the difference.
+        left: Parts that were not migrated, each with advice.
         next: Commands for the next steps.
     """
 
@@ -31,7 +31,7 @@ class Migration:
         self.carried.append((what, where))
 
     def differ(self, what: str, how: str) -> None:
-        """Record a part that works differently."""
+        """Record a part that behaves differently."""
         self.differs.append((what, how))
 
     def leave(self, what: str, advice: str) -> None:

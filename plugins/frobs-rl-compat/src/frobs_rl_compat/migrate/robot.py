@@ -1,4 +1,4 @@
-"""The URDF or xacro file of a package's robot."""
+"""Reads the URDF or xacro file of a package's robot."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _DRIVE_TAGS = {
     "separation": ("wheelSeparation", "wheel_separation"),
     "diameter": ("wheelDiameter", "wheel_diameter"),
 }
-"""Elements of Gazebo's plugins for two driven wheels, by meaning."""
+"""Names of the XML elements that contain each parameter of Gazebo's differential-drive plugins."""
 
 
 @dataclass(frozen=True)
 class Wheels:
-    """Two driven wheels, as in a plugin of Gazebo.
+    """Two driven wheels, as described by a Gazebo plugin.
 
     Attributes:
         separation: Distance between the wheels [m].
@@ -41,15 +41,15 @@ class Wheels:
 
 @dataclass(frozen=True)
 class RobotSource:
-    """The model file of a robot.
+    """A robot's model file and the information read from it.
 
     Attributes:
-        xacro_args: Arguments of the file by name.
+        xacro_args: Xacro arguments of the file, by name.
         package_paths: Folders of ROS packages that the file may refer to.
-        wheels: Driven wheels of a robot with a differential drive, or None.
-        friction: Sliding friction by link, for links with friction in the file.
-        lidar_topics: Name of the lidar that publishes a topic, by topic without a leading slash.
-        lidar_problem: Why a lidar of the file cannot be used.
+        wheels: Driven wheels of a differential-drive robot, or None for other robots.
+        friction: Sliding friction coefficient of each link for which the file defines friction.
+        lidar_topics: Lidar that publishes each topic. Topic names have no leading slash.
+        lidar_problem: Reason why the file's lidars cannot be used, or an empty string.
     """
 
     path: Path
@@ -64,7 +64,7 @@ class RobotSource:
 
     @property
     def base_link(self) -> str:
-        """Link that represents the whole robot: ``base_link``, or else the root."""
+        """Link that represents the whole robot, which is ``base_link`` if it exists and the root link otherwise."""
         links = [link.name for link in self.model.links]
         return "base_link" if "base_link" in links else links[0]
 
@@ -77,7 +77,7 @@ class RobotSource:
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
-    """Return the robot that the package spawns, or None and the reason why it is unknown."""
+    """Return the robot that the package spawns, or None with the reason why the robot cannot be used."""
     given = package.constructed.parameters
     file = given.get("urdf_file")
     if not file:

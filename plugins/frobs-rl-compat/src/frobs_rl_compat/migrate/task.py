@@ -1,4 +1,4 @@
-"""``task.py`` of the plugin: numbers of the old task, and comments for the remaining work."""
+"""Edits the plugin's ``task.py``: inserts the old task's numbers, and comments about the remaining work."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ HOOKS = {
     ),
     "_set_episode_init_params": (("reset",), "begin episodes like {name}, with random numbers from rng"),
 }
-"""FRobs_RL's hooks: candidate task methods that replace each hook, the first existing one first, and a comment."""
+"""For each of FRobs_RL's hooks: the task methods that can replace the hook, in order of preference, and a comment."""
 
 _ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", "__init__")
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Edit the task of a plugin: insert known numbers, and a comment for each old method to port."""
+    """Insert known numbers into a plugin's task file, and a comment for each old method to port."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
     for hook, (methods, advice) in HOOKS.items():
         old = package.hook(hook)
@@ -57,7 +57,7 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
 
 
 def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
-    """Return the task with the known numbers."""
+    """Return the text of the task file with known numbers inserted."""
     given = package.constructed.parameters
     step = given.get("gazebo_timestep") or 0.001
     if given.get("step_mode", 1) == 2:
@@ -80,7 +80,7 @@ def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
 
 
 def _first_key(package: OldPackage, name: str) -> str:
-    """Return the parameter of a name under the first root key that has it."""
+    """Return a parameter's name, prefixed by the first root key that contains the parameter."""
     for mapping in package.yaml.numbers.values():
         for root, section in mapping.items():
             if isinstance(section, dict) and name in section:

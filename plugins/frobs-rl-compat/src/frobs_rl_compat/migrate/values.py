@@ -1,4 +1,4 @@
-"""Values of a recognized package, or the reason why its task cannot be translated."""
+"""Looks up values in a recognized package, or reports why its task cannot be translated."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 
 
 class UntranslatableError(Exception):
-    """A value of a recognized package is unknown or not supported by FRobs's task; the message is the reason."""
+    """A value in a recognized package is unknown, or FRobs's equivalent task does not support it."""
 
 
 def value_of(package: OldPackage, name: str) -> Any:
@@ -27,7 +27,7 @@ def value_of(package: OldPackage, name: str) -> Any:
 
 
 def bounds_of(package: OldPackage, name: str) -> tuple[list[float], list[float]]:
-    """Return the bounds of a ``Box`` that the constructor assigns to a name, without the rounding of float32.
+    """Return the bounds of a ``Box`` that the constructor assigns to a name, without float32 rounding errors.
 
     Raises:
         UntranslatableError: The bounds are unknown.
@@ -41,7 +41,7 @@ def check_any_heading(low: float, high: float) -> None:
     """Check that headings between two angles [rad] cover the full circle.
 
     Raises:
-        UntranslatableError: They do not.
+        UntranslatableError: The headings do not cover the full circle.
     """
     if abs(low + np.pi) > 1e-3 or abs(high - np.pi) > 1e-3:
         raise UntranslatableError(

@@ -1,4 +1,4 @@
-"""Converts the world of a recognized Kobuki task to a floor plan with walls, boxes, starts, goals or routes."""
+"""Converts a recognized Kobuki task's world to a floor plan with walls, boxes, starts, and goals or routes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, check_any_heading, value_of
 
 STEP = 0.2
-"""[s] duration of a step of the navigation tasks."""
+"""Duration of a step in the navigation tasks [s]."""
 
 
 def check_world_is_empty(package: OldPackage) -> None:
     """Check that the launched world files contain only a ground plane and lights.
 
     Raises:
-        UntranslatableError: A world file contains something else, or is not in the package.
+        UntranslatableError: A world file contains other models, or is not in the package.
     """
     launched = [keyword.value for call in package.calls("launch_Gazebo") for keyword in call.keywords
                 if keyword.arg == "custom_world_name"]  # fmt: skip
@@ -39,7 +39,7 @@ def check_world_is_empty(package: OldPackage) -> None:
 
 
 def read_floor_plan(name: str, package: OldPackage) -> dict[str, Any]:
-    """Return walls, boxes, start, and goals or routes of a world."""
+    """Return a floor plan with a world's walls, boxes, start, and goals or routes."""
     begin = package.lineage[0].methods["_set_episode_init_params"]
     if name == "empty":
         low, high = bounds_of(package, "self.robot_pos_space")
@@ -109,7 +109,7 @@ def _boxes(
 
 
 def read_walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
-    """Yield the boxes of an SDF model that are on the floor."""
+    """Yield the walls of an SDF model, all of which must be boxes on the floor."""
     for shape in _shapes(file, place):
         length, thickness, height = shape.size
         if abs(shape.height - height / 2.0) > 1e-3:
@@ -128,10 +128,10 @@ class _Shape:
     """A box of an SDF model.
 
     Attributes:
-        centre: x + iy [m].
-        height: z of its center [m].
-        yaw: [rad]
-        size: x, y, z [m].
+        centre: Horizontal position x + iy as a complex number [m].
+        height: Height z of the box's center [m].
+        yaw: Rotation about the vertical axis [rad].
+        size: Edge lengths along x, y and z [m].
     """
 
     centre: complex
@@ -145,8 +145,8 @@ def _shapes(file: Path, place: complex, with_pose: bool = True) -> Iterator[_Sha
 
     Args:
         file: The SDF file.
-        place: x + iy of the spawn [m].
-        with_pose: Whether to use the model's own pose, which is ignored if episodes place the model.
+        place: Horizontal position x + iy at which the model is spawned, as a complex number [m].
+        with_pose: Whether to apply the model's own pose, which has no effect if each episode places the model.
     """
     model = parse_xml(read_bytes(file), file).child("model")
     if model is None:
@@ -179,7 +179,7 @@ def _numbers(element: Element, path: str, count: int) -> list[float]:
 
 
 def _spawned(package: OldPackage) -> Iterator[tuple[str, tuple[Path, complex]]]:
-    """Yield the models that the constructor spawns: name, SDF file, and x + iy of the pose [m]."""
+    """Yield the name, the SDF file and the position x + iy [m] of each model that the constructor spawns."""
     files = {}
     constructor = package.lineage[0].methods["__init__"]
     for node in ast.walk(constructor):
@@ -203,7 +203,7 @@ def _calls(node: ast.AST, function: str) -> Iterator[ast.Call]:
 
 
 def _position(call: ast.Call) -> tuple[float, float, float]:
-    """Return the literal ``pos_x``, ``pos_y`` and ``pos_z`` [m] of a call."""
+    """Return the literal arguments ``pos_x``, ``pos_y`` and ``pos_z`` of a call [m]."""
     given = {keyword.arg: keyword.value for keyword in call.keywords}
     x, y, z = (float(ast.literal_eval(given[key])) if key in given else 0.0 for key in ("pos_x", "pos_y", "pos_z"))
     return x, y, z

@@ -1,4 +1,4 @@
-"""The YAML files of a package: training settings, controllers, and parameters of the task."""
+"""Reads a package's YAML files, which contain training settings, controllers and task parameters."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ LEGACY_IDS = {
     "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
     "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
 }
-"""Root keys of the example repository's task files, and the environment that accepts such a file unchanged."""
+"""Root keys of the example repository's task files, each with the environment that accepts the file unchanged."""
 
 
 @dataclass
 class YamlFiles:
-    """The YAML files by purpose.
+    """A package's YAML files, grouped by purpose.
 
     Attributes:
-        learning: Files for FRobs_RL's algorithms.
-        controllers: Files for ROS controllers.
-        unread: Unreadable files, and why.
+        learning: Files with settings for FRobs_RL's algorithms.
+        controllers: Files with settings for ROS controllers.
+        numbers: All other files, such as task parameters.
+        unread: Error message for each file that cannot be read.
     """
 
     learning: dict[Path, Mapping[str, Any]] = field(default_factory=dict)
@@ -43,13 +44,13 @@ class YamlFiles:
     unread: dict[Path, str] = field(default_factory=dict)
 
     def parameter(self, name: str) -> Any:
-        """Return a value that the files set on ROS's parameter server.
+        """Return the value that the files assign to a ROS parameter.
 
         Args:
-            name: Name such as ``"/irb120/tolerance_goal_pos"``; additional leading namespaces are ignored.
+            name: Parameter name, such as ``"/irb120/tolerance_goal_pos"``. Additional leading namespaces are ignored.
 
         Raises:
-            KeyError: No file contains it.
+            KeyError: No file contains the parameter.
         """
         keys = [key for key in name.split("/") if key]
         for mapping in self.numbers.values():
@@ -81,7 +82,7 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
-    """Return a run configuration for a file of FRobs_RL, and a note about ignored settings.
+    """Convert a FRobs_RL training file to a run configuration and a note about ignored settings.
 
     Raises:
         ConfigurationError: The file is invalid.
@@ -109,11 +110,11 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
     """Convert one YAML file to a run configuration.
 
     Args:
-        path: A file with ``model_params``, or the task parameters of one of FRobs_RL's examples.
+        path: A file with ``model_params``, or with the task parameters of one of FRobs_RL's examples.
         out: Folder of the new file.
 
     Raises:
-        ConfigurationError: The file has neither format, or the new file already exists.
+        ConfigurationError: The file has neither of these formats, or the new file already exists.
     """
     mapping = load_yaml(path)
     target = out / f"{path.stem}_run.yaml"
@@ -146,7 +147,7 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
 
 
 def literal(value: Any, indent: int = 0) -> str:
-    """Return a value of a YAML file as Python source, with one line per key of a mapping."""
+    """Return a value from a YAML file as Python source code, with a separate line for each key of a mapping."""
     margin = " " * indent
     if isinstance(value, Mapping):
         inner = "".join(
@@ -166,7 +167,7 @@ def literal(value: Any, indent: int = 0) -> str:
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:
-    """Return whether a file describes controllers, at its root or in one namespace."""
+    """Return whether a file describes controllers, either at its root or in a single namespace."""
     values = list(mapping.values())
     if any(isinstance(value, Mapping) and "/" in str(value.get("type", "")) for value in values):
         return True

@@ -1,1 +1,1 @@
-"""The stand-in for ``moveit_commander`` and the node ``move_group``, based on the planner of FRobs."""
+"""Stand-in for ``moveit_commander`` and the node ``move_group``, based on FRobs's motion planner."""

@@ -1,4 +1,4 @@
-"""Reads a robot from MoveIt's parameters: its URDF, its SRDF and its joint limits."""
+"""Reads a robot's URDF, SRDF and joint limits from MoveIt's parameters."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ _SCALING = 0.1  # MoveIt's default
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """A robot from MoveIt's parameters.
+    """A robot described by MoveIt's parameters.
 
     Attributes:
-        model: The robot, with the limits of ``joint_limits.yaml``.
-        semantics: Its SRDF.
-        max_acceleration: Limits from ``joint_limits.yaml`` [rad/s² or m/s²], by joint name; joints may be missing.
+        model: The robot model with the limits from ``joint_limits.yaml``.
+        semantics: The contents of the robot's SRDF.
+        max_acceleration: Acceleration limits from ``joint_limits.yaml`` [rad/s² or m/s²], by joint name. Joints without
+            an acceleration limit are omitted.
         velocity_scaling: Default fraction of the velocity limits.
         acceleration_scaling: Default fraction of the acceleration limits.
     """
@@ -53,13 +54,13 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
     """Read a robot from the parameter server.
 
     Args:
-        parameter: Name of the URDF's parameter; the SRDF is in ``<parameter>_semantic``, the limits in
-            ``<parameter>_planning``.
-        namespace: Namespace of the parameters; empty: that of this node.
+        parameter: Name of the parameter that contains the URDF. The parameter ``<parameter>_semantic`` contains the
+            SRDF, and ``<parameter>_planning`` contains the joint limits.
+        namespace: Namespace of the parameters. Defaults to the namespace of this node.
 
     Raises:
         MoveItCommanderException: A parameter is missing.
-        ModelFileError: A description is invalid.
+        ModelFileError: The URDF or the SRDF is invalid.
     """
     import rospy
 
@@ -77,10 +78,10 @@ def read_description(parameter: str = "robot_description", namespace: str = "") 
 
 
 def describe(urdf: str, srdf: str, planning: Mapping[str, Any], source: str = "robot_description") -> RobotDescription:
-    """Return the robot for a URDF, an SRDF and the contents of ``joint_limits.yaml``.
+    """Create a robot description from a URDF, an SRDF and the contents of ``joint_limits.yaml``.
 
     Raises:
-        ModelFileError: A description is invalid.
+        ModelFileError: The URDF or the SRDF is invalid.
     """
     limits: Mapping[str, Any] = planning.get("joint_limits", {})
     model = _read_urdf(urdf)
@@ -108,7 +109,7 @@ def _read_urdf(text: str) -> RobotModel:
 
 
 def _limits(limits: JointLimits, changes: Mapping[str, Any]) -> JointLimits:
-    """Return a joint's limits, replaced by those of ``joint_limits.yaml``."""
+    """Return a joint's limits after applying the changes from ``joint_limits.yaml``."""
     if changes.get("has_position_limits"):
         lower, upper = changes.get("min_position", limits.lower), changes.get("max_position", limits.upper)
         limits = replace(limits, lower=float(lower), upper=float(upper))

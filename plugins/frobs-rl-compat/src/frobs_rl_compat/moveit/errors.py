@@ -8,16 +8,16 @@ from frobs_core.errors import FrobsError, nearest
 
 
 class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's
-    """A call of moveit_commander failed."""
+    """A call to moveit_commander failed."""
 
 
 class NotOfferedError(MoveItCommanderException, AttributeError):
-    """A function of MoveIt is not available in the stand-in.
+    """A MoveIt function is not available in the stand-in.
 
     Args:
         owner: The class or module.
         name: The function.
-        available: The names that the owner has.
+        available: The names that the class or module provides.
     """
 
     def __init__(self, owner: str, name: str, available: Iterable[str]) -> None:

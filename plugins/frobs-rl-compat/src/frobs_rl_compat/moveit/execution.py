@@ -1,4 +1,4 @@
-"""Executes trajectories with the controllers from MoveIt's parameters."""
+"""Executes trajectories with the controllers that MoveIt's parameters define."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from frobs_rl_compat.moveit.settings import SETTINGS
 
 LOG = logging.getLogger("rosout.moveit_commander")
 
-_CONNECT = 5.0  # [s] maximum time for a controller's action server to answer
+_CONNECT = 5.0  # [s] maximum time to wait for a controller's action server
 _PERIOD = 0.05  # [s]
 
 
 class Execution:
-    """Sends trajectories to controllers through the action ``follow_joint_trajectory``.
+    """Sends trajectories to controllers as goals of the action ``follow_joint_trajectory``.
 
     Args:
         namespace: Namespace of the node ``move_group``.
@@ -40,13 +40,13 @@ class Execution:
 
         Args:
             trajectory: Trajectory that starts at the robot's current state.
-            wait: Whether to return after the controllers have finished, instead of immediately.
+            wait: Whether to wait until the controllers have finished before returning.
 
         Returns:
-            Whether the controllers have reached the end; without ``wait``, whether the trajectory was sent.
+            Whether the controllers finished the trajectory or, if ``wait`` is False, whether the trajectory was sent.
 
         Raises:
-            MoveItCommanderException: No controller moves these joints.
+            MoveItCommanderException: No controller is available for one of the joints.
         """
         parameters = group_parameters(self._namespace)
         settings = {**SETTINGS, **parameters.get("trajectory_execution", {})}
@@ -69,7 +69,7 @@ class Execution:
         return self._wait(limit)
 
     def stop(self) -> None:
-        """Cancel the motion; the controllers then hold the robot's position."""
+        """Cancel the motion, after which the controllers keep the robot at its current position."""
         goals, self._goals = self._goals, []
         for goal in goals:
             if not _is_done(goal):
@@ -94,7 +94,7 @@ class Execution:
         return True
 
     def _split(self, trajectory: Any, controllers: Any) -> dict[str, Any]:
-        """Return a goal for each controller that moves some of the joints, by the name of its action."""
+        """Split a trajectory into one goal per controller, and return the goals by action name."""
         from control_msgs.msg import FollowJointTrajectoryGoal
         from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -120,7 +120,7 @@ class Execution:
         if action not in self._clients:
             client = ActionClient(action, FollowJointTrajectoryAction)
             end = time.monotonic() + _CONNECT
-            while not _is_connected(client):  # its own method uses the robot's clock, which may be paused
+            while not _is_connected(client):  # the client's wait method uses the robot's clock, which may be paused
                 time.sleep(0.01)
                 if time.monotonic() > end or rospy.is_shutdown():
                     raise MoveItCommanderException(
@@ -131,10 +131,11 @@ class Execution:
         return self._clients[action]
 
     def _wait(self, limit: float | None) -> bool:
-        """Wait until the goals have ended; cancel them if that takes longer than a limit [s].
+        """Wait until all goals have ended, or cancel them after a time limit [s].
 
-        The limit must be exceeded on both the robot's clock and this computer's: in a simulation that runs 20 times
-        faster than real time, messages that arrive 50 ms late are late by a second.
+        The goals are canceled only if the limit is exceeded on both the robot's clock and this computer's clock. In a
+        simulation that runs 20 times faster than real time, a message that arrives 50 ms late appears to be one second
+        late on the robot's clock.
         """
         import rospy
         from actionlib_msgs.msg import GoalStatus
@@ -157,15 +158,15 @@ class Execution:
 
 
 def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list[str]]:
-    """Return the controllers for joints, by the name of their action.
+    """Choose a controller for each joint, and return the joints of each controller by action name.
 
     Args:
         names: The joints.
         controllers: The parameter ``controller_list``.
-        owner: Name of the node with this parameter.
+        owner: Name of the node that uses ``controller_list``, for error messages.
 
     Raises:
-        MoveItCommanderException: The parameter does not exist, or no controller moves one of the joints.
+        MoveItCommanderException: The parameter does not exist, or no controller is available for one of the joints.
     """
     if not isinstance(controllers, list) or not controllers:
         raise MoveItCommanderException(

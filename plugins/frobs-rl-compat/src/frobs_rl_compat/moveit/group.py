@@ -1,4 +1,4 @@
-"""``MoveGroupCommander``: plans and executes motions of one group of joints."""
+"""``MoveGroupCommander``, which plans and executes motions of one joint group."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ _ERROR_CODES = {
     Reason.GOAL_OUT_OF_REACH: "NO_IK_SOLUTION",
     Reason.NO_WAY_FOUND: "PLANNING_FAILED",
 }
-_BOUND = 1e-6  # [rad or m] by which a target may exceed a limit due to rounding
+_BOUND = 1e-6  # [rad or m] maximum amount by which a target may exceed a limit due to rounding
 
 
 class MoveGroupCommander:
-    """Plans and executes motions of one group of joints, like MoveIt's class of this name.
+    """Plans and executes motions of one joint group, like MoveIt's class of the same name.
 
     Args:
         name: Name of the group.
-        robot_description: Parameter with the URDF.
+        robot_description: Name of the parameter that contains the URDF.
         ns: Namespace of the parameters and of ``move_group``.
         wait_for_servers: Maximum time to wait for ``move_group`` [s].
 
     Raises:
-        MoveItCommanderException: The group does not exist, a parameter is missing, or ``move_group`` does not run.
+        MoveItCommanderException: The group or a parameter does not exist, or ``move_group`` is not running.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class MoveGroupCommander:
     def __getattr__(self, name: str) -> Any:
         raise NotOfferedError("MoveGroupCommander", name, dir(self))
 
-    # What it is
+    # Description of the group
 
     def get_name(self) -> str:
         """Return the group's name."""
@@ -106,7 +106,7 @@ class MoveGroupCommander:
         return self._frame
 
     def set_pose_reference_frame(self, reference_frame: str) -> None:
-        """Set the default frame of pose targets: the planning frame or a link of the robot."""
+        """Set the default frame of pose targets to the planning frame or to a link of the robot."""
         self._frame_pose(reference_frame)
         self._frame = reference_frame
 
@@ -115,37 +115,37 @@ class MoveGroupCommander:
         return bool(self._link)
 
     def get_end_effector_link(self) -> str:
-        """Return the link that pose targets refer to; empty if the group has none."""
+        """Return the link that pose targets refer to, or an empty string if the group has no such link."""
         return self._link
 
     def set_end_effector_link(self, link_name: str) -> None:
         """Set the link that pose targets refer to."""
         self._link = self._tool(link_name)
 
-    # Where the robot is
+    # Current state of the robot
 
     def get_current_joint_values(self) -> list[float]:
-        """Return the joints' positions [rad or m]."""
+        """Return the current joint positions [rad or m]."""
         current = self._states.current(self._names)
         return [current[name] for name in self._names]
 
     def get_current_pose(self, end_effector_link: str = "") -> Any:
-        """Return the pose of the end-effector link in the planning frame, as ``geometry_msgs/PoseStamped``."""
+        """Return the current pose of the end-effector link in the planning frame as ``geometry_msgs/PoseStamped``."""
         return self._stamped(self._link_pose(self._tool(end_effector_link), self._everything()))
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
-        """Return roll, pitch and yaw of the end-effector link in the planning frame [rad]."""
+        """Return the roll, pitch and yaw angles of the end-effector link in the planning frame [rad]."""
         return list(rpy_from_quat(self._link_pose(self._tool(end_effector_link), self._everything())[3:]))
 
     def get_random_joint_values(self) -> list[float]:
-        """Return random joint positions within the limits [rad or m], which may be in collision."""
+        """Return random joint positions within the limits [rad or m], without checking for collisions."""
         lower = np.where(np.isinf(self._lower), -math.pi, self._lower)
         upper = np.where(np.isinf(self._upper), math.pi, self._upper)
         drawn: list[float] = self._random.uniform(lower, upper).tolist()
         return drawn
 
     def get_random_pose(self, end_effector_link: str = "") -> Any:
-        """Return the pose of the end-effector link at random joint positions, as ``geometry_msgs/PoseStamped``."""
+        """Return the pose of the end-effector link at random joint positions as ``geometry_msgs/PoseStamped``."""
         positions = {**self._everything(), **dict(zip(self._names, self.get_random_joint_values(), strict=True))}
         return self._stamped(self._link_pose(self._tool(end_effector_link), positions))
 
@@ -155,10 +155,10 @@ class MoveGroupCommander:
         """Set joint positions as the target.
 
         Args:
-            arg1: All positions in the order of the group, positions by joint name, a ``JointState``, the name of one
-                joint, or a pose.
-            arg2: The position of the joint that ``arg1`` names, or the end-effector link of the pose.
-            arg3: Whether an approximate solution is enough; not supported.
+            arg1: All positions in the joint order of the group, positions by joint name, a ``JointState``, the name of
+                one joint, or a pose.
+            arg2: The position of the joint if ``arg1`` is a joint name, or the end-effector link if ``arg1`` is a pose.
+            arg3: Whether an approximate solution is sufficient. Approximate solutions are not supported.
 
         Raises:
             MoveItCommanderException: A joint does not exist, or a position exceeds its limits.
@@ -181,7 +181,7 @@ class MoveGroupCommander:
         self._pose_target = None
 
     def get_joint_value_target(self) -> list[float]:
-        """Return the target joint positions [rad or m], or the current ones if there is no target."""
+        """Return the target joint positions [rad or m], or the current joint positions if no target is set."""
         if self._joint_target is None:
             return self.get_current_joint_values()
         target: list[float] = self._joint_target.tolist()
@@ -191,14 +191,15 @@ class MoveGroupCommander:
         """Set a pose of the end-effector link as the target.
 
         Args:
-            pose: ``Pose``, ``PoseStamped``, or a list: x, y, z and roll, pitch, yaw or a quaternion x, y, z, w.
-            end_effector_link: Name of the link; empty: that of the group.
+            pose: A ``Pose``, a ``PoseStamped``, or a list that contains x, y, z, followed by either roll, pitch, yaw or
+                the quaternion x, y, z, w.
+            end_effector_link: Name of the link. Defaults to the group's end-effector link.
         """
         self._pose_target = (self._tool(end_effector_link), self._pose(pose), True)
         self._joint_target = None
 
     def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
-        """Set a position of the end-effector link as the target; its rotation is free."""
+        """Set a position of the end-effector link as the target, without constraining the link's rotation."""
         position = [float(value) for value in xyz]
         if len(position) != 3:
             raise MoveItCommanderException(f"a position has 3 numbers, not {len(position)}.")
@@ -211,11 +212,11 @@ class MoveGroupCommander:
         self._pose_target = None
 
     def set_named_target(self, name: str) -> None:
-        """Set a named state of the SRDF as the target."""
+        """Set one of the SRDF's named states as the target."""
         self.set_joint_value_target(self.get_named_target_values(name))
 
     def get_named_targets(self) -> list[str]:
-        """Return the names of the group's states in the SRDF."""
+        """Return the names of the states that the SRDF defines for the group."""
         return list(self._group.states)
 
     def get_named_target_values(self, target: str) -> dict[str, float]:
@@ -236,7 +237,7 @@ class MoveGroupCommander:
         self._acceleration_scaling = _share("acceleration", value)
 
     def get_goal_tolerance(self) -> tuple[float, float, float]:
-        """Return the tolerances of joint positions, position and orientation."""
+        """Return the joint tolerance, the position tolerance and the orientation tolerance."""
         joint, position, orientation = self._tolerances.values()
         return joint, position, orientation
 
@@ -245,42 +246,42 @@ class MoveGroupCommander:
         return self._tolerances["joint"]
 
     def get_goal_position_tolerance(self) -> float:
-        """Return the maximum distance from a pose target [m]."""
+        """Return the maximum permitted distance from a pose target [m]."""
         return self._tolerances["position"]
 
     def get_goal_orientation_tolerance(self) -> float:
-        """Return the maximum angle from a pose target [rad]."""
+        """Return the maximum permitted angle from a pose target [rad]."""
         return self._tolerances["orientation"]
 
     def set_goal_tolerance(self, value: float) -> None:
-        """Set all three tolerances."""
+        """Set the joint, position and orientation tolerances to the same value."""
         for kind in self._tolerances:
             self._tolerances[kind] = _positive(f"the {kind} tolerance", value)
 
     def set_goal_joint_tolerance(self, value: float) -> None:
-        """Set the tolerance of joint targets [rad or m]; planned motions end exactly at the target regardless."""
+        """Set the tolerance of joint targets [rad or m], although planned motions always end exactly at the target."""
         self._tolerances["joint"] = _positive("the joint tolerance", value)
 
     def set_goal_position_tolerance(self, value: float) -> None:
-        """Set the maximum distance from a pose target [m]."""
+        """Set the maximum permitted distance from a pose target [m]."""
         self._tolerances["position"] = _positive("the position tolerance", value)
 
     def set_goal_orientation_tolerance(self, value: float) -> None:
-        """Set the maximum angle from a pose target [rad]."""
+        """Set the maximum permitted angle from a pose target [rad]."""
         self._tolerances["orientation"] = _positive("the orientation tolerance", value)
 
     def set_planning_time(self, seconds: float) -> None:
-        """Set the maximum duration of the search for a motion [s]."""
+        """Set the maximum planning time [s]."""
         self._planning_time = _positive("the planning time", seconds)
 
     def get_planning_time(self) -> float:
-        """Return the maximum duration of the search for a motion [s]."""
+        """Return the maximum planning time [s]."""
         return self._planning_time
 
     def set_workspace(self, ws: Sequence[float]) -> None:
-        """Validate a workspace: empty, or its corners as 4 or 6 numbers.
+        """Validate a workspace, which is either an empty list or two corners given as 4 or 6 numbers.
 
-        As in MoveIt, it limits only the motion of mobile bases, which are not supported here.
+        As in MoveIt, a workspace limits only the motion of mobile bases, which this stand-in does not support.
         """
         corners = [float(value) for value in ws]
         half = len(corners) // 2
@@ -298,7 +299,8 @@ class MoveGroupCommander:
         """Plan a motion from the robot's current state to the target.
 
         Args:
-            joints: A target as in :meth:`set_joint_value_target`, or a pose; None: the current target.
+            joints: A joint target as in :meth:`set_joint_value_target`, a pose, or the name of a state. Defaults to the
+                current target.
 
         Returns:
             Whether a motion was found, the motion as ``RobotTrajectory``, the planning time [s], and the
@@ -316,14 +318,14 @@ class MoveGroupCommander:
         return success, trajectory, seconds, MoveItErrorCodes(val=getattr(MoveItErrorCodes, name))
 
     def go(self, joints: Any = None, wait: bool = True) -> bool:
-        """Plan a motion to the target, and execute it.
+        """Plan a motion to the target and execute the motion.
 
         Args:
-            joints: As in :meth:`plan`.
-            wait: Whether to return after the motion has ended, instead of after sending it.
+            joints: The target, as in :meth:`plan`.
+            wait: Whether to wait until the motion has ended before returning.
 
         Returns:
-            Whether the motion was planned, and executed or sent.
+            Whether the motion was planned and executed or, if ``wait`` is False, planned and sent to the controllers.
         """
         if isinstance(joints, bool):
             joints, wait = None, joints
@@ -331,7 +333,7 @@ class MoveGroupCommander:
         return success and self.execute(trajectory, wait)
 
     def execute(self, plan_msg: Any, wait: bool = True) -> bool:
-        """Execute a motion that :meth:`plan` has returned; see :meth:`go`."""
+        """Execute a motion returned by :meth:`plan`. See :meth:`go` for ``wait`` and the return value."""
         return self._execution.execute(plan_msg.joint_trajectory, wait=wait)
 
     def stop(self) -> None:
@@ -349,7 +351,7 @@ class MoveGroupCommander:
             self.set_joint_value_target(target)
 
     def _plan(self) -> tuple[Plan | None, Any]:
-        """Return the planner's result, or None without a target, and the motion as a message."""
+        """Return the planner's result (None if no target is set) and the motion as a message."""
         goal = self._goal()
         start = self._everything()
         values = np.array([start[name] for name in self._names])
@@ -385,7 +387,7 @@ class MoveGroupCommander:
         )
 
     def _joint_vector(self, values: Any) -> Floats:
-        """Return joint positions (dof,); joints that are not given use the last target or their current position."""
+        """Return joint positions (dof,), using the last target or the current position for unspecified joints."""
         if isinstance(values, Mapping):
             unknown = [name for name in values if name not in self._names]
             if unknown:
@@ -407,7 +409,7 @@ class MoveGroupCommander:
         return vector
 
     def _within(self, target: Floats) -> Floats:
-        """Return a joint target clipped to the limits, if rounding is the reason that it exceeds them."""
+        """Return a joint target, clipped to the limits if it exceeds them only due to rounding."""
         target = np.where(self._endless, target - 2.0 * np.pi * np.round(target / (2.0 * np.pi)), target)
         inside = np.clip(target, self._lower, self._upper)
         beyond = ~(np.abs(inside - target) <= _BOUND)

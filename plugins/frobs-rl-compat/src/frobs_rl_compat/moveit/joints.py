@@ -11,11 +11,11 @@ from typing import Any
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.node import resolve
 
-_PAUSED = 0.1  # [s] without a message: the simulation is paused, and the last message is current
+_PAUSED = 0.1  # [s] without a message after which the simulation is considered paused
 
 
 class JointStates:
-    """Subscribes to the joint states.
+    """Subscribes to the joint states and stores the current positions.
 
     Args:
         topic: Full name of the topic.
@@ -44,14 +44,14 @@ class JointStates:
         return self._stamp
 
     def current(self, names: Iterable[str], wait: float = 1.0) -> dict[str, float]:
-        """Return the positions of joints, from a message that arrives after the call unless the simulation is paused.
+        """Return joint positions from the next message, or from the last one if the simulation is paused.
 
         Args:
             names: Names of the joints.
             wait: Maximum time to wait for the first message [s].
 
         Raises:
-            MoveItCommanderException: No message contained the position of a joint in time.
+            MoveItCommanderException: No message with the position of a joint arrived in time.
         """
         wanted, began = list(names), time.monotonic()
         with self._changed:
@@ -80,5 +80,5 @@ def _listen(topic: str) -> JointStates:
 
 
 def joint_states(namespace: str) -> JointStates:
-    """Return the joint states of a namespace, with one subscriber per topic."""
+    """Return the joint states of a namespace. Calls for the same topic share one subscriber."""
     return _listen(resolve(namespace, "joint_states"))

@@ -1,6 +1,6 @@
-"""The stand-in for the node ``move_group``, which the launch files of MoveIt packages start.
+"""Stand-in for the node ``move_group``, which the launch files of MoveIt packages start.
 
-It stores the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
+This node stores the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _STATUS_PERIOD = 0.2  # [s] as in actionlib
 
 
 class MoveGroup:
-    """The services and topics of ``move_group`` that clients wait for, and its planning scene.
+    """Stores the planning scene, and provides the services and topics of ``move_group`` that clients wait for.
 
     Raises:
         MoveItCommanderException: The robot's description is not on the parameter server.
@@ -108,7 +108,7 @@ class MoveGroup:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the node until it is shut down; return its exit code."""
+    """Run the node until it is shut down, and return the exit code."""
     use_ros()
     import rospy
     from actionlib_msgs.msg import GoalStatusArray

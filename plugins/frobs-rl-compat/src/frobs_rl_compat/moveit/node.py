@@ -1,4 +1,4 @@
-"""The ROS node of this process, and names in the ROS graph."""
+"""Functions for this process's ROS node and for names in the ROS graph."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def ensure_node() -> None:
-    """Start a node if this process has none: with MoveIt, scripts do not have to call ``rospy.init_node``."""
+    """Start a node if this process has none, because MoveIt does not require scripts to call ``rospy.init_node``."""
     import rospy
 
     if not rospy.core.is_initialized():
@@ -14,7 +14,7 @@ def ensure_node() -> None:
 
 
 def resolve(namespace: str, name: str) -> str:
-    """Return the global name for a name in a namespace; an empty namespace is that of this node."""
+    """Return the global form of a name in a namespace. An empty namespace refers to this node's namespace."""
     import rospy
 
     return str(rospy.resolve_name(f"{namespace.rstrip('/')}/{name}" if namespace else name))

@@ -1,4 +1,4 @@
-"""Plans motions of one group of joints in a planning scene."""
+"""Plans motions of one joint group in a planning scene."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.semantics import Group
 
 CLEARANCE = 0.01
-"""[m] clearance of planned motions, because controllers do not follow them exactly."""
+"""Clearance of planned motions [m], which is necessary because controllers do not follow motions exactly."""
 
-_HELD = 1e-9  # [rad or m] range of fixed joints, because the search needs one for every joint
+_HELD = 1e-9  # [rad or m] half range of held joints, because the search requires a nonzero range for every joint
 _MOVED = 1e-4  # [rad or m] motion of a joint outside the group that requires a new planner
 
 
 class GroupPlanner:
-    """Plans motions of one group; all other joints keep their positions at the beginning of the motion.
+    """Plans motions of one group, during which all other joints stay at their initial positions.
 
     Args:
         description: The robot.
@@ -51,9 +51,9 @@ class GroupPlanner:
         """Plan a motion.
 
         Args:
-            start: Positions of all joints of the robot, by name [rad or m].
+            start: Positions of all robot joints by name [rad or m].
             goal: Positions of the group's joints [rad or m], or a pose of ``link`` in the planning frame.
-            link: Tool of pose goals; empty: none.
+            link: Link that pose goals refer to, or an empty string if there is no such link.
             scene: The ``moveit_msgs/PlanningScene``.
             velocity_scaling: Fraction of the velocity limits.
             acceleration_scaling: Fraction of the acceleration limits.
@@ -63,7 +63,7 @@ class GroupPlanner:
             A plan for all joints of the robot.
 
         Raises:
-            MoveItCommanderException: The scene has an unsupported object.
+            MoveItCommanderException: The scene contains an unsupported object.
         """
         names, group = self._description.model.joint_names, self._group.joint_names
         others = {name: start[name] for name in names if name not in group}
@@ -72,13 +72,13 @@ class GroupPlanner:
             wanted = {**start, **dict(zip(group, goal.tolist(), strict=True))}
             goal = np.clip(
                 [wanted[name] for name in names], planner.lower, planner.upper
-            )  # of the others, where they are held
+            )  # also clips the other joints to the ranges in which they are held
         return planner.plan([start[name] for name in names], goal, max_seconds=max_seconds)
 
     def _made(
         self, others: Mapping[str, float], link: str, scene: Any, velocity_scaling: float, acceleration_scaling: float
     ) -> Planner:
-        """Return the planner, which is rebuilt only if something has changed."""
+        """Return the planner, rebuilding it only if one of the arguments has changed."""
         objects, attached = scene.world.collision_objects, scene.robot_state.attached_collision_objects
         places = tuple(round(value / _MOVED) for value in others.values())
         key = (places, link, velocity_scaling, acceleration_scaling, repr(objects), repr(attached))
@@ -106,9 +106,9 @@ class GroupPlanner:
 
 
 def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
-    """Return a robot in which some joints are fixed at positions [rad or m], by joint name.
+    """Return a robot model whose joints with an entry in ``positions`` are held at that position [rad or m].
 
-    They remain joints, so that the same links may touch as in the whole robot.
+    Held joints keep their type, so the same pairs of links may touch as in the original model.
     """
 
     def limits(joint: Joint) -> JointLimits:
@@ -121,10 +121,10 @@ def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
 
 
 def with_attached(model: RobotModel, attached: Collection[Any]) -> RobotModel:
-    """Return a robot with additional links: the ``moveit_msgs/AttachedCollisionObject`` messages that it carries.
+    """Return a robot model with an additional link for each ``moveit_msgs/AttachedCollisionObject``.
 
     Raises:
-        MoveItCommanderException: An object has the name of a link, or an unsupported shape.
+        MoveItCommanderException: An object has the same name as a link, or has an unsupported shape.
     """
     names = {link.name for link in model.links}
     links, joints = [*model.links], [*model.joints]

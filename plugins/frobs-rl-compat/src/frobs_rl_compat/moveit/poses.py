@@ -1,4 +1,4 @@
-"""Converts between poses as arrays, (7,): position [m] and quat_wxyz, and messages of geometry_msgs."""
+"""Converts between ``geometry_msgs`` messages and pose arrays (7,), which contain a position [m] and quat_wxyz."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def from_message(pose: Any) -> Floats:
-    """Return a ``geometry_msgs/Pose`` as an array; a zero quaternion, the message's default, means no rotation.
+    """Convert a ``geometry_msgs/Pose`` to an array. A zero quaternion, the message's default, means no rotation.
 
     Raises:
-        MoveItCommanderException: A number is not finite, or the quaternion is not of length 1.
+        MoveItCommanderException: A number is not finite, or the quaternion does not have unit length.
     """
     p, q = pose.position, pose.orientation
     return _checked([p.x, p.y, p.z, q.w, q.x, q.y, q.z])
@@ -39,7 +39,7 @@ def _checked(numbers: Sequence[float]) -> Floats:
 
 
 def to_message(array: Floats) -> Any:
-    """Return a pose as ``geometry_msgs/Pose``."""
+    """Convert a pose array to ``geometry_msgs/Pose``."""
     from geometry_msgs.msg import Point, Pose, Quaternion
 
     x, y, z, w, i, j, k = array.tolist()
@@ -47,10 +47,10 @@ def to_message(array: Floats) -> Any:
 
 
 def from_list(numbers: Sequence[float]) -> Floats:
-    """Return the pose of x, y, z, roll, pitch, yaw, or of x, y, z and a quaternion x, y, z, w.
+    """Convert a list with x, y, z and either roll, pitch, yaw or a quaternion x, y, z, w to a pose array.
 
     Raises:
-        MoveItCommanderException: There are neither 6 nor 7 numbers, or they do not form a pose.
+        MoveItCommanderException: The list has neither 6 nor 7 numbers, or the numbers are not a valid pose.
     """
     values = [float(number) for number in numbers]
     if len(values) == 6:

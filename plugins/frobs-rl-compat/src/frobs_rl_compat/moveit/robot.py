@@ -1,4 +1,4 @@
-"""``RobotCommander``: the structure of a robot, and its joint positions."""
+"""``RobotCommander``, which provides a robot's structure and its joint positions."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from frobs_rl_compat.moveit.node import ensure_node
 
 
 class RobotCommander:
-    """A robot from its URDF and SRDF. ``robot.<group>`` is a :class:`MoveGroupCommander`.
+    """A robot described by a URDF and an SRDF. ``robot.<group>`` returns the group's :class:`MoveGroupCommander`.
 
     Args:
-        robot_description: Parameter with the URDF.
+        robot_description: Name of the parameter that contains the URDF.
         ns: Namespace of the parameters and of ``move_group``.
 
     Raises:
@@ -30,7 +30,7 @@ class RobotCommander:
         self._groups: dict[str, MoveGroupCommander] = {}
 
     def get_planning_frame(self) -> str:
-        """Return the frame of all poses."""
+        """Return the frame in which all poses are expressed."""
         return self._description.semantics.planning_frame
 
     def get_root_link(self) -> str:
@@ -49,14 +49,14 @@ class RobotCommander:
         """Return a group's commander.
 
         Raises:
-            MoveItCommanderException: The group does not exist, or ``move_group`` does not run.
+            MoveItCommanderException: The group does not exist, or ``move_group`` is not running.
         """
         if name not in self._groups:
             self._groups[name] = MoveGroupCommander(name, self._parameter, self._namespace)
         return self._groups[name]
 
     def get_joint_names(self, group: str | None = None) -> list[str]:
-        """Return the names of movable joints, of a group or of the whole robot."""
+        """Return the names of the movable joints in a group, or in the whole robot if ``group`` is None."""
         if group is None:
             return list(self._description.model.joint_names)
         return list(self._description.group(group).joint_names)
@@ -64,17 +64,17 @@ class RobotCommander:
     get_active_joint_names = get_joint_names
 
     def get_link_names(self, group: str | None = None) -> list[str]:
-        """Return the names of the links, of a group or of the whole robot."""
+        """Return the names of the links in a group, or in the whole robot if ``group`` is None."""
         if group is None:
             return [link.name for link in self._description.model.links]
         return list(self._description.group(group).links)
 
     def get_current_variable_values(self) -> dict[str, float]:
-        """Return the positions of all joints [rad or m], by name."""
+        """Return the current positions of all joints [rad or m], by joint name."""
         return self._states.current(self._description.model.joint_names)
 
     def get_current_state(self) -> Any:
-        """Return the joints' positions as ``moveit_msgs/RobotState``."""
+        """Return the current joint positions as ``moveit_msgs/RobotState``."""
         from moveit_msgs.msg import RobotState
 
         current, state = self.get_current_variable_values(), RobotState()

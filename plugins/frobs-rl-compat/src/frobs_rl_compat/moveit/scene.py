@@ -1,4 +1,4 @@
-"""Converts objects of a planning scene to obstacles of the planner."""
+"""Converts the objects of a planning scene to obstacles for the planner."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 
 def body(collision_object: Any) -> Body:
-    """Return a ``moveit_msgs/CollisionObject`` as a body at the pose of the message, ignoring its frame.
+    """Convert a ``moveit_msgs/CollisionObject`` to a body at the message's pose, ignoring the message's frame.
 
     Raises:
-        MoveItCommanderException: The object has no shape, or an unsupported one.
+        MoveItCommanderException: The object has no shape, or has an unsupported shape.
     """
     shapes = tuple(Shape(found.geometry, found.origin) for found in collisions(collision_object))
     return Body(shapes=shapes, pose=pose_from_array(poses.from_message(collision_object.pose)))
@@ -44,7 +44,7 @@ def collisions(collision_object: Any) -> tuple[Collision, ...]:
     """Return the shapes of a ``moveit_msgs/CollisionObject`` in the object's own frame.
 
     Raises:
-        MoveItCommanderException: The object has no shape, or an unsupported one.
+        MoveItCommanderException: The object has no shape, or has an unsupported shape.
     """
     name = collision_object.id
     if collision_object.planes:
@@ -86,7 +86,7 @@ def _primitive(name: str, primitive: Any) -> Geometry:
 
 
 def _mesh(name: str, mesh: Any) -> Mesh:
-    """Return a mesh as a file, which is written only once per shape."""
+    """Convert a mesh message to a mesh file, which is written only once for each distinct mesh."""
     vertices = np.array([[point.x, point.y, point.z] for point in mesh.vertices], float).reshape(-1, 3)
     faces = np.array([list(triangle.vertex_indices) for triangle in mesh.triangles], np.int32).reshape(-1, 3)
     if not len(faces) or faces.max() >= len(vertices) or not np.isfinite(vertices).all():
@@ -102,12 +102,12 @@ def _mesh(name: str, mesh: Any) -> Mesh:
 
 @cache
 def _mesh_folder() -> tempfile.TemporaryDirectory[str]:
-    """Return a folder for meshes, which is deleted when the process ends."""
+    """Return a temporary folder for meshes, which is deleted when the process ends."""
     return tempfile.TemporaryDirectory(prefix="frobs-moveit-")
 
 
 def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
-    """Read a mesh file as ``shape_msgs/Mesh``.
+    """Read a mesh file and convert it to ``shape_msgs/Mesh``.
 
     Raises:
         ModelFileError: The file cannot be read.
@@ -123,7 +123,7 @@ def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
 
 
 def append(known: Any, added: Any) -> None:
-    """Add the shapes of one ``moveit_msgs/CollisionObject`` to another one in the same frame, keeping their poses."""
+    """Add one ``moveit_msgs/CollisionObject``'s shapes to another object in the same frame without moving them."""
     into = poses.inverse(poses.from_message(known.pose))
     outer = compose(into, poses.from_message(added.pose))
     for shapes, places in (("primitives", "primitive_poses"), ("meshes", "mesh_poses")):

@@ -1,4 +1,4 @@
-"""``PlanningSceneInterface``: the obstacles of motions."""
+"""``PlanningSceneInterface``, which changes the obstacles that motions must avoid."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class PlanningSceneInterface:
 
     Args:
         ns: Namespace of ``move_group``.
-        synchronous: Parameter of MoveIt; calls are always synchronous here.
+        synchronous: Ignored, because calls to this stand-in are always synchronous.
         service_timeout: Maximum time to wait for ``move_group`` [s].
 
     Raises:
-        MoveItCommanderException: ``move_group`` does not run.
+        MoveItCommanderException: ``move_group`` is not running.
     """
 
     def __init__(self, ns: str = "", synchronous: bool = False, service_timeout: float = 5.0) -> None:
@@ -36,29 +36,29 @@ class PlanningSceneInterface:
         raise NotOfferedError("PlanningSceneInterface", name, dir(self))
 
     def add_box(self, name: str, pose: Any, size: Size = _UNIT) -> None:
-        """Add a box with edge lengths [m] at a ``PoseStamped``."""
+        """Add a box with the given edge lengths [m] at a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "BOX", size))
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1.0) -> None:
-        """Add a sphere with a radius [m]."""
+        """Add a sphere with the given radius [m] at a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "SPHERE", (radius,)))
 
     def add_cylinder(self, name: str, pose: Any, height: float, radius: float) -> None:
-        """Add a cylinder along z with a height and a radius [m]."""
+        """Add a cylinder along z with the given height and radius [m] at a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "CYLINDER", (height, radius)))
 
     def add_mesh(self, name: str, pose: Any, filename: str, size: Size = _UNIT) -> None:
-        """Add a mesh from a file, scaled along its axes; motions avoid its convex hull."""
+        """Add a mesh from a file, scaled along its axes. Motions avoid the mesh's convex hull."""
         self.add_object(_mesh(name, pose, filename, size))
 
     def add_object(self, collision_object: Any) -> None:
-        """Add, change or remove an object by a ``moveit_msgs/CollisionObject``."""
+        """Add, change or remove an object as specified by a ``moveit_msgs/CollisionObject``."""
         if collision_object.operation in (collision_object.ADD, collision_object.APPEND):
             scenes.collisions(collision_object)
         self._apply(objects=[collision_object])
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object, or all objects without a name; attached objects are kept."""
+        """Remove an object by name, or all objects if ``name`` is None. Attached objects are kept."""
         from moveit_msgs.msg import CollisionObject
 
         self._apply(objects=[CollisionObject(id=name or "", operation=CollisionObject.REMOVE)])
@@ -66,12 +66,12 @@ class PlanningSceneInterface:
     def attach_box(
         self, link: str, name: str, pose: Any = None, size: Size = _UNIT, touch_links: Sequence[str] = ()
     ) -> None:
-        """Attach a box to a link; without a pose, attach the object of this name from the scene.
+        """Attach a box to a link. If ``pose`` is None, attach the scene's existing object with this name.
 
         Args:
-            link: The robot's link that carries the box.
+            link: The link of the robot to which the box is attached.
             name: Name of the box.
-            pose: ``PoseStamped``; None: attach an existing object.
+            pose: The pose of a new box as ``PoseStamped``, or None to attach an existing object.
             size: Edge lengths [m].
             touch_links: Links that the box may touch, in addition to ``link``.
         """
@@ -86,19 +86,19 @@ class PlanningSceneInterface:
         size: Size = _UNIT,
         touch_links: Sequence[str] = (),
     ) -> None:
-        """Attach a mesh to a link, like :meth:`attach_box`."""
+        """Attach a mesh to a link. See :meth:`attach_box` for the arguments."""
         self._attach(link, _existing(name) if pose is None else _mesh(name, pose, filename, size), touch_links)
 
     def attach_object(self, attached_collision_object: Any) -> None:
-        """Attach or detach an object by a ``moveit_msgs/AttachedCollisionObject``."""
+        """Attach or detach an object as specified by a ``moveit_msgs/AttachedCollisionObject``."""
         self._apply(attached=[attached_collision_object])
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
-        """Detach an object, which remains in the scene at its current pose.
+        """Detach objects, which remain in the scene at their current poses.
 
         Args:
-            link: Link from which to detach objects; None: any link.
-            name: Name of the object; None: all objects.
+            link: Link from which to detach objects. Defaults to all links.
+            name: Name of the object to detach. Defaults to all objects.
         """
         from moveit_msgs.msg import AttachedCollisionObject
 
@@ -107,12 +107,12 @@ class PlanningSceneInterface:
         self._apply(attached=[item])
 
     def get_known_object_names(self, with_type: bool = False) -> list[str]:
-        """Return the names of the objects in the scene; with ``with_type``, only those with a type."""
+        """Return the names of all objects in the scene, or of all objects with a type if ``with_type`` is True."""
         objects = current_scene(self._namespace).world.collision_objects
         return [item.id for item in objects if item.type.key or not with_type]
 
     def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, Any]:
-        """Return objects as ``moveit_msgs/CollisionObject``, by name; all objects without a list."""
+        """Return the given objects, or all objects by default, as ``moveit_msgs/CollisionObject`` messages by name."""
         found = {item.id: item for item in current_scene(self._namespace).world.collision_objects}
         return {name: item for name, item in found.items() if not object_ids or name in object_ids}
 
@@ -121,7 +121,7 @@ class PlanningSceneInterface:
         return {name: item.pose for name, item in self.get_objects(object_ids).items()} if object_ids else {}
 
     def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, Any]:
-        """Return attached objects as ``moveit_msgs/AttachedCollisionObject``, by name; all without a list."""
+        """Return the given attached objects, or all by default, as ``moveit_msgs/AttachedCollisionObject`` by name."""
         found = current_scene(self._namespace).robot_state.attached_collision_objects
         return {item.object.id: item for item in found if not object_ids or item.object.id in object_ids}
 
@@ -131,7 +131,7 @@ class PlanningSceneInterface:
         self.remove_world_object()
 
     def apply_planning_scene(self, planning_scene_message: Any) -> bool:
-        """Apply a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it."""
+        """Apply a ``moveit_msgs/PlanningScene`` and return whether ``move_group`` accepted it."""
         return apply_scene(self._namespace, planning_scene_message)
 
     def _attach(self, link: str, collision_object: Any, touch_links: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""The planning scene of the node ``move_group``, through its services."""
+"""Access to the planning scene through the services of the node ``move_group``."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ GET, APPLY = "get_planning_scene", "apply_planning_scene"
 
 
 def wait_for_move_group(namespace: str, timeout: float) -> None:
-    """Wait until ``move_group`` runs.
+    """Wait until ``move_group`` is running.
 
     Raises:
-        MoveItCommanderException: It does not start in time.
+        MoveItCommanderException: ``move_group`` does not start in time.
     """
     import rospy
 
@@ -31,7 +31,7 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
 
 
 def current_scene(namespace: str) -> Any:
-    """Return the ``moveit_msgs/PlanningScene``.
+    """Return the current planning scene as ``moveit_msgs/PlanningScene``.
 
     Raises:
         MoveItCommanderException: ``move_group`` does not answer.
@@ -44,7 +44,7 @@ def current_scene(namespace: str) -> Any:
 
 
 def apply_scene(namespace: str, scene: Any) -> bool:
-    """Apply a ``moveit_msgs/PlanningScene``; return whether ``move_group`` accepted it.
+    """Apply a ``moveit_msgs/PlanningScene`` and return whether ``move_group`` accepted it.
 
     Raises:
         MoveItCommanderException: ``move_group`` does not answer.
@@ -64,7 +64,7 @@ def _connection(name: str, service: Any) -> Any:
 def _call(name: str, service: Any, request: Any) -> Any:
     import rospy
 
-    for attempt in range(2):  # the connection may lead to a move_group that has ended
+    for attempt in range(2):  # the cached connection may belong to a move_group that has ended
         try:
             return _connection(name, service)(request)
         except (rospy.ServiceException, rospy.exceptions.TransportException, OSError) as error:

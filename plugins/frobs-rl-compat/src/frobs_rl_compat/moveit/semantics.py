@@ -1,4 +1,4 @@
-"""Reads SRDF files: the groups, named states and end effectors of a robot, and the links that may touch."""
+"""Reads a robot's groups, named states, end effectors and disabled collisions from SRDF files."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from frobs_core.models import Element, RobotModel, joint_path, outward, parse_xm
 
 @dataclass(frozen=True)
 class Group:
-    """Joints that are planned together.
+    """A group of joints whose motions are planned together.
 
     Attributes:
-        name: Name, unique in the robot.
-        joint_names: Its actuated joints, in the order of the robot's model.
-        links: The links that its joints carry, from the root outward.
-        tip: Last link, if the joints form a chain; otherwise empty.
-        states: Named joint positions [rad or m], each by joint name.
+        name: Name of the group, which is unique in the robot.
+        joint_names: Names of the group's actuated joints, in the order of the robot's model.
+        links: Child links of the group's joints, from the root outward.
+        tip: Last link if the joints form a chain, otherwise an empty string.
+        states: Joint positions of each named state [rad or m], by joint name.
     """
 
     name: str
@@ -30,12 +30,12 @@ class Group:
 
 @dataclass(frozen=True)
 class Semantics:
-    """The content of an SRDF.
+    """The contents of an SRDF file.
 
     Attributes:
         groups: Groups by name.
-        end_effectors: The link that carries each end effector, by the end effector's name.
-        planning_frame: Name of the frame of all poses. It coincides with the robot's root link.
+        end_effectors: Link to which each end effector is attached, by the name of the end effector.
+        planning_frame: Name of the frame in which all poses are expressed. This frame coincides with the root link.
         may_touch: Pairs of links for which collisions are disabled.
     """
 
@@ -51,7 +51,7 @@ def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
     Args:
         text: XML text of the SRDF.
         model: The robot.
-        source: Where the text comes from, for messages.
+        source: Origin of the text, which is shown in error messages.
 
     Raises:
         ModelFileError: The text is not an SRDF, refers to an unknown joint or link, or uses an unsupported feature.
@@ -96,7 +96,7 @@ def _group(name: str, elements: Mapping[str, Element], virtual: set[str], root: 
 def _members(
     name: str, elements: Mapping[str, Element], model: RobotModel, virtual: set[str], outer: tuple[str, ...] = ()
 ) -> set[str]:
-    """Return the names of a group's joints, including fixed ones; ``outer`` are the groups that contain it."""
+    """Return a group's joint names, including fixed joints. ``outer`` lists the groups that contain this group."""
     joints, above = {joint.name for joint in model.joints}, {joint.child: joint.name for joint in model.joints}
     links = {link.name for link in model.links}
     members: set[str] = set()

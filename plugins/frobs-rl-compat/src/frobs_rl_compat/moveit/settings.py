@@ -1,4 +1,4 @@
-"""The settings of trajectory execution, which ``/move_group/trajectory_execution/set_parameters`` changes."""
+"""Settings of trajectory execution for the service ``/move_group/trajectory_execution/set_parameters``."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ SETTINGS: dict[str, float | bool] = {
     "allowed_start_tolerance": 0.01,
     "execution_duration_monitoring": True,
 }
-"""Names with MoveIt's default values; a number is a double, [s] for the margin and [rad or m] for the tolerance."""
+"""MoveIt's default values by name. All numbers are doubles.
+
+The margin is in seconds, and the tolerance is in radians or meters.
+"""
 
 
 def changed(settings: dict[str, Any], config: Any) -> dict[str, float | bool]:
-    """Return settings, replaced by those of a ``dynamic_reconfigure/Config``; unknown names are ignored."""
+    """Return settings updated with the values of a ``dynamic_reconfigure/Config``, ignoring unknown names."""
     given = {entry.name: entry.value for entry in (*config.doubles, *config.bools)}
     merged = {**SETTINGS, **settings, **given}
     return {name: type(default)(merged[name]) for name, default in SETTINGS.items()}
 
 
 def as_config(settings: dict[str, float | bool]) -> Any:
-    """Return settings as ``dynamic_reconfigure/Config``."""
+    """Convert settings to a ``dynamic_reconfigure/Config``."""
     from dynamic_reconfigure.msg import BoolParameter, Config, DoubleParameter, GroupState
 
     return Config(

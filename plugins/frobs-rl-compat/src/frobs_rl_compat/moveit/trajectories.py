@@ -12,17 +12,17 @@ from frobs_controllers_planning import Plan
 from frobs_core.arrays import Floats
 
 _SPACING = 0.05  # [s] between points
-_LEAST = 10  # minimum number of points of a motion
+_LEAST = 10  # minimum number of points in a motion
 
 
 def to_message(plan: Plan, joint_names: Sequence[str], columns: Sequence[int], offset: Floats, frame: str) -> Any:
-    """Return a plan as ``moveit_msgs/RobotTrajectory``, without points if there is no motion.
+    """Convert a plan to a ``moveit_msgs/RobotTrajectory``, which has no points if the plan contains no motion.
 
     Args:
         plan: Result of the planner.
         joint_names: Joints of the message.
-        columns: (k,) index of each of these joints in the plan.
-        offset: (k,) offset that is added to their positions [rad or m].
+        columns: Index in the plan for each joint of the message (k,).
+        offset: Offset that is added to each joint position (k,) [rad or m].
         frame: The planning frame.
     """
     import rospy

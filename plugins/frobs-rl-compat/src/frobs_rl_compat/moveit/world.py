@@ -15,7 +15,7 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 
 class World:
-    """The objects of a planning scene.
+    """The objects in the planning scene of ``move_group``.
 
     Args:
         robot: Name of the robot.
@@ -40,10 +40,10 @@ class World:
             return scene
 
     def apply(self, scene: Any) -> None:
-        """Apply a ``moveit_msgs/PlanningScene``: all of its changes, or none.
+        """Apply either all changes of a ``moveit_msgs/PlanningScene`` or none of them.
 
         Raises:
-            MoveItCommanderException: It refers to an object that does not exist, or is not supported.
+            MoveItCommanderException: The scene refers to an object that does not exist or is not supported.
         """
         if scene.world.octomap.octomap.data:
             raise MoveItCommanderException("octomaps are not supported; add boxes or meshes.")
@@ -111,7 +111,7 @@ class World:
         self._objects[name] = freed
 
     def _placed(self, item: Any) -> Any:
-        """Return an object whose pose is in the planning frame."""
+        """Return a copy of an object with its pose expressed in the planning frame."""
         placed = copy.copy(item)
         placed.header = copy.copy(item.header)
         placed.pose = poses.to_message(compose(self._locate(item.header.frame_id), poses.from_message(item.pose)))

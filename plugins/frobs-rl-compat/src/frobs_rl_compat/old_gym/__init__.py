@@ -1,1 +1,1 @@
-"""The implementation of the overlay's ``gym``: the names and the API of gym 0.21, on top of Gymnasium."""
+"""Implementation of the overlay's ``gym`` package: gym 0.21's names and API on top of Gymnasium."""

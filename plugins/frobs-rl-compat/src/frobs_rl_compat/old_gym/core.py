@@ -1,4 +1,4 @@
-"""Environments and wrappers with old gym's API, which are also instances of Gymnasium's classes."""
+"""Environment and wrapper classes with old gym's API, which are subclasses of Gymnasium's classes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from frobs_rl_compat.old_gym.seeding import np_random
 
 
 class Env(gymnasium.Env[Any, Any]):
-    """Base class of environments whose ``reset`` returns an observation, and whose ``step`` returns four values."""
+    """Base class for environments with old gym's API, in which ``step`` returns four values."""
 
     has_gym_api = True
     reward_range = (-float("inf"), float("inf"))
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; return the observation."""
+        """Begin an episode and return the observation."""
         raise NotImplementedError
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return observation, reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)``."""
         raise NotImplementedError
 
     def seed(self, seed: int | None = None) -> list[int]:
@@ -32,10 +32,10 @@ class Env(gymnasium.Env[Any, Any]):
 
 
 class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
-    """Base class of wrappers with old gym's API; attributes of the wrapped environment are accessible through it.
+    """Base class for wrappers with old gym's API that also expose the wrapped environment's attributes.
 
     Args:
-        env: An environment with either API; ``self.env`` has old gym's.
+        env: An environment with old gym's or Gymnasium's API. ``self.env`` is this environment with old gym's API.
     """
 
     has_gym_api = True
@@ -44,11 +44,11 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
         super().__init__(to_gym(env))
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; return the observation."""
+        """Begin an episode and return the observation."""
         return self.env.reset(**kwargs)
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return observation, reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)``."""
         return self.env.step(action)
 
     def seed(self, seed: int | None = None) -> Any:
@@ -60,65 +60,65 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
 
 
 class ObservationWrapper(Wrapper):
-    """Base class of wrappers that change observations."""
+    """Base class for wrappers that modify observations."""
 
     def reset(self, **kwargs: Any) -> Any:
-        """Begin an episode; return the changed observation."""
+        """Begin an episode and return the modified observation."""
         return self.observation(self.env.reset(**kwargs))
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return changed observation, reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)`` with the modified observation."""
         observation, *rest = self.env.step(action)
         return (self.observation(observation), *rest)
 
     def observation(self, observation: Any) -> Any:
-        """Return the changed observation."""
+        """Return the modified observation."""
         raise NotImplementedError
 
 
 class RewardWrapper(Wrapper):
-    """Base class of wrappers that change rewards."""
+    """Base class for wrappers that modify rewards."""
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return observation, changed reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)`` with the modified reward."""
         observation, reward, *rest = self.env.step(action)
         return (observation, self.reward(reward), *rest)
 
     def reward(self, reward: Any) -> Any:
-        """Return the changed reward."""
+        """Return the modified reward."""
         raise NotImplementedError
 
 
 class ActionWrapper(Wrapper):
-    """Base class of wrappers that change actions."""
+    """Base class for wrappers that modify actions."""
 
     def step(self, action: Any) -> Any:
-        """Execute the changed action; return observation, reward, done, info."""
+        """Execute the modified action and return ``(observation, reward, done, info)``."""
         return self.env.step(self.action(action))
 
     def action(self, action: Any) -> Any:
-        """Return the changed action."""
+        """Return the modified action."""
         raise NotImplementedError
 
     def reverse_action(self, action: Any) -> Any:
-        """Return the original action."""
+        """Return the original action for a modified action."""
         raise NotImplementedError
 
 
 class FourValues(Wrapper):
-    """Converts an environment with Gymnasium's API to old gym's."""
+    """Wrapper that converts an environment with Gymnasium's API to old gym's API."""
 
     def __init__(self, env: Any) -> None:
         gymnasium.Wrapper.__init__(self, env)
         self._seed: int | None = None
 
     def reset(self, *, seed: int | None = None, **kwargs: Any) -> Any:
-        """Begin an episode; return the observation."""
+        """Begin an episode and return the observation."""
         seed, self._seed = self._seed if seed is None else seed, None
         return self.env.reset(seed=seed, **kwargs)[0]
 
     def step(self, action: Any) -> Any:
-        """Execute an action; return observation, reward, done, info."""
+        """Execute an action and return ``(observation, reward, done, info)``."""
         return to_four_values(self.env.step(action))
 
     def seed(self, seed: int | None = None) -> list[int]:
@@ -127,10 +127,10 @@ class FourValues(Wrapper):
         return [] if seed is None else [seed]
 
     def render(self, mode: str = "human") -> Any:
-        """Render the environment in the mode of ``make(…, render_mode=…)``."""
+        """Render the environment in the ``render_mode`` that was passed to ``make``, ignoring ``mode``."""
         return self.env.render()
 
 
 def to_gym(env: Any) -> Any:
-    """Return an environment with old gym's API; unchanged if it already has it."""
+    """Convert an environment to old gym's API, or return it unchanged if it already has this API."""
     return env if has_gym_api(env) else FourValues(env)

@@ -1,4 +1,4 @@
-"""Registration of IDs: ``gym.register`` adds them to Gymnasium's registry, where both libraries find them."""
+"""Registration of environment IDs in Gymnasium's registry, which ``gym.make`` and ``gymnasium.make`` share."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ def register(
     kwargs: dict[str, Any] | None = None,
     **unused: Any,
 ) -> None:
-    """Register an environment, which has four values in ``gym.make`` and five in ``gymnasium.make``.
+    """Register an environment for ``gym.make`` (old gym's API) and ``gymnasium.make`` (Gymnasium's API).
 
     Args:
-        id: ``"KobukiMazeEnv-v0"``
+        id: ID of the environment, such as ``"KobukiMazeEnv-v0"``.
         entry_point: The class, or ``"module:Class"``.
-        reward_threshold: Reward at which the environment counts as solved.
-        nondeterministic: Whether it is nondeterministic even with a seed.
-        max_episode_steps: Steps per episode.
-        order_enforce: Whether a step before the first reset is an error.
-        kwargs: Keywords for the class.
-        **unused: Parameters of later versions of gym.
+        reward_threshold: Reward at which the environment is considered solved.
+        nondeterministic: Whether the environment is nondeterministic even with a seed.
+        max_episode_steps: Maximum number of steps per episode.
+        order_enforce: Whether calling ``step`` before the first ``reset`` raises an error.
+        kwargs: Keyword arguments for the class.
+        **unused: Parameters of later gym versions, which are ignored.
     """
     given = {**(kwargs or {}), "old_entry_point": entry_point}
     known = gymnasium.registry.get(id)
@@ -54,40 +54,40 @@ def register(
 
 
 def make_for_gymnasium(*, old_entry_point: Callable[..., Any] | str, **kwargs: Any) -> Any:
-    """Return a new environment of a class with either API, converted to Gymnasium's."""
+    """Create an environment, and convert it to Gymnasium's API if necessary."""
     creator = load_env_creator(old_entry_point) if isinstance(old_entry_point, str) else old_entry_point
     return to_gymnasium(creator(**kwargs))
 
 
 def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
-    """Return whether ``gymnasium.make`` created an environment from an ID that Gymnasium itself registered."""
+    """Return whether ``gymnasium.make`` created an environment whose ID was registered with ``gymnasium.register``."""
     return env.spec is not None and env.spec.entry_point != _MAKE
 
 
 def make(id: str | EnvSpec, **kwargs: Any) -> Any:
-    """Return a new environment with old gym's API."""
+    """Create an environment with old gym's API."""
     return to_gym(gymnasium.make(id, **kwargs))
 
 
 def spec(id: str) -> EnvSpec:
-    """Return the registration of an ID."""
+    """Return the specification registered for an ID."""
     return gymnasium.spec(id)
 
 
 class EnvRegistry:
-    """Gymnasium's registry under old gym's names."""
+    """Gymnasium's registry with the interface of old gym's registry."""
 
     @property
     def env_specs(self) -> dict[str, EnvSpec]:
-        """The registry, by ID."""
+        """Specifications of all registered environments, by ID."""
         return gymnasium.registry
 
     def all(self) -> list[EnvSpec]:
-        """Return all registrations."""
+        """Return the specifications of all registered environments."""
         return list(gymnasium.registry.values())
 
     def spec(self, id: str) -> EnvSpec:
-        """Return the registration of an ID."""
+        """Return the specification registered for an ID."""
         return gymnasium.spec(id)
 
     def __contains__(self, id: object) -> bool:

@@ -8,27 +8,27 @@ import numpy as np
 
 
 class RandomNumberGenerator(np.random.Generator):
-    """NumPy's generator with the method names of old gym."""
+    """NumPy's random number generator with old gym's method names."""
 
     def rand(self, *size: int) -> Any:
-        """Return numbers in [0, 1)."""
+        """Return random numbers in [0, 1)."""
         return self.random(size or None)
 
     def randn(self, *size: int) -> Any:
-        """Return standard normal numbers."""
+        """Return random numbers from the standard normal distribution."""
         return self.standard_normal(size or None)
 
     def randint(self, low: int, high: int | None = None, size: Any = None, dtype: Any = int) -> Any:
-        """Return integers in [low, high), or in [0, low)."""
+        """Return random integers in [low, high), or in [0, low) if ``high`` is None."""
         return self.integers(low, high, size, dtype)
 
     def random_sample(self, size: Any = None) -> Any:
-        """Return numbers in [0, 1)."""
+        """Return random numbers in [0, 1)."""
         return self.random(size)
 
 
 def np_random(seed: int | None = None) -> tuple[RandomNumberGenerator, int]:
-    """Return a generator and its seed."""
+    """Return a random number generator and its seed."""
     sequence = np.random.SeedSequence(seed)
     used: Any = sequence.entropy
     return RandomNumberGenerator(np.random.PCG64(sequence)), int(used)

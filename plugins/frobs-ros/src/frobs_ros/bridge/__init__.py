@@ -1,1 +1,1 @@
-"""Runs any FRobs simulation with the services and topics of gazebo_ros and its controller managers."""
+"""Bridge that provides the services and topics of gazebo_ros and its controller managers for any FRobs simulation."""

@@ -1,4 +1,4 @@
-"""``python -m frobs_ros.bridge``: the same as ``frobs ros serve``."""
+"""Entry point of ``python -m frobs_ros.bridge``, which is equivalent to ``frobs ros serve``."""
 
 from frobs_ros.cli.serve import main
 

@@ -1,4 +1,4 @@
-"""The bridge: a world, the thread that owns it, and the schedule of its components."""
+"""Bridge that runs a world in a separate thread and schedules the world's components."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from frobs_ros.bridge.world import NANO, World
 
 _Result = TypeVar("_Result")
 LOG = logging.getLogger("frobs.bridge")
-_LONGEST = 0.02  # [s] of simulated time between two checks for requests
+_LONGEST = 0.02  # maximum simulated time [s] between two checks for requests
 
 
 class Bridge:
-    """A running world, with all components of its models.
+    """A running world and the components of its models.
 
     Args:
-        furnish: Function that creates the components of a new model: its plugins and controllers.
+        furnish: Function that creates the components of a new model, such as plugins and a controller manager.
 
     Attributes:
-        world: Only the loop's thread may use it: through :meth:`call`.
-        ode: Parameters of ODE's solver (gazebo_msgs/ODEPhysics), which are only stored, because no simulator of FRobs
-            uses ODE.
+        world: The simulated world. Only the simulation thread may access the world. Other threads must use
+            :meth:`call`.
+        ode: ODE solver parameters (gazebo_msgs/ODEPhysics). The parameters are stored but have no effect, because no
+            FRobs simulator uses ODE.
     """
 
     def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
@@ -39,7 +40,7 @@ class Bridge:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per second; 0: unlimited."""
+        """Simulated seconds per wall-clock second, or 0 for no limit."""
         return max(0.0, self.max_update_rate) * self.world.timestep
 
     @property
@@ -48,7 +49,7 @@ class Bridge:
         return self.world.time_ns / NANO
 
     def call(self, function: Callable[[], _Result]) -> _Result:
-        """Run a function in the loop's thread, and return its result."""
+        """Run a function in the simulation thread and return its result."""
         return self.loop.call(function)
 
     def join(self, component: Component) -> None:
@@ -56,7 +57,9 @@ class Bridge:
         self._general.append(component)
 
     def add(self, model: Model) -> None:
-        """Add a model to the world, with its plugins; in the loop's thread.
+        """Add a model and its plugins to the world.
+
+        Call this method from the simulation thread, or before the thread starts.
 
         Raises:
             ConfigurationError: A model with that name exists.
@@ -74,10 +77,10 @@ class Bridge:
         self._components[name] += components
 
     def remove(self, name: str) -> None:
-        """Remove a model from the world, with its plugins; in the loop's thread.
+        """Remove a model and its plugins from the world. Call only from the simulation thread.
 
         Raises:
-            UnknownNameError: There is no model with that name.
+            UnknownNameError: The world contains no model with this name.
         """
         self.world.model(name)
         for component in self._components.pop(name, []):
@@ -85,7 +88,9 @@ class Bridge:
         self.world.remove(name)
 
     def step(self, steps: int) -> None:
-        """Advance by a number of physics steps, and publish in between; in the loop's thread.
+        """Advance by a number of physics steps and publish all messages that become due.
+
+        Call only from the simulation thread.
 
         Raises:
             SimulationError: The engine failed.
@@ -96,17 +101,17 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance by at least one step and about ``most`` [s] at most; called by the loop."""
+        """Advance by up to about ``most`` [s], but by at least one physics step. Called by the simulation thread."""
         self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
 
     def set_paused(self, paused: bool) -> None:
-        """Pause or unpause the time; in the loop's thread."""
+        """Pause or unpause simulated time. Call only from the simulation thread."""
         self.loop.set_paused(paused)
         if paused:
             self.tell()
 
     def reset(self, *, time: bool) -> None:
-        """Reset the world; in the loop's thread."""
+        """Reset the world and all components. Call only from the simulation thread."""
         self.world.reset(time=time)
         for component in self._all():
             component.reset(self.world)
@@ -114,17 +119,17 @@ class Bridge:
         self.tell()
 
     def tell(self) -> None:
-        """Publish the time, so that clients have it although it is paused."""
+        """Publish the time and the world's states, so that clients receive them even while the simulation is paused."""
         for component in self._general:
             component.publish(self.world)
 
     def fail(self, error: Exception) -> None:
-        """Log that a step failed; the loop is paused."""
+        """Log an error that occurred in a step and paused the simulation."""
         LOG.error("the simulation is paused: a step failed: %s", error, exc_info=error)
 
     def close(self) -> None:
-        """End the loop and leave the ROS graph. Calling it again has no effect."""
-        self.loop.close(self.world.close)  # OpenGL contexts belong to the thread that renders
+        """Stop the simulation thread and unregister all topics. Further calls have no effect."""
+        self.loop.close(self.world.close)  # OpenGL contexts must be released in the thread that renders
         for component in self._all():
             component.close()
         self._components.clear()
@@ -135,7 +140,7 @@ class Bridge:
         return [*self._general, *(component for components in self._components.values() for component in components)]
 
     def _go(self, most: int) -> None:
-        """Step until a component is due, at most ``most`` steps; then publish what is due."""
+        """Advance by at most ``most`` steps, stop when a component is due, and publish from all due components."""
         world, components = self.world, self._all()
         due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)

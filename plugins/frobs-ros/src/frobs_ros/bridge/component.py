@@ -1,4 +1,4 @@
-"""The base class of the bridge's components: when they publish, with empty defaults for optional methods."""
+"""Base class of the bridge's components, which schedules publishing and provides empty optional methods."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Component:
-    """A component of the simulation: a publisher or a drive. Subclasses override the methods that they need.
+    """A component of the simulation, such as a publisher or a drive. Subclasses override the methods that they need.
 
-    Only the loop's thread calls it.
+    Only the simulation thread calls the methods of a component.
 
     Args:
-        rate: Publications per simulated second [Hz]; 0: none.
+        rate: Publishing rate in simulated time [Hz], or 0 to disable periodic publishing.
     """
 
     def __init__(self, rate: float = 0.0) -> None:
@@ -23,34 +23,34 @@ class Component:
         self._topics: list[Any] = []
 
     def own(self, topic: Any) -> Any:
-        """Register a publisher or subscriber, which :meth:`close` unregisters, and return it."""
+        """Return a publisher or subscriber after adding it to the topics that :meth:`close` unregisters."""
         self._topics.append(topic)
         return topic
 
     def next_stamp(self, world: World) -> Any:
-        """Return a stamp for the current time as a ``rospy.Time``, unique until :meth:`reset`."""
+        """Return a ``rospy.Time`` stamp for the current time. All stamps are unique until :meth:`reset` is called."""
         self._last_stamp_ns = max(world.time_ns, self._last_stamp_ns + 1)
         return stamp(self._last_stamp_ns)
 
     def publish_no_more(self) -> None:
-        """Stop publishing for good."""
+        """Stop publishing permanently."""
         self._period_ns = None
 
     def before(self, world: World, steps: int) -> None:
         """Set the drives' targets for the next physics steps."""
 
     def most_steps(self, world: World) -> int | None:
-        """Return how many steps it can look ahead; None: any number."""
+        """Return the maximum number of steps until the next call of :meth:`before`, or None for no limit."""
         return None
 
     def due_ns(self) -> int | None:
-        """Return when :meth:`publish` is due [ns]; None: never."""
+        """Return the simulated time at which :meth:`publish` is next due [ns], or None if it is never due."""
         return None if self._period_ns is None else self._next_ns
 
     def publish(self, world: World) -> None:
-        """Publish if due, and set the next time."""
+        """Publish now and schedule the next publication."""
         if self._period_ns is not None:
-            # On a grid, so that rates which are not multiples of each other coincide if possible.
+            # Publish at multiples of the period, so that components with different rates coincide whenever possible.
             self._next_ns = (world.time_ns // self._period_ns + 1) * self._period_ns
         self.tell(world)
 
@@ -58,21 +58,21 @@ class Component:
         """Publish."""
 
     def after(self, world: World) -> None:
-        """Read the state after the steps."""
+        """Read the simulation state after the physics steps."""
 
     def reset(self, world: World) -> None:
-        """Reset the component, because models, and possibly the time, were reset."""
+        """Reset the component after the models and possibly the time have been reset."""
         self._next_ns = world.time_ns
         self._last_stamp_ns = -1
 
     def close(self) -> None:
-        """Leave the ROS graph."""
+        """Unregister all publishers and subscribers."""
         for topic in self._topics:
             topic.unregister()
 
 
 def stamp(time_ns: int) -> Any:
-    """Return simulated time as a ``rospy.Time``."""
+    """Convert a simulated time in nanoseconds to a ``rospy.Time``."""
     import rospy
 
     return rospy.Time(*divmod(time_ns, NANO))

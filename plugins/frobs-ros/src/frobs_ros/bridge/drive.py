@@ -1,4 +1,4 @@
-"""Targets of a robot's joints, independent of the controller that sets them."""
+"""Joint targets of a robot, independent of the controllers that set the targets."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ _POSITION, _VELOCITY, _EFFORT = CommandMode.POSITION, CommandMode.VELOCITY, Comm
 
 
 class Drive:
-    """Targets of a robot's joints, each in its own command mode, plus additional efforts.
+    """Joint targets of a robot, with a command mode for each joint, plus additional efforts.
 
-    A robot of FRobs has one command mode for all joints. If their modes differ, all are commanded by position: the
-    position of a joint that follows a velocity advances with it, and that of a joint that follows an effort makes the
-    drive law output exactly that effort for one physics step.
+    A FRobs robot has one command mode for all joints. If the joints' modes differ, all joints are commanded by
+    position. For a joint in velocity mode, the position target advances at the target velocity. For a joint in effort
+    mode, the position target is chosen such that the drive law outputs exactly the target effort for one physics step.
 
     Attributes:
-        targets: (dof,) [rad or m, rad/s or m/s, N·m or N], each in its joint's mode.
-        efforts: (dof,) [N·m or N] additional efforts in any mode.
+        targets: (dof,) joint targets, depending on the joint's mode [rad or m, rad/s or m/s, N·m or N].
+        efforts: (dof,) additional efforts, which are applied in all modes [N·m or N].
     """
 
     def __init__(self, modes: Sequence[CommandMode]) -> None:
@@ -34,36 +34,39 @@ class Drive:
 
     @property
     def needs_every_step(self) -> bool:
-        """Whether the commands depend on the state in each physics step."""
+        """Whether the commands must be recomputed from the state in each physics step."""
         return _EFFORT in self.modes and len(set(self.modes)) > 1
 
     def set_mode(self, joint: int, mode: CommandMode, robot: RobotHandle) -> None:
-        """Change the mode of a joint, and hold it: its current position, zero velocity or zero effort."""
+        """Change a joint's mode and set its target to the current position, zero velocity or zero effort."""
         self.modes[joint] = mode
         self._running[joint] = robot.joint_positions[0, joint]
         self.targets[joint] = self._running[joint] if mode is _POSITION else 0.0
 
     def hold(self, robot: RobotHandle) -> None:
-        """Clear all targets, and hold."""
+        """Hold all joints and clear the additional efforts."""
         for joint, mode in enumerate(self.modes):
             self.set_mode(joint, mode, robot)
         self.efforts[:] = 0.0
         self._ahead = None
 
     def look_ahead(self, joints: np.ndarray[Any, Any], rows: Floats) -> None:
-        """Set targets (n, k) of some joints for each physics step of the next :meth:`command`; the last is kept."""
+        """Set (n, k) targets of some joints for the n physics steps of the next :meth:`command`.
+
+        The joints keep the last target after these steps.
+        """
         if self._ahead is None:
             self._ahead = np.repeat(self.targets[None], len(rows), axis=0)
         self._ahead[:, joints] = rows
         self.targets[joints] = rows[-1]
 
     def command(self, robot: RobotHandle, steps: int, timestep: float) -> None:
-        """Send the robot its commands for the next physics steps.
+        """Send the commands for the next physics steps to the robot.
 
         Args:
             robot: Handle of the robot.
-            steps: Number of physics steps of the next ``step`` of the simulation.
-            timestep: Duration of each [s].
+            steps: Number of physics steps in the simulation's next ``step`` call.
+            timestep: Duration of a physics step [s].
         """
         rows, self._ahead = self._ahead, None
         kinds = set(self.modes)
@@ -85,7 +88,7 @@ class Drive:
         for joint, mode in enumerate(self.modes):
             if mode is _VELOCITY:
                 run = self._running[joint] + values[:, joint] * ahead
-                # A joint that is held up must not jump when it is released.
+                # Limit the lead, so that a blocked joint does not jump when it is released.
                 values[:, joint] = np.clip(run, positions[joint] - 0.5, positions[joint] + 0.5)
                 self._running[joint] = values[-1, joint]
             elif mode is _EFFORT:
@@ -95,7 +98,7 @@ class Drive:
 
     @staticmethod
     def _per_unit(robot: RobotHandle, mode: CommandMode) -> Floats:
-        """Return the effort per unit of a command, (dof,) [N·m or N]."""
+        """Return the (dof,) effort that one unit of a command produces in the given mode [N·m or N]."""
         stiffness, damping = robot.drive_gains()
         if mode is _EFFORT:
             return np.ones(robot.dof)

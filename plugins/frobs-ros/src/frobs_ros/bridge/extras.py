@@ -1,4 +1,4 @@
-"""The plugins and sensors in a model's file."""
+"""Plugins and sensors that a model file defines."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from frobs_ros.bridge.poses import Place
 from frobs_ros.errors import GazeboElementError
 
 LIDARS = ("ray", "gpu_ray")
-"""Types of ``<sensor>`` elements that are lidars."""
+"""Sensor types that denote a lidar in a ``<sensor>`` element."""
 CAMERAS = ("camera", "depth")
-"""Types of ``<sensor>`` elements that contain a ``<camera>``."""
+"""Sensor types whose ``<sensor>`` element contains a ``<camera>``."""
 SENSORS = (*LIDARS, *CAMERAS, "imu", "contact")
-"""Types of ``<sensor>`` elements that are supported."""
+"""Sensor types that the bridge supports in a ``<sensor>`` element."""
 
 
 @dataclass(frozen=True)
 class SensorElement:
-    """A ``<sensor>`` of a file.
+    """A ``<sensor>`` element of a model file.
 
     Attributes:
-        kind: Its ``type`` attribute, such as ``"camera"``.
-        link: The link that carries it.
+        kind: Value of the ``type`` attribute, such as ``"camera"``.
+        link: Name of the link that carries the sensor.
     """
 
     name: str
@@ -38,35 +38,35 @@ class SensorElement:
 
     @property
     def is_camera(self) -> bool:
-        """Whether it contains a ``<camera>``."""
+        """Whether the sensor contains a ``<camera>``."""
         return self.kind in CAMERAS
 
     @property
     def has_plugin(self) -> bool:
-        """Whether it has a plugin; sensors without a plugin are not simulated."""
+        """Whether the sensor has a plugin. Sensors without a plugin are not simulated."""
         return self.element.find("plugin") is not None
 
     @property
     def rate(self) -> float:
-        """Samples per second [Hz]; 0 if not given."""
+        """Update rate [Hz], or 0 if the file does not specify a rate."""
         return self.number("update_rate", 0.0)
 
     @property
     def place(self) -> Place:
-        """Pose in the link.
+        """Pose of the sensor in the link frame.
 
         Raises:
-            ConfigurationError: It is not six numbers.
+            ConfigurationError: The pose does not consist of six finite numbers.
         """
         x, y, z, *rpy = self.numbers("pose", 6)
         return Place(np.array([x, y, z]), quat_from_rpy(rpy))
 
     def text(self, path: str, default: str = "") -> str:
-        """Return the text at a path below the element."""
+        """Return the text at ``path`` within the element, or ``default`` if there is no text."""
         return (self.element.findtext(path) or default).strip()
 
     def number(self, path: str, default: float) -> float:
-        """Return the number at a path below the element.
+        """Return the number at ``path`` within the element, or ``default`` if there is no text.
 
         Raises:
             ConfigurationError: The text is not a number.
@@ -74,27 +74,27 @@ class SensorElement:
         return _number(self.text(path), default, f"the sensor '{self.name}'", path)
 
     def numbers(self, path: str, count: int) -> list[float]:
-        """Return the numbers at a path below the element; zeros if there are none.
+        """Return ``count`` numbers from ``path`` within the element, or zeros if there is no text.
 
         Raises:
-            ConfigurationError: The text is not ``count`` numbers.
+            ConfigurationError: The text does not consist of ``count`` finite numbers.
         """
         return _numbers(self.text(path), count, f"the sensor '{self.name}'", path)
 
     def error(self, reason: str) -> GazeboElementError:
-        """Return an error that names this sensor."""
+        """Return an error whose message contains the sensor's name."""
         return GazeboElementError(f"the sensor '{self.name}'", reason)
 
 
 @dataclass(frozen=True)
 class Plugin:
-    """A plugin in a file.
+    """A plugin that a model file defines.
 
     Attributes:
-        file: Name of its library, without ``lib`` and ``.so``.
-        parameters: Its parameters, by tag.
-        link: The link of its ``<gazebo>`` element or of its sensor; may be empty.
-        sensor: The sensor that it belongs to; None: it belongs to the model.
+        file: Name of the plugin's library, without ``lib`` and ``.so``.
+        parameters: Plugin parameters by XML tag.
+        link: Link that the ``<gazebo>`` element refers to, or an empty string.
+        sensor: Sensor that the plugin belongs to, or None for a plugin of the model.
     """
 
     name: str
@@ -104,11 +104,11 @@ class Plugin:
     sensor: SensorElement | None = None
 
     def text(self, *tags: str, default: str = "") -> str:
-        """Return the first existing one of several parameters."""
+        """Return the value of the first parameter in ``tags`` that is set, or ``default``."""
         return next((self.parameters[tag] for tag in tags if self.parameters.get(tag)), default)
 
     def number(self, *tags: str, default: float) -> float:
-        """Return the first existing one of several parameters, as a number.
+        """Return the number of the first parameter in ``tags`` that is set, or ``default``.
 
         Raises:
             ConfigurationError: The parameter is not a number.
@@ -116,21 +116,21 @@ class Plugin:
         return _number(self.text(*tags), default, f"the plugin '{self.name}'", tags[0])
 
     def numbers(self, tag: str, count: int) -> list[float]:
-        """Return a parameter as numbers; zeros if it is not given.
+        """Return a parameter as ``count`` numbers, or zeros if it is not set.
 
         Raises:
-            ConfigurationError: The parameter is not ``count`` numbers.
+            ConfigurationError: The parameter does not consist of ``count`` finite numbers.
         """
         return _numbers(self.text(tag), count, f"the plugin '{self.name}'", tag)
 
     def says(self, tag: str, default: bool) -> bool:
-        """Return whether a parameter is true."""
+        """Return whether a parameter is true, or ``default`` if it is not set."""
         text = self.text(tag).lower()
         return text in ("1", "true") if text else default
 
 
 def read_plugins(elements: Iterable[Element]) -> Iterator[Plugin]:
-    """Yield the plugins of ``<gazebo>`` elements, including those of their sensors."""
+    """Yield the plugins in ``<gazebo>`` elements, including the plugins of sensors."""
     for element in elements:
         link = element.get("reference", "")
         yield from (_plugin(plugin, link) for plugin in element.findall("plugin"))
@@ -139,7 +139,7 @@ def read_plugins(elements: Iterable[Element]) -> Iterator[Plugin]:
 
 
 def read_sensors(elements: Iterable[Element]) -> Iterator[SensorElement]:
-    """Yield the sensors of ``<gazebo>`` elements."""
+    """Yield the sensors in ``<gazebo>`` elements."""
     for element in elements:
         for sensor in element.iter("sensor"):
             name = sensor.get("name", "sensor")
@@ -147,10 +147,10 @@ def read_sensors(elements: Iterable[Element]) -> Iterator[SensorElement]:
 
 
 def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
-    """Return the planar lidars of ``<gazebo>`` elements, by name.
+    """Return the planar lidars in ``<gazebo>`` elements by sensor name.
 
     Raises:
-        ConfigurationError: A lidar has invalid parameters, or is rotated in its link.
+        ConfigurationError: A lidar has invalid parameters or is rotated relative to its link.
     """
     return {sensor.name: _lidar(sensor) for sensor in read_sensors(elements) if sensor.kind in LIDARS}
 

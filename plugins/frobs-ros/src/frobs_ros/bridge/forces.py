@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class JointEffort:
-    """An effort on a joint for some time.
+    """A temporary effort on a joint.
 
     Attributes:
         effort: [N·m or N]
-        start_ns: [ns] in simulated time.
-        end_ns: [ns]; None: until it is cleared.
+        start_ns: Start in simulated time [ns].
+        end_ns: End in simulated time [ns], or None to continue until a client clears the force.
     """
 
     model: str
@@ -30,13 +30,13 @@ class JointEffort:
 
 @dataclass(frozen=True)
 class BodyWrench:
-    """A force and a torque on a link, about its center of mass, in the world.
+    """A force and a torque at a link's center of mass, in the world frame.
 
     Attributes:
         force: (3,) [N]
         torque: (3,) [N·m]
-        start_ns: [ns] in simulated time.
-        end_ns: [ns]; None: until it is cleared.
+        start_ns: Start in simulated time [ns].
+        end_ns: End in simulated time [ns], or None to continue until a client clears the force.
     """
 
     model: str
@@ -70,16 +70,19 @@ class Forces:
         self._all = [f for f in self._all if not (isinstance(f, JointEffort) and (f.model, f.joint) == (model, joint))]
 
     def drop_model(self, model: str) -> None:
-        """Remove the forces on a deleted model."""
+        """Remove all forces on a deleted model."""
         self._all = [force for force in self._all if force.model != model]
 
     def next_change_ns(self, now_ns: int) -> int | None:
-        """Return the time at which the next force begins or ends [ns], or None."""
+        """Return the next time at which a force begins or ends [ns], or None if there is none."""
         times = [t for f in self._all for t in (f.start_ns, f.end_ns) if t is not None and t > now_ns]
         return min(times, default=None)
 
     def apply(self, world: World) -> None:
-        """Apply the forces in the next step, and remove those that have ended; the caller stops at each change."""
+        """Apply the current forces during the next step and remove expired forces.
+
+        The step must end no later than the time that :meth:`next_change_ns` returns.
+        """
         self._all = [f for f in self._all if f.end_ns is None or f.end_ns > world.time_ns]
         for model in world.robots():
             model.drive.efforts[:] = 0.0

@@ -1,4 +1,4 @@
-"""Creates the components of a model: its controller manager, and the plugins in its file."""
+"""Creation of a model's components: the controller manager and the plugins in the model file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
-    """Create the components of a new model, in the loop's thread.
+    """Create the components of a new model.
+
+    Call this function from the simulation thread, or before the thread starts.
 
     Raises:
         ConfigurationError: A plugin has invalid parameters.
@@ -60,7 +62,10 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
 
 
 def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
-    """Create a controller manager for a model, and register its services; ``space`` is empty or begins with a slash."""
+    """Create a controller manager for a model and register the manager's services.
+
+    The namespace ``space`` is empty or begins with a slash.
+    """
     import rospy
 
     manager = ControllerManager(bridge, model, space, lambda name: rospy.get_param(name, None))
@@ -119,7 +124,7 @@ PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
     "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
 }
-"""Functions that create a component from the bridge, the model, the plugin and the namespace of its topics."""
+"""Functions that create each plugin's component from the bridge, the model, the plugin and the topic namespace."""
 
 _NEEDS = {
     "gazebo_ros_laser": "rays",
@@ -129,7 +134,7 @@ _NEEDS = {
     "gazebo_ros_openni_kinect": "cameras",
     "gazebo_ros_bumper": "contacts",
 }
-"""Capability that a plugin's sensor requires."""
+"""Simulator capability that each plugin's sensor requires."""
 
 _ON_STATIC_MODELS = {name for name, need in _NEEDS.items() if need != "rays"} | {
     "gazebo_ros_imu",

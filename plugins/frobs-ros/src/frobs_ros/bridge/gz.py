@@ -1,8 +1,9 @@
-"""The command ``gz``: the calls that FRobs_RL and similar packages use, executed by the bridge before they return.
+"""The command ``gz``, limited to the subcommands that FRobs_RL and similar packages use.
 
-``gz world -m N`` makes N physics steps, ``-s`` one, ``-p 1|0`` pauses or unpauses, ``-r`` resets time and models,
-``-o`` only models. If no bridge answers, the next ``gz`` on the path, which is Gazebo's own, is run instead. It calls
-the bridge without rospy, whose import would take most of the time.
+``gz world -m N`` makes N physics steps, ``-s`` makes one step, ``-p 1|0`` pauses or unpauses, ``-r`` resets the time
+and all models, and ``-o`` resets only the models. The command returns after the bridge has executed the request. If no
+bridge responds, the next ``gz`` on the path, which is usually Gazebo's own command, runs instead. The bridge is called
+without rospy, because importing rospy would take most of the time.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _CALLER = "/gz"
 
 
 class GzError(Exception):
-    """The bridge does not answer, or rejects a call."""
+    """Raised if the bridge does not respond or rejects a call."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -82,7 +83,7 @@ def _steps(text: str) -> int:
 
 
 def _find(service: str) -> tuple[str, int] | None:
-    """Return host and port of a service, or None."""
+    """Return the host and port of a service, or None if the service is unavailable."""
     uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
     try:
         answer: Any = xmlrpc.client.ServerProxy(uri).lookupService(_CALLER, service)
@@ -94,10 +95,10 @@ def _find(service: str) -> tuple[str, int] | None:
 
 
 def _call(service: str, checksum: str, request: bytes) -> bytes:
-    """Call a service of the bridge, and return its serialized response.
+    """Call a service of the bridge and return the serialized response.
 
     Raises:
-        GzError: The service does not exist, or rejects the call.
+        GzError: The service does not exist or rejects the call.
         OSError: The connection failed.
     """
     address = _find(service)
@@ -108,7 +109,7 @@ def _call(service: str, checksum: str, request: bytes) -> bytes:
     with socket.create_connection(address, timeout=10.0) as connection:
         connection.sendall(struct.pack("<I", len(header)) + header)
         _receive(connection)
-        connection.settimeout(None)  # a million steps take time
+        connection.settimeout(None)  # many steps can take a long time
         connection.sendall(struct.pack("<I", len(request)) + request)
         good = _exactly(connection, 1) == b"\x01"
         answer = _receive(connection)
@@ -132,7 +133,7 @@ def _exactly(connection: socket.socket, size: int) -> bytes:
 
 
 def _next_gz() -> str | None:
-    """Return the next ``gz`` on the path that is not this one."""
+    """Return the first ``gz`` on the path that is not this command, or None."""
     own = Path(sys.argv[0]).resolve().parent
     folders = [folder for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
     return shutil.which("gz", path=os.pathsep.join(folder for folder in folders if Path(folder).resolve() != own))

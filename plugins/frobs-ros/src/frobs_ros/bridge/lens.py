@@ -1,4 +1,4 @@
-"""Cameras in a model's file: their optics and poses."""
+"""Optics and poses of the cameras in a model file."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ ENCODINGS = {
     "L8": "mono8",
     "L_INT8": "mono8",
 }
-"""Encoding of sensor_msgs/Image by ``<format>``."""
+"""Encoding of sensor_msgs/Image for each SDF ``<format>`` value."""
 _SIZE = {"width": 320, "height": 240}
 _MOST_PIXELS = 8192  # in each direction
 
 
 @dataclass(frozen=True)
 class Lens:
-    """The image parameters of a ``<camera>`` element.
+    """Image parameters of a ``<camera>`` element.
 
     Attributes:
         width: [pixels]
         height: [pixels]
         fov_x: Horizontal field of view [rad].
-        far: Distance along the view beyond which nothing is visible [m].
+        far: Distance along the viewing direction beyond which nothing is visible [m].
         encoding: Encoding of sensor_msgs/Image.
-        noise: Mean and standard deviation of the noise of each channel, as fractions of white.
+        noise: Mean and standard deviation of each color channel's noise, as fractions of full intensity.
     """
 
     width: int
@@ -53,7 +53,7 @@ class Lens:
 
     @property
     def focal_length(self) -> float:
-        """Focal length [pixels]; pixels are square."""
+        """Focal length in both image directions [pixels]."""
         return self.width / (2.0 * math.tan(0.5 * self.fov_x))
 
     @property
@@ -63,10 +63,10 @@ class Lens:
 
 
 def read_lens(sensor: SensorElement) -> Lens:
-    """Read the ``<camera>`` element of a sensor, with the defaults of SDF.
+    """Read a sensor's ``<camera>`` element, using the default values of SDF.
 
     Raises:
-        ConfigurationError: A number is impossible, the lens distorts, or the format is not supported.
+        ConfigurationError: A number is out of range, the lens has distortion, or the image format is not supported.
     """
     fov = sensor.number("camera/horizontal_fov", 1.047)
     width, height = (sensor.number(f"camera/image/{name}", usual) for name, usual in _SIZE.items())
@@ -94,12 +94,12 @@ def camera_name(model: Model, sensor: SensorElement) -> str:
 
 
 def make_camera(model: Model, sensor: SensorElement) -> Camera:
-    """Return the camera of a sensor, which looks along the x axis of its pose, with z up in the image.
+    """Return a sensor's camera, which looks along the sensor's x axis with the z axis up.
 
-    The camera of a moving model is fixed to its link, that of a static model to the world.
+    On a moving model, the camera is attached to a link. On a static model, the camera is fixed in the world.
 
     Raises:
-        ConfigurationError: The element has invalid parameters.
+        ConfigurationError: The ``<camera>`` element has invalid parameters.
     """
     if model.is_static:
         frame, place = None, sensor.place.after(model.link_place(sensor.link))

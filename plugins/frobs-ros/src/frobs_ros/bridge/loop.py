@@ -1,4 +1,4 @@
-"""The thread that owns the simulation: all other threads submit functions to it, and wait."""
+"""The simulation thread, which runs functions for other threads while these threads wait for the results."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from frobs_ros.bridge.bridge import Bridge
 
 _Result = TypeVar("_Result")
-_MOST_LAG = 0.1  # [s] maximum lag of a slow simulation before it stops trying to catch up
+_MOST_LAG = 0.1  # lag [s] above which a slow simulation no longer tries to catch up
 
 
 class Loop:
-    """Runs submitted functions, and the simulation in between unless it is paused."""
+    """Loop of the simulation thread, which runs submitted functions and, unless paused, advances the simulation."""
 
     def __init__(self, work: Bridge, paused: bool) -> None:
         self._work, self._paused = work, paused
@@ -35,20 +35,20 @@ class Loop:
 
     @property
     def paused(self) -> bool:
-        """Whether the time is paused."""
+        """Whether simulated time is paused."""
         return self._paused
 
     def set_paused(self, paused: bool) -> None:
-        """Pause or unpause the time, in the loop's own thread."""
+        """Pause or unpause simulated time. Call only from the simulation thread."""
         self._paused = paused
         self.keep_pace()
 
     def keep_pace(self) -> None:
-        """Measure the pace from now on, because the speed or the time was changed."""
+        """Restart the pace measurement after a change of the speed or the simulated time."""
         self._began = time.monotonic(), self._work.time
 
     def call(self, function: Callable[[], _Result]) -> _Result:
-        """Run a function in the loop's thread, and return its result; its exceptions are raised here.
+        """Run a function in the simulation thread, and return its result or raise its exception.
 
         Raises:
             SimulationError: The loop has ended.
@@ -61,12 +61,11 @@ class Loop:
         return done.result()
 
     def close(self, last: Callable[[], None] = lambda: None) -> None:
-        """End the loop; waiting callers get an error. Calling it again has no effect.
+        """Stop the simulation thread. Waiting callers receive an error, and further calls have no effect.
 
         Args:
-            last: Function that the loop's thread calls at the end, to release resources of that thread. It is not
-                called if the loop never ran.
-                if the loop never ran.
+            last: Function that the simulation thread calls before it stops, to release the thread's resources. The
+                function is not called if the thread was never started.
         """
         done: Future[None] = Future()
         with self._gate:
@@ -94,7 +93,7 @@ class Loop:
             self._do(*item)
 
     def _patience(self) -> float | None:
-        """Return how long to wait for requests [s]; None: without limit."""
+        """Return how long to wait for requests [s], or None for no limit."""
         if self._paused:
             return None
         speed = self._work.speed
@@ -113,7 +112,7 @@ class Loop:
             self.keep_pace()
         try:
             self._work.advance(max(0.0, lag) * speed if speed > 0.0 else 1.0)
-        except Exception as error:  # any error of an engine or a controller: the services must continue
+        except Exception as error:  # services must keep running after an engine or controller error
             self._paused = True
             self._work.fail(error)
 

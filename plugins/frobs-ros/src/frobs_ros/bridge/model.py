@@ -1,4 +1,4 @@
-"""One model of the world: a robot, or a static model."""
+"""A model in the world, which is either a robot or a static model."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """A parsed model file, without a place in the world.
+    """A parsed model file, without the model's pose in the world.
 
     Attributes:
-        placement: Placement of a model that moves; None: it is static.
-        pose: The ``<pose>`` of the file, relative to the requested spawn pose.
-        bodies: Bodies of a static model by name, with poses in the model's frame.
-        links: Names of the links of a static model, with their poses in the model's frame.
-        offsets: Published pose of a link relative to the robot's link of that name: an SDF link frame is not at its
-            joint.
-        modes: Command mode of each joint while no controller runs.
-        elements: ``<gazebo>`` elements of a URDF, or plugins and sensors of an SDF.
-        has_transmissions: Whether the file contains transmissions of the joints.
+        placement: Placement of a moving model, or None for a static model.
+        pose: The file's ``<pose>``, relative to the requested spawn pose.
+        bodies: Bodies of a static model by name, with poses in the model frame.
+        links: Link poses of a static model in the model frame, by link name.
+        offsets: Published pose of each link relative to the robot's link of the same name. The two poses differ,
+            because the frame of an SDF link is not located at the joint.
+        modes: Command mode of each joint while no controller is running.
+        elements: ``<gazebo>`` elements of a URDF, or equivalent elements with the plugins and sensors of an SDF.
+        has_transmissions: Whether the file defines joint transmissions.
     """
 
     placement: Placement | None = None
@@ -43,7 +43,7 @@ class Description:
 
 
 def with_gains(robot: Robot, model: RobotModel) -> Robot:
-    """Return a robot with fixed drive gains, so that they are not computed again in each simulation."""
+    """Return a robot with explicit drive gains, so that new simulations need not compute default gains."""
     if robot.gains is not None:
         return robot
     return replace(robot, gains=default_gains(model, home_positions(model, robot.home)))
@@ -53,13 +53,13 @@ class Model:
     """A model in the world.
 
     Args:
-        name: Unique in the world.
-        namespace: Namespace of its plugins, without leading and trailing slashes.
+        name: Unique name in the world.
+        namespace: Namespace of the model's plugins, without leading or trailing slashes.
 
     Attributes:
-        key: Name in the simulation.
-        sensors: ``<sensor>`` elements of its file.
-        robot: Handle of the robot; None: it is static, or the world has not been built with it yet.
+        key: Name of the model in the simulation.
+        sensors: ``<sensor>`` elements of the model file.
+        robot: Handle of the robot, or None if the model is static or not yet part of the simulation.
     """
 
     def __init__(self, name: str, namespace: str, description: Description, place: Place) -> None:
@@ -80,12 +80,12 @@ class Model:
 
     @property
     def has_camera(self) -> bool:
-        """Whether the model has cameras that publish."""
+        """Whether the model has a camera that publishes images."""
         return any(sensor.is_camera and sensor.has_plugin for sensor in self.sensors)
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Names of its links; the pose of the first one is the model's pose."""
+        """Link names. A robot's first link is the root link, whose pose is the model's pose."""
         placement = self.description.placement
         if placement is None:
             return tuple(self.description.links)
@@ -94,7 +94,7 @@ class Model:
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Names of its collision shapes."""
+        """Names of the model's collision shapes."""
         placement = self.description.placement
         if placement is None:
             return tuple(name for name, body in self.description.bodies.items() if body.collides)
@@ -105,39 +105,39 @@ class Model:
 
     @property
     def all_joints(self) -> tuple[str, ...]:
-        """Names of its joints, including fixed ones."""
+        """Names of the model's joints, including fixed joints."""
         placement = self.description.placement
         return () if placement is None else tuple(joint.name for joint in placement.model.joints)
 
     def placement(self) -> Placement:
-        """Return its placement for a simulation, at its spawn pose."""
+        """Return the model's placement in a simulation, at the spawn pose."""
         found = self.description.placement
         assert found is not None
         return replace(found, pose=self.spawned.to_pose())
 
     def static_bodies(self) -> dict[str, Body]:
-        """Return its static bodies at their current poses, by names that are unique in the world."""
+        """Return a static model's bodies at their current poses, keyed by names that are unique in the world."""
         return {
             f"{self.key}/{name}": replace(body, pose=place_of(body.pose).after(self._standing).to_pose())
             for name, body in self.description.bodies.items()
         }
 
     def place(self) -> Place:
-        """Return its pose."""
+        """Return the model's pose in the world."""
         if self.robot is None:
             return self._standing
         pos, quat = self.robot.base_pose
         return Place(pos[0].copy(), quat[0].copy())
 
     def motion(self) -> Motion:
-        """Return its velocity in the world."""
+        """Return the model's velocity in the world frame."""
         if self.robot is None or self.robot.robot.base == "fixed":
             return REST
         linear, angular = self.robot.base_twist
         return Motion(linear[0].copy(), angular[0].copy())
 
     def link_place(self, link: str) -> Place:
-        """Return the pose of one of its links."""
+        """Return the pose of a link in the world."""
         if self.robot is None:
             return place_of(self.description.links[link]).after(self._standing)
         pos, quat = self.robot.frame_pose(link)
@@ -146,7 +146,7 @@ class Model:
         return place if offset is None else place_of(offset).after(place)
 
     def link_motion(self, link: str) -> Motion:
-        """Return the velocity of one of its links in the world."""
+        """Return the velocity of a link in the world frame."""
         if self.robot is None:
             return REST
         linear, angular = self.robot.frame_velocity(link)
@@ -159,7 +159,7 @@ class Model:
         return Motion(found.linear + np.cross(found.angular, arm), found.angular)
 
     def put(self, place: Place, motion: Motion) -> None:
-        """Teleport it; the caller updates its static bodies."""
+        """Teleport the model. The caller must update the static bodies in the simulation."""
         self._standing = place
         if self.robot is None:
             return
@@ -168,13 +168,13 @@ class Model:
             self.robot.write_base_twist(motion.linear[None], motion.angular[None])
 
     def state(self) -> tuple[Place, Motion, Floats, Floats]:
-        """Return place, motion, joint positions and joint velocities (dof,)."""
+        """Return the pose, the velocity, the (dof,) joint positions and the (dof,) joint velocities."""
         robot = self.robot
         assert robot is not None
         return self.place(), self.motion(), robot.joint_positions[0].copy(), robot.joint_velocities[0].copy()
 
     def write_state(self, place: Place, motion: Motion, positions: Floats, velocities: Floats) -> None:
-        """Restore a state of :meth:`state`."""
+        """Restore a state that :meth:`state` returned."""
         assert self.robot is not None
         self.put(place, motion)
         self.robot.write_joint_state(positions[None], velocities[None])

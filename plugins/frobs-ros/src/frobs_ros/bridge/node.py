@@ -1,4 +1,4 @@
-"""The ROS node of the bridge, from its options to its end."""
+"""The bridge's ROS node, including its options, startup and shutdown."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of ``frobs ros serve``, whose help describes them."""
+    """Options of ``frobs ros serve``, which are described in the command's help."""
 
     simulator: str = "mujoco"
     robot: str | None = None
@@ -44,7 +44,7 @@ def serve(options: Options) -> None:
 
     Raises:
         MasterError: No ROS master answers.
-        FrobsError: ROS, the simulator, the robot, the world or an option is invalid or unavailable.
+        FrobsError: An option is invalid, or ROS, the simulator, the robot or the world is unavailable or invalid.
     """
     _bind(options.listen)
     from frobs_ros import master
@@ -56,7 +56,7 @@ def serve(options: Options) -> None:
     _log(options.verbose)
     master.require()
     bridge = open_bridge(options)
-    rospy.on_shutdown(bridge.close)  # before rospy closes the topics that it publishes on
+    rospy.on_shutdown(bridge.close)  # runs before rospy closes the bridge's topics
     try:
         rospy.spin()
     finally:
@@ -64,7 +64,7 @@ def serve(options: Options) -> None:
 
 
 def open_bridge(options: Options) -> Bridge:
-    """Start the node in this process and return its bridge, which the caller closes; see :func:`serve`."""
+    """Start the node in this process and return its bridge, which the caller must close. See :func:`serve`."""
     import rosgraph
     import rospy
 
@@ -78,7 +78,7 @@ def open_bridge(options: Options) -> Bridge:
     from frobs_ros.bridge.services.world import offer_light_services, offer_world_services
     from frobs_ros.bridge.stand import fill, read_robot, stand_up
 
-    # All errors are raised before there is a node, which would replace a running one of the same name.
+    # Check for errors before creating the node, which replaces any running node of the same name.
     record = plugins.get_record("simulator", options.simulator)
     assert isinstance(record, SimulatorRecord)
     check_capabilities(record.name, record.capabilities, {"the bridge": {"teleport": Level.APPROXIMATE}})
@@ -87,12 +87,12 @@ def open_bridge(options: Options) -> Bridge:
     world = World(record, timestep=timestep, gravity=file.gravity, floor=file.floor)
     robot = read_robot(options.robot, options.model_name, options.namespace) if options.robot else None
     _check_alone()
-    # The many threads of rospy must switch quickly: the default of 5 ms would delay every call.
+    # Python must switch quickly between rospy's threads: the default interval of 5 ms would delay every call.
     sys.setswitchinterval(0.0002)
-    # Set before the node exists, so that its own stamps also use simulated time.
+    # Set this parameter before creating the node, so that the node's own stamps also use simulated time.
     if not rosgraph.Master("/gazebo").hasParam("/use_sim_time"):
         rosgraph.Master("/gazebo").setParam("/use_sim_time", True)
-    # Without a value, rospy asks the master for it with each log message.
+    # If this parameter is not set, rospy queries the master for it with each log message.
     if not rosgraph.Master("/gazebo").hasParam("/rosout_disable_topics_generation"):
         rosgraph.Master("/gazebo").setParam("/rosout_disable_topics_generation", False)
     rospy.init_node("gazebo")
@@ -114,7 +114,7 @@ def open_bridge(options: Options) -> Bridge:
         offer_link_services(offers)
         offer_joint_services(offers)
         offer_light_services(offers, file.lights or ["sun"])
-        offer_world_services(offers)  # last, because clients wait for one of them
+        offer_world_services(offers)  # last, because clients wait for one of these services
         bridge.call(bridge.tell)
     except BaseException:
         bridge.close()
@@ -124,7 +124,7 @@ def open_bridge(options: Options) -> Bridge:
 
 
 def _check_alone() -> None:
-    """Raise an error if Gazebo or another bridge is running: the master would end it."""
+    """Raise an error if Gazebo or another bridge is running, because the master would shut down that node."""
     import rosgraph
 
     try:
@@ -137,7 +137,7 @@ def _check_alone() -> None:
             raise ConfigurationError(
                 f"Gazebo or another bridge already runs as the node /gazebo of this master ({uri}); end it first."
             )
-    except OSError:  # it has ended without unregistering
+    except OSError:  # the other node has ended without unregistering
         return
 
 
@@ -152,12 +152,12 @@ def _log(verbose: bool) -> None:
 
 
 class OnlyOnce(logging.Filter):
-    """Lets rospy log only once that the master is gone, instead of once per topic and service."""
+    """Filter that logs the loss of the ROS master only once, instead of once per topic and service."""
 
     said = False
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return whether a record is to be logged."""
+        """Return whether to log a record."""
         if "registrations are now out of sync" not in str(record.msg):
             return True
         self.said, before = True, self.said
@@ -165,6 +165,6 @@ class OnlyOnce(logging.Filter):
 
 
 def _bind(listen: str | None) -> None:
-    """Configure the address on which rospy listens, before it is imported."""
+    """Configure the address on which rospy listens. Call this function before importing rospy."""
     os.environ["ROS_IP"] = listen or "127.0.0.1"
     os.environ.pop("ROS_HOSTNAME", None)

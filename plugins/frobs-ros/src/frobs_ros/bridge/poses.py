@@ -1,4 +1,4 @@
-"""Rigid transforms as pairs of arrays, and their conversion from and to ROS messages."""
+"""Poses and velocities as pairs of arrays, with conversions from and to ROS messages."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class Place(NamedTuple):
     quat_wxyz: Floats
 
     def after(self, outer: Place) -> Place:
-        """Return this pose, which is relative to ``outer``, in the frame that ``outer`` is relative to."""
+        """Convert this pose from the frame ``outer`` to the frame in which ``outer`` is expressed."""
         return Place(outer.pos + quat_rotate(outer.quat_wxyz, self.pos), quat_multiply(outer.quat_wxyz, self.quat_wxyz))
 
     def seen_from(self, frame: Place) -> Place:
-        """Return this pose relative to ``frame``; both are in the same frame."""
+        """Return this pose relative to ``frame``. Both poses must be expressed in the same frame."""
         back = quat_conjugate(frame.quat_wxyz)
         return Place(quat_rotate(back, self.pos - frame.pos), quat_multiply(back, self.quat_wxyz))
 
     def to_pose(self) -> Pose:
-        """Return the pose in the format of models."""
+        """Convert the pose to a :class:`~frobs_core.models.Pose`."""
         x, y, z = self.pos.tolist()
         w, i, j, k = self.quat_wxyz.tolist()
         return Pose((x, y, z), (w, i, j, k))
@@ -52,7 +52,7 @@ class Motion(NamedTuple):
     angular: Floats
 
     def turned(self, quat_wxyz: Floats) -> Motion:
-        """Return the velocity in axes that are rotated by a quaternion."""
+        """Return the velocity rotated by a quaternion."""
         return Motion(quat_rotate(quat_wxyz, self.linear), quat_rotate(quat_wxyz, self.angular))
 
 
@@ -61,15 +61,15 @@ REST = Motion(np.zeros(3), np.zeros(3))
 
 
 def place_of(pose: Pose) -> Place:
-    """Return a model's pose as arrays."""
+    """Convert a :class:`~frobs_core.models.Pose` to arrays."""
     return Place(np.array(pose.pos, np.float64), np.array(pose.quat_wxyz, np.float64))
 
 
 def read_pose(message: Any) -> Place:
-    """Read a geometry_msgs/Pose; a zero quaternion, FRobs_RL's default, means no rotation.
+    """Read a geometry_msgs/Pose, in which a zero quaternion (the default of FRobs_RL) means no rotation.
 
     Raises:
-        ConfigurationError: A number is not finite.
+        ConfigurationError: The message contains a number that is not finite.
     """
     p, q = message.position, message.orientation
     numbers = np.array([p.x, p.y, p.z, q.w, q.x, q.y, q.z], np.float64)
@@ -80,10 +80,10 @@ def read_pose(message: Any) -> Place:
 
 
 def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
-    """Read pose and twist of a gazebo_msgs/ModelState or LinkState in a frame; return them in the world.
+    """Read a gazebo_msgs/ModelState or LinkState in ``frame`` and return its pose and velocity in the world.
 
     Raises:
-        ConfigurationError: A number is not finite.
+        ConfigurationError: The message contains a number that is not finite.
     """
     told = Motion(read_vector(state.twist.linear), read_vector(state.twist.angular)).turned(frame.quat_wxyz)
     motion = Motion(told.linear + frame_motion.linear, told.angular + frame_motion.angular)
@@ -91,7 +91,7 @@ def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, M
 
 
 def write_pose(place: Place, message: Any) -> Any:
-    """Write the pose into a geometry_msgs/Pose, and return the message."""
+    """Write a pose into a geometry_msgs/Pose and return the message."""
     p, q = message.position, message.orientation
     p.x, p.y, p.z = place.pos.tolist()
     q.w, q.x, q.y, q.z = place.quat_wxyz.tolist()
@@ -102,7 +102,7 @@ def read_vector(message: Any) -> Floats:
     """Read a geometry_msgs/Vector3 or Point.
 
     Raises:
-        ConfigurationError: A number is not finite.
+        ConfigurationError: The message contains a number that is not finite.
     """
     numbers = np.array([message.x, message.y, message.z], np.float64)
     if not np.isfinite(numbers).all():
@@ -111,7 +111,7 @@ def read_vector(message: Any) -> Floats:
 
 
 def write_twist(motion: Motion, message: Any) -> Any:
-    """Write the velocity into a geometry_msgs/Twist, and return the message."""
+    """Write a velocity into a geometry_msgs/Twist and return the message."""
     message.linear.x, message.linear.y, message.linear.z = motion.linear.tolist()
     message.angular.x, message.angular.y, message.angular.z = motion.angular.tolist()
     return message

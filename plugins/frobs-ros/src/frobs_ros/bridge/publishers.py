@@ -1,4 +1,4 @@
-"""Topics of the whole world: the clock, the states of models and links, and commands for their states."""
+"""Topics for the whole world: the clock, model and link states, and commands that set states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Clock(Component):
-    """``/clock``, and the clock of the bridge's own node, which would otherwise read the topic over a socket."""
+    """Publisher of ``/clock``, which also sets the bridge node's time directly instead of over a socket."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -33,7 +33,7 @@ class Clock(Component):
             self._set_own = rospy.rostime._set_rostime
 
     def tell(self, world: World) -> None:
-        """Publish the time, if it has changed."""
+        """Publish the time if it has changed."""
         if world.time_ns == self._published_ns:
             return
         self._published_ns = world.time_ns
@@ -44,7 +44,7 @@ class Clock(Component):
 
 
 class States(Component):
-    """``/gazebo/model_states`` and ``/gazebo/link_states``, created only for subscribers."""
+    """Publisher of ``/gazebo/model_states`` and ``/gazebo/link_states``, which skips topics without subscribers."""
 
     def __init__(self, rate: float) -> None:
         import rospy
@@ -77,7 +77,10 @@ class States(Component):
 
 
 class Wishes(Component):
-    """Subscribes to ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``, which work like the services."""
+    """Subscriber to the topics ``/gazebo/set_model_state`` and ``/gazebo/set_link_state``.
+
+    These topics have the same effect as the services of the same names.
+    """
 
     def __init__(self, bridge: Bridge) -> None:
         import rospy

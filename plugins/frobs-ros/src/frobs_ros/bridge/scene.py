@@ -1,4 +1,4 @@
-"""The scene of a simulation: static bodies, and the cameras and contacts for the models' sensors."""
+"""Scene of a simulation: static bodies, and the cameras and contacts that the models' sensors require."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from frobs_ros.bridge.model import Model
 
 @dataclass(frozen=True)
 class Touch:
-    """A pair of parts with a measured contact.
+    """A pair of parts whose contact is measured.
 
     Attributes:
-        contact: Contact in the scene.
+        contact: Contact that the scene declares.
         first: Name of the first part, in Gazebo's format for collisions: ``"model::link::collision"``.
         second: Name of the second part.
     """
@@ -32,7 +32,7 @@ class Touch:
 
 
 Touches: TypeAlias = Mapping[tuple[str, str], Sequence[Touch]]
-"""Parts that links with a contact sensor can touch, by the names of the model and the link."""
+"""Measured contact pairs of each link that has a contact sensor, keyed by model name and link name."""
 
 
 def make_scene(
@@ -43,19 +43,19 @@ def make_scene(
     gravity: tuple[float, float, float],
     with_cameras: bool,
 ) -> Scene:
-    """Return the scene around the moving models.
+    """Return the scene, which contains everything except the moving models.
 
     Args:
         models: All models.
-        touches: Pairs of parts with a measured contact.
-        floor: Whether there is a ground plane at z = 0.
+        touches: Pairs of parts whose contact is measured.
+        floor: Whether the world has a ground plane at z = 0.
         gravity: [m/s²]
         with_cameras: Whether the simulator renders images.
 
     Raises:
         ConfigurationError: A camera has invalid parameters.
     """
-    cameras = dict(Scene().cameras)  # the first camera of a scene is that of a window
+    cameras = dict(Scene().cameras)  # the viewer window uses the first camera of a scene
     if with_cameras:
         cameras |= {
             camera_name(model, sensor): make_camera(model, sensor)
@@ -73,13 +73,14 @@ def make_scene(
 
 
 def find_touches(models: Sequence[Model], *, floor: bool) -> Touches:
-    """Return the parts that each link with a contact sensor can touch.
+    """Return the contact pairs to measure for each link that has a contact sensor.
 
-    Each other link and each static shape is a separate pair, so that a sensor can report the touched part.
+    Each link and each static shape that can be touched forms a separate pair, so that a sensor can report which part is
+    touched.
 
     Args:
         models: All models.
-        floor: Whether there is a ground plane.
+        floor: Whether the world has a ground plane.
     """
     return {
         (model.name, link): tuple(_touches(model, link, models, floor))
@@ -103,7 +104,7 @@ def _touches(model: Model, link: str, models: Sequence[Model], floor: bool) -> I
 
 
 def _sides(model: Model, link: str) -> list[tuple[str, str]]:
-    """Return the sides of contacts for a link, each with its name in Gazebo; empty if it does not collide."""
+    """Return a link's contact sides with their Gazebo names, or an empty list if it has no collision shapes."""
     placement = model.description.placement
     if placement is None:
         shapes = [name for name in model.shapes if name.startswith(f"{link}/")]

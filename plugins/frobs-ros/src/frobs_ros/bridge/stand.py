@@ -1,4 +1,4 @@
-"""Adds a robot of FRobs to the initial world with parameters, controllers and topics, as a launch file would."""
+"""Functions that add models to the initial world and set up a robot's ROS interfaces as a launch file would."""
 
 from __future__ import annotations
 
@@ -25,11 +25,13 @@ from frobs_ros.bridge.wheels import Base
 LOG = logging.getLogger("frobs.bridge")
 
 STATES, TRAJECTORY, GROUP = "joint_state_controller", "arm_controller", "joint_group_position_controller"
-"""Names of the controllers of such a robot, unless its file has controllers."""
+"""Names of the default controllers of a robot whose file contains no transmissions."""
 
 
 def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
-    """Return an installed robot, or one of a model file, as a model at the world's origin, and its description.
+    """Return a model of a robot at the world's origin, and the robot's description.
+
+    ``robot`` is the name of an installed robot or the path of a model file.
 
     Raises:
         UnknownNameError: The robot does not exist.
@@ -40,12 +42,15 @@ def read_robot(robot: str, name: str, namespace: str) -> tuple[Model, Robot]:
 
 
 def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
-    """Add a robot to the world, with the interfaces that clients expect; before the loop runs, or in its thread.
+    """Add a robot to the world, with the ROS interfaces that clients expect.
 
-    The parameter ``robot_description`` contains its URDF. Unless its file requests a controller manager, it gets one:
-    joint states are published, ``arm_controller`` follows trajectories, ``joint_group_position_controller`` is loaded.
-    Its frames are on ``/tf`` and ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``; a
-    lidar publishes ``scan``, or a topic of its name if there are several.
+    Call this function from the simulation thread, or before the thread starts.
+
+    The parameter ``robot_description`` is set to the robot's URDF. If the robot's file contains no transmissions, a
+    controller manager is added: joint states are published, ``arm_controller`` follows trajectories, and
+    ``joint_group_position_controller`` is loaded but not started. The robot's frames are published on ``/tf`` and
+    ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``. A single lidar publishes on
+    ``scan``. If a robot has several lidars, each lidar publishes on a topic with the lidar's name.
 
     Raises:
         FrobsError: The simulator rejects the robot.
@@ -64,7 +69,9 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
 
 
 def fill(bridge: Bridge, file: WorldFile) -> None:
-    """Add the models of a world file to the world; before the loop runs, or in its thread.
+    """Add the models of a world file to the world.
+
+    Call this function from the simulation thread, or before the thread starts.
 
     Raises:
         FrobsError: The simulator rejects a model.

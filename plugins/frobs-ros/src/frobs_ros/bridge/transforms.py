@@ -1,4 +1,4 @@
-"""``/tf`` and ``/tf_static`` of a robot that the bridge adds to the world; spawned robots have their own publisher."""
+"""Topics ``/tf`` and ``/tf_static`` for the initial robot. Spawned robots require a separate state publisher."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from frobs_ros.state_publisher import FREQUENCY, read_joints, split, to_message
 
 
 class Transforms(Component):
-    """Publishes the pose of each joint's child in its parent.
+    """Publisher of each joint's transform from the parent link to the child link.
 
     Args:
         model: The robot.
-        urdf: URDF of the robot, which clients read too.
+        urdf: URDF of the robot, which clients read as ``robot_description``.
     """
 
     def __init__(self, model: Model, urdf: str) -> None:
@@ -30,7 +30,7 @@ class Transforms(Component):
         self._static.publish(to_message(fixed, np.zeros(len(fixed.joints)), rospy.Time()))
 
     def tell(self, world: World) -> None:
-        """Publish the moving joints, if there are subscribers."""
+        """Publish the transforms of moving joints if there are subscribers."""
         robot = self._model.robot
         if robot is None or not self._moving.joints or not self._tf.get_num_connections():
             return

@@ -1,4 +1,4 @@
-"""Conversion of a URDF or xacro text to the description of a model, as Gazebo interprets it."""
+"""Conversion of URDF or xacro text to a model description, with the same interpretation as in Gazebo."""
 
 from __future__ import annotations
 
@@ -25,20 +25,22 @@ _PATHS = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH", "GAZEBO_MODEL_PATH")
 
 
 def describe_urdf(text: str) -> Description:
-    """Parse a URDF, or a xacro without arguments.
+    """Parse URDF text, or xacro text without arguments.
 
-    The base is fixed if the root link is named ``world`` or the file contains ``<static>``, else it is free. Links do
-    not collide with those of their own robot unless the file contains ``<selfCollide>``. The transmission of a joint
-    defines its command mode; a joint without a transmission is free.
+    The base is fixed if the root link is named ``world`` or the file sets ``<static>``. Otherwise, the base floats.
+    Links of the same robot do not collide with each other unless the file sets ``<selfCollide>``. The transmission of a
+    joint defines the joint's command mode. A joint without a transmission moves freely.
 
     Raises:
-        ModelFileError: The text is not a valid robot.
+        ModelFileError: The text does not describe a valid robot.
     """
     return _describe(text, tuple(os.environ.get(name, "") for name in _PATHS))
 
 
 def describe_robot(robot: Robot) -> Description:
-    """Return the description of a FRobs robot; if its file has no transmissions, its joints hold their positions.
+    """Return the model description of a FRobs robot.
+
+    Joints without a transmission hold their positions. Wheels without a transmission hold zero velocity.
 
     Raises:
         ModelFileError: The model file is invalid.
@@ -58,7 +60,7 @@ def describe_robot(robot: Robot) -> Description:
 
 
 def with_file_uris(text: str) -> str:
-    """Return a URDF whose absolute mesh paths are ``file://`` URIs, the only form of a path that RViz can open."""
+    """Return a URDF with absolute mesh paths replaced by ``file://`` URIs, because RViz cannot open plain paths."""
     root = ElementTree.fromstring(text)
     for mesh in root.iter("mesh"):
         name = mesh.get("filename", "")
@@ -73,17 +75,17 @@ def gazebo_elements(model: RobotModel) -> tuple[Element, ...]:
 
 
 def read_friction(elements: tuple[Element, ...], model: RobotModel) -> Mapping[str, float]:
-    """Return the friction of links for which the file contains one, including those with fixed joints."""
+    """Return the friction coefficients that the file specifies, by link name, including links at fixed joints."""
     links = {link.name for link in model.links if link.collisions}
     found = {}
     for element in elements:
         link, given = element.get("reference", ""), element.findtext("mu1") or element.findtext("mu")
         if link in links and given:
-            found[link] = min(float(given), 10.0)  # Gazebo's files write 100000 for "enough"
+            found[link] = min(float(given), 10.0)  # many Gazebo files use 100000 for very high friction
     return found
 
 
-@lru_cache(maxsize=32)  # the same robots are often spawned again; these paths determine the files that it reads
+@lru_cache(maxsize=32)  # repeated spawns reuse the result unless the search paths change
 def _describe(text: str, paths: tuple[str, ...]) -> Description:
     del paths
     ending = ".urdf.xacro" if "<xacro:" in text else ".urdf"
@@ -113,7 +115,7 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
 
 
 def _modes(root: Element) -> dict[str, CommandMode]:
-    """Return the command mode of each joint with a transmission."""
+    """Return the command mode of each joint that has a transmission."""
     found = {}
     for transmission in root.findall("transmission"):
         for joint in transmission.findall("joint"):

@@ -1,4 +1,4 @@
-"""Differential drive: converts twists to wheel speeds, and wheel angles to odometry."""
+"""Differential drives, which convert twists to wheel speeds and wheel angles to odometry."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist
 from frobs_ros.bridge.world import NANO, World
 
-_RENEWED = 0.005  # [s] between two commands while the speed changes
+_RENEWED = 0.005  # time [s] between two commands while the speed is changing
 
 
 @dataclass(frozen=True, kw_only=True)
 class Base:
-    """Parameters of a base with differential drive.
+    """Parameters of a base with a differential drive.
 
     Attributes:
         left: Indices of the left wheels in the robot's joint arrays.
         right: Indices of the right wheels.
-        separation: Distance between left and right wheels [m].
+        separation: Distance between the left and right wheels [m].
         radius: Radius of a wheel [m].
         max_linear: Maximum linear speed [m/s].
         max_angular: Maximum angular speed [rad/s].
         linear_acceleration: Maximum linear acceleration [m/s²].
         angular_acceleration: Maximum angular acceleration [rad/s²].
-        timeout: [s] after which an old command stops the base; inf: never.
-        stiff: Whether the wheels' drives are strengthened for the robot's mass, as Gazebo's are.
+        timeout: Time without a new command after which the base stops [s], or inf for no timeout.
+        stiff: Whether to increase the wheels' drive gains for the robot's mass, as in Gazebo.
     """
 
     left: tuple[int, ...]
@@ -47,11 +47,11 @@ class Base:
 
 
 class Driver:
-    """Follows the last received twist, and computes the odometry of the base.
+    """Driver that follows the latest twist and computes the odometry of the base.
 
     Attributes:
-        place: Pose by odometry, relative to the start.
-        motion: Velocity by odometry, in the axes of the base.
+        place: Odometry pose of the base, relative to the start pose.
+        motion: Odometry velocity of the base, in the base frame.
     """
 
     def __init__(self, model: Model, base: Base) -> None:
@@ -64,13 +64,13 @@ class Driver:
         self.motion = Motion(np.zeros(3), np.zeros(3))
 
     def take(self, twist: Any) -> None:
-        """Store a geometry_msgs/Twist, in rospy's thread."""
+        """Store a received geometry_msgs/Twist. Called in a rospy thread."""
         linear, angular = float(twist.linear.x), float(twist.angular.z)
         if math.isfinite(linear) and math.isfinite(angular):
             self._new = linear, angular
 
     def start(self, world: World) -> None:
-        """Stop the base, and define its current pose as the origin."""
+        """Stop the base and use its current pose as the odometry origin."""
         if self._base.stiff:
             self._stiffen(world)
         self._new, self._wanted, self._present = None, (0.0, 0.0), (0.0, 0.0)
@@ -98,13 +98,13 @@ class Driver:
 
     @property
     def is_changing(self) -> bool:
-        """Whether an acceleration limit currently changes the speed, which requires frequent commands."""
+        """Whether the speed is changing under an acceleration limit, which requires frequent commands."""
         base = self._base
         limited = math.isfinite(base.linear_acceleration) or math.isfinite(base.angular_acceleration)
         return limited and (self._present != self._wanted or self._new is not None)
 
     def reckon(self, span: float) -> None:
-        """Update the odometry with the rotation of the wheels in ``span`` [s]."""
+        """Update the odometry from the wheels' rotation during the last ``span`` [s]."""
         base, before = self._base, self._turned
         self._turned = self._angles()
         left, right = ((now - then) * base.radius for now, then in zip(self._turned, before, strict=True))
@@ -117,14 +117,14 @@ class Driver:
 
     @property
     def place(self) -> Place:
-        """Pose of the base by odometry."""
+        """Odometry pose of the base, relative to the start pose."""
         quat = np.array([math.cos(self._yaw / 2.0), 0.0, 0.0, math.sin(self._yaw / 2.0)])
         return Place(np.array([self._x, self._y, 0.0]), quat)
 
     def _stiffen(self, world: World) -> None:
-        """Strengthen the drives of the wheels for the mass that they carry, with the bandwidth of all drives.
+        """Increase the wheels' drive gains for the mass of the robot, using the default drive bandwidth.
 
-        The gains of a drive depend on the mass that its joint carries; a wheel carries the rest of the robot.
+        Default gains consider only the links that a joint carries, but the wheels must move the whole robot.
         """
         placement, robot, base = self._model.description.placement, self._model.robot, self._base
         assert placement is not None
@@ -149,10 +149,10 @@ def _towards(present: float, wanted: float, most: float) -> float:
 
 
 class Driving(Component):
-    """A component for a differential drive: subscribes to twists, and publishes odometry."""
+    """Component for a differential drive, which subscribes to twists and publishes odometry."""
 
     def listen(self, driver: Driver, command: str, odom: str, frames: tuple[str, str], tf: bool) -> None:
-        """Connect to the ROS graph; the last call of a constructor."""
+        """Create the subscriber and the publishers. Constructors must call this method last."""
         import rospy
         from geometry_msgs.msg import Twist
         from nav_msgs.msg import Odometry
@@ -164,7 +164,7 @@ class Driving(Component):
         self._tf = self.own(rospy.Publisher("/tf", TFMessage, queue_size=10, tcp_nodelay=True)) if tf else None
 
     def most_steps(self, world: World) -> int | None:
-        """A few steps while the speed changes."""
+        """Return a small number of steps while the speed is changing, and None otherwise."""
         return max(1, round(_RENEWED / world.timestep)) if self._driver.is_changing else None
 
     def before(self, world: World, steps: int) -> None:
@@ -172,7 +172,7 @@ class Driving(Component):
         self._driver.command(world, steps)
 
     def where(self) -> tuple[Place, Motion]:
-        """Return the pose and the velocity for the odometry: those from the wheels."""
+        """Return the odometry's pose and velocity, computed from the wheels' rotation."""
         return self._driver.place, self._driver.motion
 
     def tell(self, world: World) -> None:
@@ -188,7 +188,7 @@ class Driving(Component):
 
 
 def odometry(frame: str, child: str, stamp: Any, place: Place, motion: Motion) -> tuple[Any, Any]:
-    """Return a nav_msgs/Odometry, and the same pose as a geometry_msgs/TransformStamped."""
+    """Return a nav_msgs/Odometry message and a geometry_msgs/TransformStamped message with the same pose."""
     from geometry_msgs.msg import TransformStamped
     from nav_msgs.msg import Odometry
 

@@ -1,4 +1,4 @@
-"""The world: models in one simulation, added and removed while it runs. Only one thread may use it."""
+"""A world whose models can be added and removed during a simulation. Only one thread may use a world."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ NANO = 1_000_000_000
 
 
 class World:
-    """Models, the forces on them, and the time.
+    """A simulated world, which contains models, forces on the models, and the time.
 
-    Adding or removing a model, or changing the time step, creates another simulation; the remaining models keep their
-    state.
+    Adding or removing a model, or changing the time step, creates a new simulation, in which the remaining models keep
+    their state.
 
     Args:
         timestep: Duration of a physics step [s].
         gravity: [m/s²]
-        floor: Whether there is a ground plane at z = 0.
+        floor: Whether the world has a ground plane at z = 0.
 
     Attributes:
-        time_ns: [ns] since the start or the last reset of the time.
+        time_ns: Simulated time since the start or the last time reset [ns].
         steps: Number of physics steps since the start.
-        touches: Parts that links with a contact sensor can touch, by the names of the model and the link.
+        touches: Measured contact pairs of each link that has a contact sensor, keyed by model name and link name.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class World:
 
     @property
     def has_floor(self) -> bool:
-        """Whether there is a ground plane."""
+        """Whether the world has a ground plane."""
         return self._floor
 
     def robots(self) -> Iterator[Model]:
@@ -82,7 +82,7 @@ class World:
         return (model for model in self.models.values() if model.robot is not None)
 
     def add(self, model: Model) -> None:
-        """Add a model to the world; after an error, the world is unchanged.
+        """Add a model to the world. If an error is raised, the world remains unchanged.
 
         Raises:
             ConfigurationError: A model with that name exists.
@@ -97,10 +97,10 @@ class World:
             model.drive.hold(model.robot)
 
     def remove(self, name: str) -> Model:
-        """Remove a model from the world, and return it.
+        """Remove a model from the world and return the model.
 
         Raises:
-            UnknownNameError: There is no model with that name.
+            UnknownNameError: The world contains no model with this name.
         """
         model = self.model(name)
         self._build([other for other in self.models.values() if other is not model])
@@ -115,17 +115,17 @@ class World:
         """Return a model.
 
         Raises:
-            UnknownNameError: There is no model with that name.
+            UnknownNameError: The world contains no model with this name.
         """
         if name not in self.models:
             raise UnknownNameError("model", name, self.models)
         return self.models[name]
 
     def set_timestep(self, timestep: float) -> None:
-        """Change the physics step [s].
+        """Change the duration of a physics step [s].
 
         Raises:
-            ConfigurationError: The duration is not positive.
+            ConfigurationError: The duration is not in (0, 1) s or rounds to 0 ns.
         """
         if not 0.0 < timestep < 1.0 or round(timestep * NANO) < 1:
             raise ParameterValueError("time step", timestep, "in (0, 1) [s]")
@@ -134,14 +134,14 @@ class World:
             self._build(list(self.models.values()))
 
     def set_gravity(self, gravity: tuple[float, float, float]) -> None:
-        """Change gravity [m/s²]."""
+        """Change the gravity [m/s²]."""
         if gravity != self._gravity:
             self._gravity = gravity
             if self.simulation is not None:
                 self.simulation.write_parameter("gravity", "", np.array([gravity], np.float64))
 
     def write_parameter(self, name: str, target: str, values: Floats) -> None:
-        """Change a physical parameter; it is kept when other models are added or removed."""
+        """Change a physical parameter. The value is kept when other models are added or removed."""
         assert self.simulation is not None
         self.simulation.write_parameter(name, target, values)
         self._parameters[name, target] = values
@@ -161,7 +161,7 @@ class World:
                 self.simulation.bodies[name].write_pose(np.array([body.pose.pos]), np.array([body.pose.quat_wxyz]))
 
     def step(self, steps: int) -> None:
-        """Advance by physics steps; controllers have set the targets.
+        """Advance by a number of physics steps, with the joint targets that the controllers have set.
 
         Raises:
             SimulationError: The engine failed.
@@ -176,11 +176,11 @@ class World:
         self.time_ns += steps * self.timestep_ns
 
     def steps_until(self, time_ns: int) -> int:
-        """Return the number of steps until a time; at least 1."""
+        """Return the number of physics steps until a given time, at least 1."""
         return max(1, -(-(time_ns - self.time_ns) // self.timestep_ns))
 
     def reset(self, *, time: bool) -> None:
-        """Reset all models to their spawn poses, at rest, and clear all forces; optionally also reset the time."""
+        """Reset all models to their spawn poses at rest, clear all forces, and reset the time if ``time`` is True."""
         if self.simulation is not None:
             self.simulation.reset()
         self.forces.clear()
@@ -195,20 +195,20 @@ class World:
         """Return the model and the link for a scoped name, ``"model::link"``, or for a unique link name.
 
         Raises:
-            UnknownNameError: No link or several links have this name.
+            UnknownNameError: No link or more than one link has this name.
         """
         return self._find("link", name, {model.name: model.links for model in self.models.values()})
 
     def find_joint(self, name: str) -> tuple[Model, str]:
-        """Return the model and the actuated joint for a scoped or unique name.
+        """Return the model and the actuated joint for a scoped name, ``"model::joint"``, or for a unique joint name.
 
         Raises:
-            UnknownNameError: No joint or several joints have this name.
+            UnknownNameError: No joint or more than one joint has this name.
         """
         return self._find("joint", name, {model.name: tuple(model.joints) for model in self.models.values()})
 
     def frame(self, name: str) -> tuple[Place, Motion]:
-        """Return the pose and the velocity of a frame: the world, a model or a link.
+        """Return the pose and velocity of a frame, which is the world, a model or a link.
 
         Raises:
             UnknownNameError: The frame does not exist.
@@ -221,7 +221,7 @@ class World:
         return model.link_place(link), model.link_motion(link)
 
     def open_viewer(self) -> None:
-        """Open a window; it is reopened when the simulation changes.
+        """Open a viewer window, which is reopened whenever a new simulation is created.
 
         Raises:
             RenderingUnavailableError: There is no display.
@@ -231,10 +231,10 @@ class World:
             self.simulation.open_viewer()
 
     def close(self) -> None:
-        """Release the simulation. Calling it again has no effect."""
+        """Release the simulation. Further calls have no effect."""
         if self.simulation is not None:
             self.simulation.close()
-            # They refer to each other: garbage collection would come late, and each spawn would fragment the memory.
+            # Break reference cycles. Otherwise, late garbage collection would fragment the memory with each spawn.
             self.simulation.robots, self.simulation.bodies = {}, {}
             self.simulation = None
 
@@ -250,7 +250,7 @@ class World:
         return self.models[found[0]], inner
 
     def _free_key(self, name: str) -> str:
-        """Return a unique name for a model in the simulation, without slashes and reserved words."""
+        """Return a unique name for a model in the simulation, without special characters or reserved words."""
         taken = {model.key for model in self.models.values()} | {"world", "floor"}
         key = base = re.sub(r"\W", "_", name) or "model"
         number = 2
@@ -259,10 +259,10 @@ class World:
         return key
 
     def _build(self, models: Iterable[Model]) -> None:
-        """Create the simulation of these models; existing models keep their state."""
+        """Create a new simulation of the models, in which existing models keep their state."""
         models = list(models)
         moving = [model for model in models if not model.is_static]
-        # Simulators exclude only the first robots from lidar readings, so robots with a lidar come first.
+        # Some simulators hide only the first few robots from their own lidars, so robots with a lidar come first.
         moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
         states = {model.name: model.state() for model in moving if model.robot is not None}
         new: Simulation | None = None

@@ -1,1 +1,1 @@
-"""The commands that this distribution adds to ``frobs``."""
+"""Commands that this distribution adds to the ``frobs`` command line."""

@@ -1,4 +1,4 @@
-"""``frobs doctor ros``: check the installation of ROS."""
+"""Implements ``frobs doctor ros``, which checks the ROS installation."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 def ros(json: Json = False) -> None:
     """Check which parts of ROS and Gazebo are installed, and whether a ROS master answers.
 
-    For each missing part, shows the package that provides it. Exits with status 1 if a part is missing that frobs-ros
-    requires.
+    For each missing part, the output shows the package that provides it. The exit status is 1 if a part that frobs-ros
+    requires is missing.
 
     Example:
         $ frobs doctor ros

@@ -1,4 +1,4 @@
-"""``frobs ros run``: run a trained policy on a robot behind ROS."""
+"""Implements ``frobs ros run``, which runs a trained policy on a robot controlled through ROS."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ def run(
     ] = "mujoco",
     json: Json = False,
 ) -> None:
-    """Run a trained policy on a robot behind ROS until Ctrl-C.
+    """Run a trained policy on a robot that is controlled through ROS, until Ctrl-C is pressed.
 
-    The policy receives joint states and sends commands. Commands stay within the joint limits. If measurements stop
-    arriving, and at the end, the robot is commanded to hold its position.
+    The policy receives joint states and sends commands, which are clipped to the joint limits. When the run ends, or
+    when measurements stop arriving, the robot is commanded to hold its position.
 
     Example:
         $ frobs ros run reach.frobs --controller arm_controller --goal 0.3 0.1 0.5

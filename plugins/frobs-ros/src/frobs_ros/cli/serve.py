@@ -1,4 +1,4 @@
-"""``frobs ros serve``: run a FRobs simulation with Gazebo's interface."""
+"""Implements ``frobs ros serve``, which runs a FRobs simulation with Gazebo's ROS interface."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def serve(
         ),
     ] = None,
 ) -> None:
-    """Run a simulation behind the services and topics of gazebo_ros and its controller managers.
+    """Run a simulation that offers the services and topics of gazebo_ros and its controller managers.
 
     A ROS master must be running. Press Ctrl-C to stop.
 
@@ -83,7 +83,7 @@ def serve(
 
 
 def main() -> None:
-    """Run the command alone, as ``python -m frobs_ros.bridge``, and exit the process."""
+    """Run the command as ``python -m frobs_ros.bridge``, without the ``frobs`` program, and exit the process."""
     from frobs_cli.group import FrobsGroup
 
     app = typer.Typer(cls=FrobsGroup, pretty_exceptions_enable=False)

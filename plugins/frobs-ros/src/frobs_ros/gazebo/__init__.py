@@ -1,1 +1,1 @@
-"""The functions of :mod:`frobs_ros.ros_gazebo` by subject: launching, physics, time, models."""
+"""Implements the functions of :mod:`frobs_ros.ros_gazebo`, grouped by subject: launching, physics, time and models."""

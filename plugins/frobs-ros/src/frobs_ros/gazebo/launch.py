@@ -1,4 +1,4 @@
-"""Launch the simulation, and end it."""
+"""Launches and closes the simulation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_ros.packages import find_anywhere
 from frobs_ros.services import is_offered
 
 LAUNCH_TIMEOUT = 120.0
-"""[s] to wait for the simulation to answer."""
+"""Maximum time to wait for the simulation to answer [s]."""
 _GRACE = 10.0
 _LAST, _FIRST = "/gazebo/get_world_properties", "/gazebo/pause_physics"
 OUTPUTS = ("screen", "log")
@@ -36,27 +36,29 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     gui_required: bool = False,
     launch_new_term: bool = True,
 ) -> bool:
-    """Launch Gazebo or the bridge, and wait until it answers.
+    """Launch Gazebo or the bridge, and wait until the simulation answers.
 
-    ``FROBS_ROS_BACKEND`` selects it: ``gazebo``, ``bridge:mujoco``, ``bridge:pybullet``, ``bridge:gazebo``; by default,
-    Gazebo if gazebo_ros is installed, else the bridge with MuJoCo. A ROS master is started if none answers.
+    The environment variable or ROS parameter ``FROBS_ROS_BACKEND`` selects the backend: ``gazebo``, ``bridge:mujoco``,
+    ``bridge:pybullet`` or ``bridge:gazebo``. The default is Gazebo if gazebo_ros is installed, and the bridge with
+    MuJoCo otherwise. If no ROS master answers, a master is started.
 
     Args:
-        paused: Whether to start paused.
+        paused: Whether to start the simulation paused.
         use_sim_time: Whether nodes use the simulation's clock.
         gui: Whether to open a window.
         recording: Whether to record the simulation's state.
-        debug: Whether to run it with diagnostics for crashes.
-        verbose: Whether to log more.
-        output: Destination of its output: ``"screen"``, the output of this process; ``"log"``, a file.
-        custom_world_path: A world file.
-        custom_world_pkg: A ROS package with a world file; used if no path is given.
-        custom_world_name: World file in the package's folder ``worlds`` or anywhere below the package.
-        respawn_gazebo: Whether to restart it when it ends.
-        pub_clock_frequency: Rate of the topic /clock [Hz].
-        server_required: Whether the whole launch ends with the server.
-        gui_required: Whether the whole launch ends with the window.
-        launch_new_term: Whether to run it in an xterm.
+        debug: Whether to run the simulation with crash diagnostics.
+        verbose: Whether to log additional messages.
+        output: Destination of the simulation's output: ``"screen"`` for the output of this process, or ``"log"`` for a
+            file.
+        custom_world_path: Path of a world file.
+        custom_world_pkg: ROS package that contains a world file. Ignored if a path is given.
+        custom_world_name: World file in the package's ``worlds`` folder, or anywhere else in the package.
+        respawn_gazebo: Whether to restart the simulation when it ends.
+        pub_clock_frequency: Rate of the /clock topic [Hz].
+        server_required: Whether to end the whole launch when the server ends.
+        gui_required: Whether to end the whole launch when the window is closed.
+        launch_new_term: Whether to run the simulation in an xterm window.
 
     Returns:
         Whether the simulation answers.
@@ -99,7 +101,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
 
 @answers(False)
 def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
-    """End the simulation that this process launched, but no others."""
+    """Close the simulation that this process launched. Other simulations are not affected."""
     found = processes.owned(["gazebo"])
     if not found:
         raise ProcessError("Gazebo", "this process has not launched a simulation")
@@ -107,11 +109,11 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
 
 
 def find_world(path: str | None, package: str | None, name: str | None) -> Path | None:
-    """Return a world file, or None for the empty world.
+    """Return the path of a world file, or None for an empty world.
 
     Raises:
-        ConfigurationError: The file does not exist, or one of package and name is missing.
-        PackageNotFoundError: The package or the file in it does not exist.
+        ConfigurationError: The file does not exist, or only one of ``package`` and ``name`` is given.
+        PackageNotFoundError: The package does not exist, or does not contain the file.
     """
     if path:
         file = Path(path).expanduser().absolute()

@@ -1,6 +1,6 @@
-"""Update rate, time step, gravity and the settings of the physics engine.
+"""Gets and sets the update rate, the time step, gravity and the settings of the physics engine.
 
-Gazebo has one service that reads all of them and one that writes all of them, so each change uses both.
+Gazebo has one service that reads all these properties and one that writes all of them. Every change uses both services.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ODE = {
     "erp": 0.2,
     "max_contacts": 20,
 }
-"""Settings of :func:`gazebo_set_default_properties`, besides a time step [s], gravity [m/s²] and real time."""
+"""Settings of the physics engine ODE that :func:`gazebo_set_default_properties` applies."""
 
 
 @answers(False)
@@ -37,7 +37,7 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
     """Set the maximum speed of the simulation.
 
     Args:
-        max_update_rate: Real-time factor: 1 is real time, 10 ten times as fast; 0 is unlimited.
+        max_update_rate: Maximum real-time factor. 1 is real time, 10 is ten times real time, and 0 is unlimited.
     """
     factor = _number("max_update_rate", max_update_rate, 0.0)
     now = _get()
@@ -46,7 +46,7 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_max_update_rate() -> float:
-    """Return the maximum speed of the simulation as a real-time factor; NaN if no simulation answers."""
+    """Return the maximum speed of the simulation as a real-time factor, or NaN if no simulation answers."""
     now = _get()
     return float(now.max_update_rate * now.time_step)
 
@@ -65,25 +65,25 @@ def gazebo_set_time_step(new_time_step: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_time_step() -> float:
-    """Return the physics time step [s]; NaN if no simulation answers."""
+    """Return the physics time step [s], or NaN if no simulation answers."""
     return float(_get().time_step)
 
 
 @answers(False)
 def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
-    """Set gravity.
+    """Set the gravity vector.
 
     Args:
         x: Gravity along x [m/s²].
         y: Gravity along y [m/s²].
-        z: Gravity along z [m/s²], −9.81 on Earth.
+        z: Gravity along z [m/s²], which is −9.81 on Earth.
     """
     return _set(_get(), gravity=_vector(x, y, z))
 
 
 @answers(None)
 def gazebo_get_gravity() -> Any:
-    """Return gravity [m/s²] as a ``geometry_msgs/Vector3``; None if no simulation answers."""
+    """Return the gravity vector [m/s²] as a ``geometry_msgs/Vector3``, or None if no simulation answers."""
     return _get().gravity
 
 
@@ -107,11 +107,11 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
         sor_pgs_precon_iters: Number of preconditioning iterations of the contact solver.
         sor_pgs_iters: Number of iterations of the contact solver.
         sor_pgs_w: Relaxation parameter of the contact solver.
-        sor_pgs_rms_error_tol: Error at which the solver stops early; 0 for never.
-        contact_surface_layer: Depth to which bodies may sink into each other [m].
-        contact_max_correcting_vel: Maximum velocity that separates penetrating bodies [m/s].
-        cfm: Constraint force mixing.
-        erp: Error reduction per step, 0 to 1.
+        sor_pgs_rms_error_tol: Error below which the contact solver stops early, or 0 to use all iterations.
+        contact_surface_layer: Depth to which bodies may penetrate each other [m].
+        contact_max_correcting_vel: Maximum velocity at which penetrating bodies are separated [m/s].
+        cfm: Constraint force mixing parameter.
+        erp: Error reduction parameter, the fraction of an error that is corrected in each step, 0 to 1.
         max_contacts: Maximum number of contacts between two bodies.
 
     Returns:
@@ -125,13 +125,13 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
 
 @answers(None)
 def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
-    """Return the engine's settings as a ``gazebo_msgs/ODEPhysics``; None if no simulation answers."""
+    """Return the settings of ODE as a ``gazebo_msgs/ODEPhysics``, or None if no simulation answers."""
     return _get().ode_config
 
 
 @answers(False)
 def gazebo_set_default_properties() -> bool:
-    """Set the time step to 1 ms, the speed to real time, gravity to Earth's, and the engine to its defaults."""
+    """Set a time step of 1 ms, real-time speed, Earth's gravity, and the default settings of the physics engine."""
     return _set(_get(), time_step=TIME_STEP, max_update_rate=1.0 / TIME_STEP, gravity=_vector(*GRAVITY), ode=ODE)
 
 
@@ -146,7 +146,7 @@ def _get() -> Any:
 
 
 def _set(now: Any, **changes: Any) -> bool:
-    """Set the given values, and the others to their current values; ``ode`` is a mapping."""
+    """Change the given properties, and keep the current values of all others. ``ode`` is a mapping."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import SetPhysicsProperties
 

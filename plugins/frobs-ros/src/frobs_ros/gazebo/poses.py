@@ -1,4 +1,4 @@
-"""Poses in ROS's format: a position, and a quaternion whose scalar is last."""
+"""Creates poses in ROS's format: a position, and a quaternion with the scalar part last."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _TOLERANCE = 1e-3
 
 
 def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
-    """Return a unit quaternion, scalar last.
+    """Return a unit quaternion with the scalar part last.
 
-    Four zeros, FRobs_RL's default, which Gazebo reads as no rotation, give the identity.
+    Four zeros are FRobs_RL's default and mean no rotation in Gazebo, so they are converted to the identity.
 
     Raises:
-        ConfigurationError: The length of the quaternion is not 1.
+        ConfigurationError: The norm of the quaternion is not 1.
     """
     parts = (float(x), float(y), float(z), float(w))
     if not any(parts):
@@ -31,7 +31,7 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
 
 
 def position(x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return a position [m].
+    """Validate a position [m] and return it as floats.
 
     Raises:
         ConfigurationError: The position is not finite.
@@ -42,10 +42,10 @@ def position(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 
 def pose_message(pos: tuple[float, float, float], quat_xyzw: tuple[float, float, float, float]) -> Any:
-    """Validate a position [m] and an orientation, scalar last, and return them as a ``geometry_msgs/Pose``.
+    """Return a ``geometry_msgs/Pose`` with a position [m] and a quaternion with the scalar part last.
 
     Raises:
-        ConfigurationError: One of them is invalid.
+        ConfigurationError: The position or the quaternion is invalid.
     """
     from geometry_msgs.msg import Point, Pose, Quaternion
 

@@ -1,6 +1,6 @@
-"""Spawn models from URDF and SDF: from a file, a file of a package, a text, or a parameter.
+"""Spawns URDF and SDF models from a file, a file in a ROS package, a string, or a ROS parameter.
 
-Each function returns whether the model was spawned and the simulation's message; failures are logged with their reason.
+Each function returns whether the model was spawned, and the simulation's message. The reason for a failure is logged.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ def _spawn(
 
 
 _PLACE = list(inspect.signature(_spawn).parameters.values())[2:]
-"""The common parameters of FRobs_RL's spawn functions."""
+"""Parameters that all spawn functions of FRobs_RL have in common."""
 
 
 def _spawns(service: str) -> Callable[[Callable[..., str]], Callable[..., tuple[bool, str]]]:
-    """Turn a function that returns a model's text into one that spawns it and takes the parameters of its pose."""
+    """Turn a function that returns a model's XML into a function that spawns the model at a given pose."""
 
     def decorate(read: Callable[..., str]) -> Callable[..., tuple[bool, str]]:
         source = inspect.signature(read)
@@ -82,19 +82,19 @@ def gazebo_spawn_urdf_path(model_path: str) -> str:
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_pkg(pkg_name: str, file_name: str, file_folder: str = "/urdf") -> str:
-    """Spawn a model from a URDF or xacro file of a ROS package."""
+    """Spawn a model from a URDF or xacro file in a ROS package."""
     return parse_model(find_file(pkg_name, file_folder, file_name))
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_string(model_string: str) -> str:
-    """Spawn a model from a URDF text."""
+    """Spawn a model from a URDF string."""
     return model_string
 
 
 @_spawns("spawn_urdf_model")
 def gazebo_spawn_urdf_param(param_name: str) -> str:
-    """Spawn a model from a URDF parameter on the parameter server."""
+    """Spawn a model from a URDF that is stored in a ROS parameter."""
     return _parameter(param_name)
 
 
@@ -106,24 +106,24 @@ def gazebo_spawn_sdf_path(model_path: str) -> str:
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_pkg(pkg_name: str, file_name: str, file_folder: str = "sdf") -> str:
-    """Spawn a model from an SDF file of a ROS package."""
+    """Spawn a model from an SDF file in a ROS package."""
     return _read(find_file(pkg_name, file_folder, file_name))
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_string(model_string: str) -> str:
-    """Spawn a model from an SDF text."""
+    """Spawn a model from an SDF string."""
     return model_string
 
 
 @_spawns("spawn_sdf_model")
 def gazebo_spawn_sdf_param(param_name: str) -> str:
-    """Spawn a model from an SDF parameter on the parameter server."""
+    """Spawn a model from an SDF that is stored in a ROS parameter."""
     return _parameter(param_name)
 
 
 class RefusedError(ServiceError):
-    """The simulation's own message, which the caller gets unchanged."""
+    """The simulation rejected a model. The error text is the simulation's unchanged message."""
 
     def __str__(self) -> str:
         """Return the simulation's message."""

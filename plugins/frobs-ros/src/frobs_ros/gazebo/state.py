@@ -1,4 +1,4 @@
-"""Poses and velocities of models."""
+"""Gets and sets the poses and velocities of models."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def gazebo_get_model_state(model_name: str, relative_entity_name: str = "world")
     """Return the pose and the velocity of a model.
 
     Returns:
-        Header, pose, twist, and True; if the model does not exist, three times None and False.
+        The header, the pose, the twist, and True, or ``(None, None, None, False)`` if the model does not exist.
     """
     use_ros()
     from gazebo_msgs.srv import GetModelState

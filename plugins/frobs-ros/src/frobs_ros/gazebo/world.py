@@ -1,4 +1,4 @@
-"""The simulation's time: reset, pause and single steps; and deletion of models."""
+"""Resets, pauses and steps the simulation, and deletes models."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ def gazebo_reset_sim(retries: int = 5) -> bool:
 
 @answers(False)
 def gazebo_reset_world(retries: int = 5) -> bool:
-    """Reset all models to their initial poses; the clock is not reset."""
+    """Reset all models to their initial poses, without resetting the clock."""
     return _plain("reset_world", retries)
 
 
 @answers(False)
 def gazebo_pause_physics(retries: int = 5) -> bool:
-    """Pause the simulated time."""
+    """Pause the simulation."""
     return _plain("pause_physics", retries)
 
 
 @answers(False)
 def gazebo_unpause_physics(retries: int = 5) -> bool:
-    """Unpause the simulated time."""
+    """Resume the simulation."""
     return _plain("unpause_physics", retries)
 
 
 @answers(False)
 def gazebo_step_physics(steps: int = 1) -> bool:
-    """Advance a paused simulation by some physics steps, and wait for completion.
+    """Advance a paused simulation by a number of physics steps, and wait until the steps are complete.
 
-    The bridge has a service for it. Gazebo only has a command that does not wait, ``gz world -m``, so the clock is
-    monitored.
+    The bridge has a service that responds after the last step. Gazebo only has the command ``gz world -m``, which
+    returns immediately, so this function then waits until the clock has reached the expected time.
 
     Args:
         steps: Number of physics steps.
@@ -77,7 +77,7 @@ def gazebo_delete_model(model_name: str) -> bool:
 
 
 def is_stepper_offered() -> bool:
-    """Return whether the simulation has the bridge's service for steps, which responds on completion."""
+    """Return whether the simulation offers the bridge's step service, which responds after the last step."""
     from frobs_ros.services import is_open
 
     return is_open(_STEP) or is_offered(_STEP)

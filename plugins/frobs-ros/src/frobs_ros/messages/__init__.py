@@ -1,7 +1,8 @@
-"""Message packages that are missing from Debian, or that few machines have installed, and our own frobs_msgs.
+"""Provides FRobs's own frobs_msgs, and message packages that Debian does not contain or that are rarely installed.
 
-``definitions`` contains their definitions, written from the public interfaces. The Python packages are generated into
-the user's cache on first use. The checksum of each type proves that it is the one that other ROS nodes use.
+The folder ``definitions`` contains the message definitions, written from the public interfaces. The Python packages are
+generated into the user's cache on first use. The checksum of each message type ensures that it matches the type that
+other ROS nodes use.
 """
 
 from __future__ import annotations
@@ -14,4 +15,4 @@ PACKAGES = (
     "control_msgs", "controller_manager_msgs", "dynamic_reconfigure", "frobs_msgs", "gazebo_msgs", "moveit_msgs",
     "object_recognition_msgs", "octomap_msgs", "shape_msgs",
 )  # fmt: skip
-"""The packages that can be imported after :func:`frobs_ros.environment.use_ros`."""
+"""Message packages that can be imported after a call of :func:`frobs_ros.environment.use_ros`."""

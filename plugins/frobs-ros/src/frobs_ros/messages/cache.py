@@ -17,15 +17,16 @@ from frobs_ros.overlay import delete_unused
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 
-_DIGEST = "sha256"  # the file with the digest of all others; it is written last
-_lock = threading.RLock()  # genpy keeps its state in module variables
+_DIGEST = "sha256"  # name of the file with the digest of all other files, which is written last
+_lock = threading.RLock()  # genpy stores its state in module variables
 
 
 def message_folder() -> Path:
-    """Return the folder of the generated message packages, and generate them unless the cache contains them.
+    """Return the folder of the generated message packages, and generate the packages if they are not in the cache.
 
     The folder's name is a digest of the definitions and of the generator's source code. Several processes may call this
-    at once: they write the same files, and each file appears complete. Damaged files are generated again.
+    function simultaneously, because they write the same files, and each file is written atomically. Damaged files are
+    generated again.
 
     Raises:
         RosNotFoundError: genpy, genmsg or a message package that the definitions refer to is not installed.
@@ -48,7 +49,7 @@ def message_folder() -> Path:
 
 
 def _key() -> str:
-    """Return a digest of all that determines the generated code."""
+    """Return a digest of all files that determine the generated code."""
     sources = {"generator.py": Path(__file__).with_name("generator.py")}
     sources |= {path.relative_to(DEFINITIONS).as_posix(): path for path in DEFINITIONS.rglob("*.*")}
     for module in ("genpy", "genmsg"):
@@ -67,7 +68,7 @@ def _digest(files: Iterable[tuple[str, bytes]]) -> str:
 
 
 def _is_complete(folder: Path) -> bool:
-    """Return whether a folder contains exactly the files that were generated into it."""
+    """Return whether a folder contains all generated files and no others, by comparing their digest."""
     try:
         stored = (folder / _DIGEST).read_text("utf-8")
         return stored == _digest((str(path.relative_to(folder)), path.read_bytes()) for path in _modules(folder))
@@ -76,12 +77,12 @@ def _is_complete(folder: Path) -> bool:
 
 
 def _modules(folder: Path) -> list[Path]:
-    """Return the Python files of a folder, without those that another process is writing."""
+    """Return the Python files in a folder, except for files that another process is writing."""
     return [path for path in folder.rglob("*.py") if not path.name.startswith(".")]
 
 
 def _store(files: Mapping[str, str], folder: Path) -> None:
-    """Write the generated files, and the digest last."""
+    """Write the generated files, and then their digest."""
     contents = {name: code.encode() for name, code in files.items()}
     for path in _modules(folder):
         if str(path.relative_to(folder)) not in contents:

@@ -1,7 +1,7 @@
-"""ROS packages that replace missing ones: launch files and programs with the names and arguments of the originals.
+"""Contains stand-ins for missing ROS packages, with the launch files, programs and arguments of the original packages.
 
-``frobs legacy run`` adds their folder to the end of ``ROS_PACKAGE_PATH`` if the originals are not installed. Their programs
-run with the Python that the variable ``FROBS_PYTHON`` names.
+If the originals are not installed, ``frobs legacy run`` appends the folders of the stand-ins to ``ROS_PACKAGE_PATH``.
+The stand-ins' programs run with the Python interpreter that the environment variable ``FROBS_PYTHON`` specifies.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ STAND_INS = Path(__file__).parent
 
 
 PACKAGES = ("controller_manager", "gazebo_ros", "xacro")
-"""Names of all stand-ins."""
+"""Names of the ROS packages for which a stand-in is available."""
 
 
 def has_original(package: str) -> bool:
-    """Return whether ROS itself has a package, not only the stand-in."""
+    """Return whether the original of a ROS package is installed, and not only its stand-in."""
     try:
         return not find_package(package).is_relative_to(STAND_INS)
     except PackageNotFoundError:
@@ -33,5 +33,5 @@ def missing_packages() -> list[Path]:
 
 
 def arguments() -> list[str]:
-    """Return the arguments of a program without those that roslaunch adds for ROS (``__name:=…`` and remappings)."""
+    """Return the program's arguments, except for the arguments that roslaunch adds (``__name:=…`` and remappings)."""
     return [argument for argument in sys.argv[1:] if ":=" not in argument]

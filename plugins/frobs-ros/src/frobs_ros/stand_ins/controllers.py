@@ -1,4 +1,4 @@
-"""The programs ``controller_manager``, ``spawner`` and ``unspawner``, which call the services of a controller manager."""
+"""Manage controllers like the ROS programs ``controller_manager``, ``spawner`` and ``unspawner``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LISTS = ("list", "list-types", "reload-libraries")
 
 
 def main() -> int:
-    """Run the program that the first argument names; return 1 after an error."""
+    """Run the program that the first argument names, and return the exit code, which is 1 after an error."""
     program, *given = arguments()
     options = _parse(program, given)
     try:
@@ -43,7 +43,7 @@ def main() -> int:
 
 
 def _manage(namespace: str, command: str, names: Sequence[str]) -> None:
-    """Run one command of ``controller_manager``."""
+    """Run a command of the program ``controller_manager``."""
     from controller_manager_msgs.srv import ListControllers, ListControllerTypes, ReloadControllerLibraries
 
     def ask(service: str, kind: Any, *fields: Any) -> Any:
@@ -68,7 +68,7 @@ def _manage(namespace: str, command: str, names: Sequence[str]) -> None:
 
 
 def _spawn(namespace: str, options: Any, *, start: bool) -> None:
-    """Load and start controllers, or stop them, until the program ends; then do the reverse."""
+    """Load and start controllers, or stop them if ``start`` is False, and undo the change when the program ends."""
     import rospy
 
     services.wait_for(join(namespace, "controller_manager", "load_controller"), options.timeout)
@@ -91,7 +91,7 @@ def _spawn(namespace: str, options: Any, *, start: bool) -> None:
 
 
 def _names(given: str, namespace: str) -> list[str]:
-    """Return the name of a controller, or those that a YAML file defines, whose parameters are set."""
+    """Return a controller's name, or the names that a YAML file defines, after loading the file into parameters."""
     path = Path(given)
     if path.suffix not in (".yaml", ".yml"):
         return [given]

@@ -1,4 +1,4 @@
-"""The program ``xacro``: expands a file and prints the URDF, or writes it to a file."""
+"""Expand a xacro file like the ROS program ``xacro``, and print the URDF or write it to a file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frobs_ros.ros_urdf import parse_model
 
 
 def main() -> int:
-    """Expand a file; return 1 after an error."""
+    """Expand a xacro file, and return the exit code, which is 1 after an error."""
     parser = ArgumentParser(prog="xacro", description=__doc__, allow_abbrev=False)
     parser.add_argument("file", type=Path, help="the xacro file")
     parser.add_argument("arguments", nargs="*", metavar="NAME:=VALUE", help="arguments of the file")

@@ -1,4 +1,4 @@
-"""The program that the stand-in of ``gazebo_ros`` starts instead of Gazebo's server: the bridge."""
+"""Start the bridge instead of Gazebo's server, for the stand-in of ``gazebo_ros``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_ros import backends
 from frobs_ros.stand_ins import arguments
 
 _EMPTY = ("", "empty.world", "worlds/empty.world")
-"""Names of the empty world, which needs no file."""
+"""Names of the empty world, which does not require a file."""
 
 
 def main() -> None:
@@ -27,7 +27,7 @@ def main() -> None:
 
 
 def read(given: list[str]) -> tuple[backends.Launch, str]:
-    """Return the parsed arguments of the launch file, and the backend.
+    """Parse the arguments from a launch file, and return the launch options and the backend.
 
     Raises:
         ConfigurationError: The bridge does not support a requested option.
@@ -59,10 +59,10 @@ def read(given: list[str]) -> tuple[backends.Launch, str]:
 
 
 def find_world(name: str) -> Path | None:
-    """Return a world file by its path, or by its name in the folders of ``GAZEBO_RESOURCE_PATH``; None: the empty world.
+    """Find a world file by its path or in the folders of ``GAZEBO_RESOURCE_PATH``, or return None for the empty world.
 
     Raises:
-        MissingFileError: It does not exist.
+        MissingFileError: The file does not exist.
     """
     if name in _EMPTY:
         return None

@@ -1,4 +1,4 @@
-"""The program ``spawn_model`` of ``gazebo_ros``: spawns a model from a file, a parameter or its standard input."""
+"""Spawn a model from a file, a parameter or standard input, like the program ``spawn_model`` of ``gazebo_ros``."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from frobs_ros.services import call, wait_for
 from frobs_ros.stand_ins import arguments
 
 _TIMEOUT = 60.0
-"""[s] to wait for the simulation, and for the model of ``-wait``."""
+"""Maximum time to wait for the simulation, and for the model that ``-wait`` names [s]."""
 
 
 def main() -> int:
-    """Spawn a model; return 1 after an error."""
+    """Spawn a model, and return the exit code, which is 1 after an error."""
     options = _parse(arguments())
     try:
         use_ros()
@@ -69,7 +69,7 @@ def _spawn(options: Namespace) -> None:
 
 
 def _text(options: Namespace) -> str:
-    """Return the text of the model.
+    """Return the model's XML text from the selected source.
 
     Raises:
         MissingFileError: The file does not exist.
@@ -90,7 +90,7 @@ def _text(options: Namespace) -> str:
 
 
 def _of_database(name: str) -> Path:
-    """Return the SDF file of a model in the folders of ``GAZEBO_MODEL_PATH``."""
+    """Return the path of a model's SDF file, which is searched for in the folders of ``GAZEBO_MODEL_PATH``."""
     for folder in path_folders("GAZEBO_MODEL_PATH"):
         if (folder / name / "model.sdf").is_file():
             return folder / name / "model.sdf"
@@ -101,7 +101,7 @@ def _call(name: str, kind: type[Any], *fields: Any) -> None:
     """Call a service.
 
     Raises:
-        ServiceError: It does not answer, or rejects the call.
+        ServiceError: The service does not answer, or rejects the call.
     """
     wait_for(name, _TIMEOUT)
     answer = call(name, kind, *fields)

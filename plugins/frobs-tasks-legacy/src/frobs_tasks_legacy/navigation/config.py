@@ -1,4 +1,4 @@
-"""Reads the task YAML of FRobs_RL's Kobuki."""
+"""Reader for the task YAML files of FRobs_RL's Kobuki."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_tasks_legacy.yaml import TaskFiles
 
 
 def whole(name: str, value: Any) -> int:
-    """Return a parameter that must be an integer ≥ 0.
+    """Return a parameter as an integer, which must be ≥ 0.
 
     Raises:
         ConfigurationError: The value is not an integer ≥ 0.
@@ -39,4 +39,4 @@ FILES = TaskFiles(
     },
     ignored=("action_space", "observation_space", "time_step", "update_rate_multiplier"),
 )
-"""The task YAML of FRobs_RL's Kobuki."""
+"""Task YAML files of FRobs_RL's Kobuki."""

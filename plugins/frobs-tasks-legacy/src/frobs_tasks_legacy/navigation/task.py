@@ -1,4 +1,4 @@
-"""FRobs_RL's navigation task, with its observations, rewards, termination and task YAML."""
+"""FRobs_RL's navigation task, with its observations, rewards, termination and task YAML files."""
 
 from __future__ import annotations
 
@@ -22,44 +22,49 @@ _OBSERVED = {
 
 
 class NavigateLegacy(Navigate):
-    """FRobs_RL's Kobuki in one of its worlds, for comparison with FRobs_RL and for porting from it.
+    """Navigation task of FRobs_RL's Kobuki, for comparison with FRobs_RL and for porting projects from FRobs_RL.
 
-    FRobs_RL's steps had no fixed duration; here a step lasts 0.2 s, which is similar. Distance and bearing refer to the
-    observed waypoint; in FRobs_RL, they lagged one step behind after a waypoint.
+    A step lasts 0.2 s. Steps in FRobs_RL had no fixed duration, but lasted about as long. The observed distance and
+    bearing refer to the observed waypoint. In FRobs_RL, the distance and bearing were one step late after each
+    waypoint.
 
-    Reward: at a waypoint ``reached_midway_reward``, or in a world without routes ``reached_goal_reward``; in other
-    steps ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
-    ``not_reached_midway_reward`` · remaining waypoints; additionally ``step_reward``, and ``collision_reward`` if the
-    lidar's smallest range is below ``collision_distance_threshold``. b is the absolute bearing [rad].
+    The reward is a sum of these terms, where b is the absolute bearing [rad]:
 
-    The task needs a discount factor close to 1: with 0.99 per step, waiting before a waypoint costs less than driving
-    to the next one, and PPO does not learn the maze. The tuned settings use 0.999.
+    - In steps that reach a waypoint: ``reached_midway_reward``, or ``reached_goal_reward`` in worlds without routes.
+    - In all other steps: ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
+      ``not_reached_midway_reward`` · number of remaining waypoints.
+    - In every step: ``step_reward``, plus ``collision_reward`` if the lidar's smallest range is below
+      ``collision_distance_threshold``.
 
-    An episode terminates only at the last waypoint; neither a collision nor leaving the area ends it.
+    The task requires a discount factor close to 1. With a factor of 0.99 per step, waiting in front of a waypoint costs
+    less than driving to the next waypoint, so PPO does not learn the maze. The tuned settings use 0.999.
+
+    An episode terminates only at the last waypoint. Collisions do not end an episode, and neither does leaving the
+    area.
 
     Args:
-        world: ``"maze"``, ``"dynamic"`` or ``"empty"``.
-        config_file: FRobs_RL's unchanged task YAML, with the root key ``kobuki_maze`` (or ``kobuki_dynamic``,
-            ``kobuki_empty``). Missing keys, or all keys if None, use FRobs_RL's own values, which are in
-            ``navigation/tasks/`` of this package. The arguments from ``lidar_samples`` on are named like the file's
-            keys, and take precedence.
-        floor_plan: Walls, boxes, starts and waypoints to use instead of the world's: a YAML file, or a mapping in the
-            format of :class:`frobs_tasks_navigation.Navigate`. If None, those of ``world`` are used.
+        world: Name of a world of FRobs_RL: ``"maze"``, ``"dynamic"`` or ``"empty"``.
+        config_file: Unchanged task YAML file of FRobs_RL, with the root key ``kobuki_maze``, ``kobuki_dynamic`` or
+            ``kobuki_empty``, or None for no file. Values that are not in the file are taken from FRobs_RL's original
+            files, which are in this package's folder ``navigation/tasks/``. Arguments with the names of the file's
+            keys, such as ``lidar_samples``, take precedence over the file.
+        floor_plan: Walls, boxes, starts and waypoints, as a YAML file or a mapping in the format of
+            :class:`frobs_tasks_navigation.Navigate`, or None to use the floor plan of ``world``.
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper.
         lidar_samples: Required number of rays of the robot's lidar.
-        tolerance_goal_pos: Distance that counts as reached [m].
+        tolerance_goal_pos: Distance at which a waypoint counts as reached [m].
         step_reward: Reward for each step.
-        multiplier_dist_reward: Penalty per meter of distance [1/m].
-        angle_diff_reward_multiplier: Penalty per radian of bearing [1/rad].
+        multiplier_dist_reward: Penalty per meter of distance to the waypoint [1/m].
+        angle_diff_reward_multiplier: Penalty per radian of bearing of the waypoint [1/rad].
         reached_midway_reward: Reward for a step that reaches a waypoint.
         not_reached_midway_reward: Reward per remaining waypoint for each step that does not reach a waypoint.
         reached_goal_reward: Reward for a step that reaches the goal, in worlds without routes.
-        collision_reward: Reward for a step that ends too close to an obstacle.
-        collision_distance_threshold: Minimum distance to obstacles [m].
+        collision_reward: Reward for each step that ends too close to an obstacle.
+        collision_distance_threshold: Lidar range below which an obstacle is too close [m].
 
     Raises:
-        ConfigFileError: The file has an unknown key or an invalid value.
+        ConfigFileError: The file contains an unknown key or an invalid value.
         ConfigurationError: A value is out of range.
     """
 
@@ -107,10 +112,10 @@ class NavigateLegacy(Navigate):
         )
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or its lidar's number of rays differs from the configuration.
+            ConfigurationError: The robot cannot drive, or its lidar does not have the configured number of rays.
         """
         super().bind(simulation, controller, control_timestep)
         if "lidar" not in self._observed:
@@ -124,7 +129,7 @@ class NavigateLegacy(Navigate):
             )
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         config, step = self.config, self._step
         going = ~step.reached
         bearing = np.abs(step.bearing)

@@ -1,1 +1,1 @@
-"""FRobs_RL's reachers."""
+"""FRobs_RL's reaching tasks."""

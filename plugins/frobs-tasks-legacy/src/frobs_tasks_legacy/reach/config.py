@@ -1,4 +1,4 @@
-"""Reads the task YAML of FRobs_RL's reachers."""
+"""Reader for the task YAML files of FRobs_RL's reaching tasks."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _DYNAMIC = tuple(f"{axis}_max_{what}" for what in ("amplitude", "freq") for axis
 
 
 def axes(name: str, value: Any) -> tuple[float, ...]:
-    """Return (x, y, z) from a mapping with these keys or from three numbers.
+    """Return a vector from a mapping with the keys ``x``, ``y`` and ``z``, or from three numbers.
 
     Raises:
-        ConfigurationError: The value is neither of these.
+        ConfigurationError: The value is neither such a mapping nor a list of three numbers.
     """
     if isinstance(value, Mapping):
         _check_keys(name, value, _AXES)
@@ -26,10 +26,10 @@ def axes(name: str, value: Any) -> tuple[float, ...]:
 
 
 def dynamic(name: str, value: Any) -> dict[str, float]:
-    """Return the six numbers of ``pos_dynamic_params``.
+    """Validate and return the six numbers in ``pos_dynamic_params``.
 
     Raises:
-        ConfigurationError: A number is missing, unknown or negative.
+        ConfigurationError: A key is missing or unknown, or a number is negative.
     """
     if not isinstance(value, Mapping):
         raise ParameterValueError(name, value, f"a mapping with {', '.join(_DYNAMIC)}")
@@ -70,7 +70,7 @@ FILES = TaskFiles(
         "multiplier_ori_reward",
     ),
 )
-"""The task YAML of FRobs_RL's reachers."""
+"""Task YAML files of FRobs_RL's reaching tasks."""
 
 
 def _check_keys(name: str, value: Mapping[str, Any], expected: tuple[str, ...]) -> None:

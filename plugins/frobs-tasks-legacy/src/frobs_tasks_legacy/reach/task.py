@@ -1,4 +1,4 @@
-"""FRobs_RL's reaching task, with its observation, reward, termination and task YAML."""
+"""FRobs_RL's reaching task, with its observation, reward, termination and task YAML files."""
 
 from __future__ import annotations
 
@@ -20,50 +20,56 @@ from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, di
 
 
 class ReachLegacy(Reach):
-    """FRobs_RL's reachers controlled by joint positions, for comparison with FRobs_RL and for porting from it.
+    """FRobs_RL's reaching task with joint position control, for comparison and for porting projects from FRobs_RL.
 
-    An action covers the whole range of each joint. FRobs_RL executed it as a motion and waited for the motion to end,
-    so the IDs use the controller ``joint_delta_position`` with ``full_range=True`` and a control timestep of 0.5 s, in
-    which the drives reach any commanded position unless an obstacle stops them. Differences from FRobs_RL: motions have
-    no planned path and no speed limit, goals come from the forward kinematics of random joint vectors instead of points
-    that a planner accepts, and the arm can collide.
+    Actions cover the whole range of each joint. FRobs_RL executed each action as a complete motion and waited until the
+    motion ended. Therefore, the registered environments use the controller ``joint_delta_position`` with
+    ``full_range=True`` and a control timestep of 0.5 s (1 s for the UR5), in which the drives reach any commanded
+    position unless an obstacle stops them. In contrast to FRobs_RL, motions have neither a planned path nor a speed
+    limit, goals are tool positions of random joint vectors instead of points that a planner accepts, and the arm can
+    collide.
 
-    Observation, (dof + 6) float32: unit vector from the tool to the goal, zero if the distance is zero (NaN in
-    FRobs_RL); goal [m]; joint positions [rad].
+    The observation, (dof + 6) float32, consists of the unit vector from the tool to the goal, the goal [m], and the
+    joint positions [rad]. If the distance is zero, the unit vector is zero (in FRobs_RL, NaN).
 
-    Reward: ``reached_goal_reward`` if the tool is within the tolerance, else ``−multiplier_dist_reward`` · distance
-    + ``step_reward``; additionally ``joint_limits_reward`` if a joint is within 1e-4 rad of a limit or beyond it.
+    The reward is ``reached_goal_reward`` if the tool is within the tolerance of the goal, and otherwise
+    ``−multiplier_dist_reward`` · distance + ``step_reward``. If a joint is within 1e-4 rad of a limit or beyond the
+    limit, ``joint_limits_reward`` is added.
 
-    An episode terminates when the goal is reached, unless the goal moves (``pos_dynamic``).
+    An episode terminates when the tool reaches the goal, unless the goal moves (``pos_dynamic``).
 
     Args:
-        profile: Source of the default values: ``"irb120"``, ``"irb140"``, ``"irb140_velocity"`` or ``"ur5"``. If None,
-            ``"irb120"``, or ``"irb140_velocity"`` for control by joint velocities.
-        config_file: FRobs_RL's unchanged task YAML for that reacher, with the arm's name as the root key. Missing keys,
-            or all keys if None, use FRobs_RL's own values, which are in ``reach/tasks/`` of this package. The following
-            arguments are named like the file's keys, and take precedence.
+        profile: Name of the original task that provides the default values: ``"irb120"``, ``"irb140"``,
+            ``"irb140_velocity"`` or ``"ur5"``. If None, ``"irb120"`` is used, or ``"irb140_velocity"`` with joint
+            velocity control.
+        config_file: Unchanged task YAML file of FRobs_RL for this task, with the arm's name as the root key, or None
+            for no file. Values that are not in the file are taken from FRobs_RL's original files, which are in this
+            package's folder ``reach/tasks/``. Arguments with the names of the file's keys, such as ``min_joint_pos``,
+            take precedence over the file.
         min_joint_pos: Minimum joint positions, one for each joint [rad].
         max_joint_pos: Maximum joint positions, one for each joint [rad].
-        position_goal_min: Minimum corner of the goal box in the world [m].
-        position_goal_max: Maximum corner of the goal box in the world [m].
-        tolerance_goal_pos: Distance that counts as reached [m].
-        training: Whether goals are drawn at random; otherwise pass them as ``reset(options={"goal": …})``.
-        pos_dynamic: Whether the goal moves: it oscillates along each axis about its drawn position.
-        pos_dynamic_params: ``x_max_amplitude``, … [m] and ``x_max_freq``, … [Hz] of the motion.
+        position_goal_min: Minimum corner of the goal box in the world frame [m].
+        position_goal_max: Maximum corner of the goal box in the world frame [m].
+        tolerance_goal_pos: Distance at which the goal counts as reached [m].
+        training: Whether goals are drawn at random. If False, pass goals to ``reset(options={"goal": …})``.
+        pos_dynamic: Whether the goal oscillates along each axis about its initial position.
+        pos_dynamic_params: Maximum amplitudes ``x_max_amplitude``, … [m] and frequencies ``x_max_freq``, … [Hz] of the
+            goal's oscillation.
         step_reward: Reward for each step that does not reach the goal.
-        multiplier_dist_reward: Penalty per meter of distance [1/m].
+        multiplier_dist_reward: Penalty per meter of distance to the goal [1/m].
         reached_goal_reward: Reward for a step that reaches the goal.
-        joint_limits_reward: Reward for a step that ends at a joint limit.
-        limit_margin: Maximum distance at which a joint counts as at its limit [rad]. If None, 1e-4, or 0.09 for control
-            by joint velocities.
-        limits: Limits for ``joint_limits_reward``. ``"reachable"``: the narrower of the robot's and the
-            configuration's. ``"configured"``: ``min_joint_pos`` and ``max_joint_pos`` unchanged.
-        goals: ``"reachable"``: tool positions of random joint positions, inside the goal box. ``"box"``: uniform in the
-            goal box, whether or not they are reachable.
-        initial: Joint positions at reset: ``"home"``, or ``"random"`` inside the limits.
+        joint_limits_reward: Reward for each step that ends with a joint at its limit.
+        limit_margin: Distance from a limit within which a joint counts as being at the limit [rad]. If None, 1e-4 is
+            used, or 0.09 with joint velocity control.
+        limits: Joint limits for ``joint_limits_reward``. With ``"reachable"``, the narrower of the robot's and the
+            configured limits apply. With ``"configured"``, ``min_joint_pos`` and ``max_joint_pos`` apply, whatever the
+            robot's limits are.
+        goals: Distribution of goals in the goal box: ``"reachable"`` for tool positions of random joint vectors, or
+            ``"box"`` for uniformly distributed goals, which may be out of reach.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
 
     Raises:
-        ConfigFileError: The file has an unknown key or an invalid value.
+        ConfigFileError: The file contains an unknown key or an invalid value.
         ConfigurationError: A value is out of range.
         UnknownNameError: The profile does not exist.
     """
@@ -79,7 +85,7 @@ class ReachLegacy(Reach):
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     _sees_from_shoulder: ClassVar[bool] = False
-    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] distance at which a joint counts as at its limit, as in FRobs_RL
+    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] distance at which a joint is at its limit, as in FRobs_RL
 
     def __init__(
         self,
@@ -120,11 +126,11 @@ class ReachLegacy(Reach):
         self.limits, self.goals = limits, goals
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
             ConfigurationError: The robot cannot reach any part of the goal box, or the configured joint positions do
-                not match its joints.
+                not match the robot's joints.
         """
         params = self.config["pos_dynamic_params"]
         self._motion = Oscillation(
@@ -139,10 +145,10 @@ class ReachLegacy(Reach):
             self._watched = np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the direction to the goal, the goal, and the joint positions.
+        """Return the terms for the direction to the goal, the goal, and the joint positions.
 
-        A motion over the whole range in one step can hit the floor so hard that a light joint briefly exceeds its
-        limit; its position is then clipped to the bound of the observation space.
+        If the arm moves over the whole range in one step, it can hit the floor so hard that a light joint briefly
+        exceeds its limit. The observed joint position is then clipped to the bound of the observation space.
         """
         known, ones = super().observation_terms(), np.ones(3)
         direction = ObservationTerm(read=lambda: unit_direction(self._offset), low=-ones, high=ones, unit="1")
@@ -153,7 +159,7 @@ class ReachLegacy(Reach):
         }
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         config, outside = self.config, ~self.is_success()
         limited = at_limits(self._robot.joint_positions, *self._watched, self.limit_margin)
         self._reward_terms = {
@@ -165,7 +171,7 @@ class ReachLegacy(Reach):
         return sum(self._reward_terms.values(), np.zeros(len(outside)))
 
     def is_terminated(self) -> Mask | None:
-        """Return which tools have reached the goal, (num_envs,) bool, or None if the goal moves."""
+        """Return whether each tool has reached its goal, (num_envs,) bool, or None if the goals move."""
         return None if self.config["pos_dynamic"] else self.is_success()
 
     def snapshot(self) -> Snapshot:
@@ -229,10 +235,10 @@ def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: flo
     """Return whether any joint is at or beyond one of its limits.
 
     Args:
-        joint_positions: (..., dof) [rad or m]
-        lower: Broadcasts to (..., dof) [rad or m].
-        upper: Broadcasts to (..., dof) [rad or m].
-        margin: Maximum distance that counts as at the limit [rad or m].
+        joint_positions: Joint positions, (..., dof) [rad or m].
+        lower: Lower limits, broadcastable to (..., dof) [rad or m].
+        upper: Upper limits, broadcastable to (..., dof) [rad or m].
+        margin: Distance from a limit within which a joint counts as being at the limit [rad or m].
 
     Returns:
         (...) bool.
@@ -242,13 +248,13 @@ def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: flo
 
 
 def unit_direction(offset: Floats) -> Floats:
-    """Return vectors scaled to length 1; the zero vector stays zero.
+    """Scale vectors to length 1. A zero vector remains zero.
 
     Args:
-        offset: (..., 3) [m]
+        offset: Vectors, (..., 3) [m].
 
     Returns:
-        (..., 3), each component in [−1, 1].
+        The scaled vectors, (..., 3), with components in [−1, 1].
     """
     length = distance(offset)[..., None]
     return offset / np.where(length == 0.0, 1.0, length)

@@ -1,4 +1,4 @@
-"""FRobs_RL's reaching task with joint velocities, which has its own reward rules."""
+"""FRobs_RL's reaching task with joint velocity control, which has a different reward."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
 class ReachLegacyVelocity(ReachLegacy):
-    """FRobs_RL's IRB 140 reacher controlled by joint velocities, for comparison with FRobs_RL and for porting from it.
+    """FRobs_RL's IRB 140 reaching task with joint velocity control, for comparison and for porting from FRobs_RL.
 
-    Its goal moves, and no episode terminates. It has the same parameters as
-    :class:`frobs_tasks_legacy.reach.task.ReachLegacy`. Differences from that class:
+    By default, the goal moves. Episodes never terminate. The task has the same parameters as
+    :class:`frobs_tasks_legacy.reach.task.ReachLegacy` and differs from this class as follows:
 
-    - An action of ±1 means ±0.2 rad/s for each joint, so the ID uses the controller ``joint_velocity`` with
-      ``max_velocity=0.2``; the key ``limit_joint_vel`` is read and ignored. A joint is stopped at its limit, not 0.09
-      rad before it.
-    - FRobs_RL's steps had no fixed duration; here the control timestep is 0.1 s.
-    - Observation, (dof + 6) float32: joint positions, goal [m], unit vector from the tool to the goal.
-    - Reward: ``reached_goal_reward`` if the tool is within the tolerance, else ``−multiplier_dist_reward`` ·
-      distance; additionally ``−joint_limits_reward`` if a joint is within ``limit_margin`` (0.09 rad) of a limit or
-      beyond it. ``step_reward`` is not used.
+    - An action of ±1 is ±0.2 rad/s for each joint. Therefore, the registered environment uses the controller
+      ``joint_velocity`` with ``max_velocity=0.2``, and the key ``limit_joint_vel`` is ignored. A joint stops at its
+      limit, not 0.09 rad before the limit as in FRobs_RL.
+    - The control timestep is 0.1 s. Steps in FRobs_RL had no fixed duration.
+    - The observation, (dof + 6) float32, consists of the joint positions, the goal [m], and the unit vector from the
+      tool to the goal.
+    - The reward is ``reached_goal_reward`` if the tool is within the tolerance of the goal, and otherwise
+      ``−multiplier_dist_reward`` · distance. If a joint is within ``limit_margin`` (0.09 rad) of a limit or beyond the
+      limit, ``joint_limits_reward`` is subtracted. The parameter ``step_reward`` has no effect.
     """
 
     success_rule: ClassVar[str] = "at the time limit, the tool is within tolerance_goal_pos of the goal"
@@ -40,7 +41,7 @@ class ReachLegacyVelocity(ReachLegacy):
     usual_limit_margin: ClassVar[float] = 0.09
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         super().reward(context)
         told = self._reward_terms
         self._reward_terms = {
@@ -51,10 +52,10 @@ class ReachLegacyVelocity(ReachLegacy):
         return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
-        """Return None, because no episode terminates, whether or not the goal moves."""
+        """Return None, because episodes never terminate, whether or not the goal moves."""
         return None
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the joint positions, the goal, and the direction to the goal."""
+        """Return the terms for the joint positions, the goal, and the direction to the goal."""
         known = super().observation_terms()
         return {name: known[name] for name in ("joint_positions", "goal", "goal_direction")}

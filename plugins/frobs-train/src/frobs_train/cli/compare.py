@@ -1,4 +1,4 @@
-"""``frobs compare``: compare runs over their seeds, with confidence intervals."""
+"""``frobs compare``: compare runs across seeds, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Metric(StrEnum):
-    """Metrics by which runs are compared."""
+    """Metrics for comparing runs."""
 
     success = "success"
     reward = "reward"
@@ -67,11 +67,11 @@ def compare(
     memory: JobMemory = None,
     json: Json = False,
 ) -> None:
-    """Compare the final metric, the steps to a threshold and the speed of runs over their seeds.
+    """Compare the final metric, the steps to a threshold and the training speed of runs across seeds.
 
-    Runs that differ only in the seed form a group. For each group, shows the interquartile mean over its seeds with its
-    95 % bootstrap interval. For each pair of groups in one environment, shows the probability that one beats the other.
-    Environments are compared separately, each in its own table.
+    Runs that differ only in the seed form a group. For each group, the command shows the interquartile mean over its
+    seeds with a 95 % bootstrap interval. For each pair of groups in the same environment, the command shows the
+    probability that a run of one group outperforms a run of the other group. Each environment has its own table.
 
     Example:
         $ frobs compare runs/frobs/Irb120Reach-v0/*
@@ -106,7 +106,11 @@ def compare(
 
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
-    """Return an evaluation of each run, by run folder. Raises JobsError if an evaluation failed."""
+    """Evaluate each run, and return the results by run folder.
+
+    Raises:
+        JobsError: An evaluation failed.
+    """
     from frobs_train.cli.evaluate_runs import run_evaluations
     from frobs_train.runners.jobs import evaluation_job
     from frobs_train.runners.runner import raise_failures

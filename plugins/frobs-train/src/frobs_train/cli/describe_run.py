@@ -53,7 +53,7 @@ def describe_run(path: Path) -> dict[str, Any]:
 
 
 def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the facts about a run, from :func:`describe_run`, in a short form for people."""
+    """Return the facts of :func:`describe_run` in a short, human-readable form."""
     shown: dict[str, Any] = {key: facts[key] for key in ("kind", "name", "environment")}
     shown |= facts["environment_kwargs"]
     if facts["config"]["randomize"]:
@@ -87,7 +87,7 @@ def _best(run: Run) -> int | None:
 
 
 def _threads(path: Path) -> str | None:
-    """Return the distribution of the processors when the run began."""
+    """Return how the processors were distributed when the run began."""
     from frobs_train import Threads
 
     try:

@@ -49,8 +49,9 @@ def evaluate(
 ) -> None:
     """Measure the performance of a policy on episodes that were never used in training.
 
-    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert. Several policies are
-    evaluated as separate jobs; if one fails, the results of the others are still printed, and the exit status is 1.
+    The policy comes from a run, a bundle or a model file, or is the trained policy or the scripted expert of an
+    environment ID. Several policies are evaluated as separate jobs. If a job fails, the results of the other jobs are
+    still printed, and the exit status is 1.
 
     Example:
         $ frobs evaluate runs/first
@@ -114,7 +115,7 @@ def evaluate(
 
 
 def summary(found: Evaluation) -> dict[str, object]:
-    """Return an evaluation in a form for people."""
+    """Return a human-readable summary of an evaluation."""
     facts: dict[str, object] = {"environment": found.environment, "simulator": found.simulator}
     if found.randomize:
         facts["randomized"] = ", ".join(found.randomize)

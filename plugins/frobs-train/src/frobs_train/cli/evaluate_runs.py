@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> None:
-    """Evaluate several policies, and print one row for each policy.
+    """Evaluate several policies, and print a table with one row per policy.
 
     Args:
-        jobs: Jobs from :func:`frobs_train.runners.jobs.evaluation_job`.
-        runner: Runner that evaluates them.
+        jobs: Jobs created by :func:`frobs_train.runners.jobs.evaluation_job`.
+        runner: Runner that runs the jobs.
         json: Whether to write only JSON to stdout.
 
     Raises:
@@ -40,7 +40,7 @@ def evaluate_and_report(jobs: Sequence[Job], runner: Runner, *, json: bool) -> N
 
 
 def run_evaluations(jobs: Sequence[Job], runner: Runner) -> list[Outcome]:
-    """Run evaluation jobs, show their progress, and return their outcomes in the order of the jobs."""
+    """Run evaluation jobs, show their progress, and return their outcomes in job order."""
     runs = [run.parent for job in jobs if isinstance(run := job.arguments["run"], Path)]
     folder = Path(os.path.commonpath(runs)) if runs else Path.cwd()
     return collect_outcomes(

@@ -1,4 +1,4 @@
-"""``frobs export``: write a policy as one file that runs without the trainer."""
+"""``frobs export``: write a policy to a single file that runs without the training libraries."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def export(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Export the policy of a run as one file that needs only NumPy and onnxruntime to run.
+    """Export the policy of a run as a single file that needs only NumPy and onnxruntime to run.
 
-    The bundle contains the network with all processing before and after it. It also describes what the policy is for:
-    joints, units, rate, observation, limits and origin. The bundle is written only after its actions have been verified
-    to match those of the trainer.
+    The bundle contains the network with all pre- and postprocessing. The bundle also describes the intended use of the
+    policy: joints, units, control rate, observation, limits and origin. The bundle is written only if the exported
+    policy reproduces the trainer's actions.
 
     Example:
         $ frobs export runs/first

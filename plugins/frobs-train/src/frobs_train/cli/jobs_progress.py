@@ -1,4 +1,4 @@
-"""Progress of jobs on stderr: a bar for each job in a terminal, plain lines elsewhere."""
+"""Progress display for jobs on stderr: one bar per job in a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import Outcome
 
 _LINE_EVERY = 10.0
-"""Time between plain lines [s]."""
+"""Interval between plain progress lines [s]."""
 
 
 def collect_outcomes(
     names: Sequence[str], start: Callable[[Callable[[int, Progress], None]], Iterator[Outcome]], if_interrupted: str
 ) -> list[Outcome]:
-    """Show the progress of jobs until all have ended, and return their outcomes in the order of the jobs.
+    """Show the progress of jobs until all jobs have ended, and return their outcomes in job order.
 
     Args:
         names: Names of the jobs.
-        start: Function that runs the jobs; it is called with the function that receives their progress.
-        if_interrupted: Instruction for the user after Ctrl-C, for the message.
+        start: Function that runs the jobs and reports the index and progress of a job to its argument, a callback.
+        if_interrupted: Message for the user if Ctrl-C is pressed.
 
     Returns:
-        An outcome for each job; :func:`frobs_train.raise_failures` raises an error if a job failed.
+        The outcome of each job. Use :func:`frobs_train.raise_failures` to raise an error if a job failed.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
@@ -49,12 +49,12 @@ def collect_outcomes(
 
 
 def short_path(path: Path) -> str:
-    """Return a path relative to the working directory if it is inside."""
+    """Return a path as text, relative to the working directory if possible."""
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 class JobsProgress:
-    """Shows the progress of each job, as a context manager.
+    """Context manager that shows the progress of each job.
 
     Args:
         names: Names of the jobs.

@@ -1,4 +1,4 @@
-"""Options of ``frobs evaluate`` and ``frobs play`` that choose a policy, and the policy as a run."""
+"""Options of ``frobs evaluate`` and ``frobs play`` that select a policy, and a function that opens this policy."""
 
 from __future__ import annotations
 
@@ -81,13 +81,13 @@ def open_run(
     pretrained: bool = False,
     expert: bool = False,
 ) -> Run:
-    """Open a run, a bundle, a model file, the trained policy of an ID, or the expert of its task.
+    """Open a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
 
     Raises:
-        ConfigurationError: A flag of ``--model`` is used without it, or a setting cannot be used.
+        ConfigurationError: A flag that requires ``--model`` is used without ``--model``, or a setting is invalid.
         RunError: The folder is not a run folder, or the ID has no trained policy.
         BundleError: The file is not a bundle.
-        UntrustedFileError: The bundle needs ``--trust``.
+        UntrustedFileError: The bundle requires ``--trust``.
     """
     from frobs_core.registry import bare_id, pretrained_ids
     from frobs_train import ExpertRun, ModelFile, open_pretrained

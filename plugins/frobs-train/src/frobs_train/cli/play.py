@@ -46,7 +46,8 @@ def play(
 ) -> None:
     """Watch a policy in a window, or record a video.
 
-    The policy is that of a run, a bundle, a trained policy of an ID, a model file or an expert.
+    The policy comes from a run, a bundle or a model file, or is the trained policy or the scripted expert of an
+    environment ID.
 
     Example:
         $ frobs play frobs/Irb120Reach-v0 --pretrained

@@ -24,7 +24,9 @@ def plot(
         ),
     ] = None,
 ) -> None:
-    """Plot learning curves and reward terms of one run, or of several runs side by side, as a PNG file.
+    """Plot the learning curves of one or several runs as a PNG file.
+
+    Reward terms are also plotted if all runs differ only in their seed.
 
     Example:
         $ frobs plot runs/first

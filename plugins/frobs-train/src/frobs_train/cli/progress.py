@@ -1,4 +1,4 @@
-"""Progress of a training run on stderr: a live bar in a terminal, plain lines elsewhere."""
+"""Progress display for a training run on stderr: a live bar in a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from frobs_train import Progress
 
 _LINE_EVERY = 10.0
-"""Time between plain lines [s]."""
+"""Interval between plain progress lines [s]."""
 
 
 class TrainingProgress:
-    """Shows steps, steps/s, success, reward and the remaining time, as a context manager.
+    """Context manager that shows the steps, speed, success, reward and remaining time of a training run.
 
     Args:
-        headline: Description of the training run, shown after training has begun, so that invalid input prints only an
-            error.
-        total_steps: Environment steps in total.
+        headline: Description of the training run. The description is printed only after training has begun, so that
+            invalid input prints only an error message.
+        total_steps: Total number of environment steps.
 
     Attributes:
-        last: The latest progress; None before the first report.
+        last: The latest progress, or None before the first report.
     """
 
     def __init__(self, headline: str, total_steps: int) -> None:
@@ -39,7 +39,7 @@ class TrainingProgress:
         self._next_line = 0.0
 
     def __enter__(self) -> Self:
-        """Start the bar, which also moves while the environment is built."""
+        """Start the bar, which is already shown while the environment is built."""
         if self._console.is_terminal:
             self._bar = self._make_bar()
             self._task = self._bar.add_task("", total=self._total, numbers="starting")
@@ -49,7 +49,10 @@ class TrainingProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        """Stop the bar, and remove it if there was no progress; without a bar, write the last line."""
+        """Stop the bar, or print the last progress line if there is no bar.
+
+        A bar that has not shown any progress is removed from the terminal.
+        """
         if self._bar is not None:
             self._bar.live.transient = self.last is None
             self._bar.stop()

@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 
 class TrainProvider(Provider):
-    """Pretrained policies of environment IDs, and run folders."""
+    """Provider of facts about pretrained policies and run folders."""
 
     kind = "run"
 
     def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
-        """Return ``pretrained``: facts about the ID's trained policy, or None."""
+        """Return the entry ``pretrained``, which contains facts about the ID's trained policy or None."""
         return {"pretrained": _pretrained(id) if record.pretrained else None}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:
-        """Return the success rate of the pretrained policy."""
+        """Return the column heading and the success rate of the pretrained policy."""
         found = facts.get("pretrained")
         if found is None:
             return "pretrained", ""
@@ -32,7 +32,7 @@ class TrainProvider(Provider):
         return "pretrained", "damaged" if "error" in found else "yes" if rate is None else percent(rate)
 
     def readable_environment(self, facts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return ``pretrained`` in a form for people."""
+        """Return the entry ``pretrained`` in human-readable form."""
         found = facts.get("pretrained")
         if not found or "error" in found:
             return {}
@@ -47,7 +47,7 @@ class TrainProvider(Provider):
         return describe_run(Path(name))
 
     def readable(self, facts: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the facts about a run in a form for people."""
+        """Return the facts about a run in human-readable form."""
         return readable_run(facts)
 
 
@@ -55,7 +55,7 @@ PROVIDER = TrainProvider()
 
 
 def _pretrained(id: str) -> dict[str, Any]:
-    """Return the facts about the trained policy of an ID; ``error`` if its file cannot be used."""
+    """Return facts about an ID's trained policy, or an entry ``error`` if the policy file cannot be used."""
     from frobs_core.errors import FrobsError
     from frobs_deploy import DeployError
     from frobs_train.export.pretrained import describe_pretrained, read_pretrained

@@ -48,7 +48,7 @@ JobMemory = Annotated[
 
 
 def open_runner(name: str, address: str | None, cpus: int | None, memory: float | None) -> Runner:
-    """Return the runner for the options of a command line."""
+    """Return the runner selected by the command-line options."""
     from frobs_train.runners.runner import RunnerOptions, load_runner
 
     size = None if memory is None else int(memory * 1e9)

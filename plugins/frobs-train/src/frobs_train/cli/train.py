@@ -15,7 +15,7 @@ from frobs_train.cli.training_report import describe_training, report_training
 
 
 class Service(StrEnum):
-    """Services for experiment tracking."""
+    """Experiment-tracking services."""
 
     wandb = "wandb"
     mlflow = "mlflow"
@@ -90,9 +90,9 @@ def train(
 ) -> None:
     """Train a policy on any Gymnasium environment, and write one run folder with everything needed to use the policy.
 
-    Settings you omit use the values tuned for the ID, or else the algorithm's defaults. Flags override the --config
-    file, and --set overrides everything else. Ctrl-C stops after the current rollout and writes a checkpoint. A second
-    Ctrl-C stops at once.
+    Omitted settings default to the values tuned for the ID, or else to the algorithm's defaults. Flags override the
+    --config file, and --set overrides everything else. Ctrl-C stops training after the current rollout and writes a
+    checkpoint. A second Ctrl-C stops training immediately.
 
     Example:
         $ frobs train frobs/Irb120Reach-v0
@@ -103,7 +103,7 @@ def train(
     """
     from frobs_core.registry import find_spec
 
-    find_spec(env_id)  # before torch is imported, so that a typo is reported at once
+    find_spec(env_id)  # before torch is imported, so that a typo is reported immediately
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
     from frobs_train.cli.train_seeds import train_and_report

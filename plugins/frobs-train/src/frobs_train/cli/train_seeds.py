@@ -1,4 +1,4 @@
-"""``frobs train --seeds``: train several seeds, and print a summary."""
+"""``frobs train --seeds``: train with several seeds, and print a summary."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 def train_and_report(
     config: RunConfig, count: int, runner: Runner, run_dir: Path | None, on_existing: str, *, json: bool
 ) -> None:
-    """Train several seeds, and print one row for each seed.
+    """Train with several seeds, and print a table with one row per seed.
 
     Args:
-        config: The configuration. Its seed is the first seed; 0 if it is None.
+        config: The configuration. The configured seed is used for the first run and defaults to 0.
         count: Number of seeds.
-        runner: Runner that trains the seeds.
+        runner: Runner that runs the training jobs.
         run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.
         on_existing: See :func:`frobs_train.runners.seeds.train_seeds`.
         json: Whether to write only JSON to stdout.
 
     Raises:
-        JobsError: A seed failed.
+        JobsError: The training run of a seed failed.
     """
     from frobs_train.runners.runner import raise_failures
     from frobs_train.runners.seeds import train_seeds

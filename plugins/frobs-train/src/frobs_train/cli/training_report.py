@@ -1,4 +1,4 @@
-"""Output of ``frobs train`` and ``frobs resume``: the live bar, and the facts at the end."""
+"""Output of ``frobs train`` and ``frobs resume``: a live progress bar, and a summary at the end."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 def report_training(
     headline: str, total_steps: int, train: Callable[[Callable[[Progress], None]], Run], *, json: bool
 ) -> None:
-    """Train with a live bar, and print the result.
+    """Train while showing a live progress bar, and print the result.
 
     Args:
         headline: Description of the training run.
-        total_steps: Environment steps in total.
-        train: Function that trains, and calls its argument after each row of the log.
+        total_steps: Total number of environment steps.
+        train: Function that trains a policy and calls its argument with the progress after each row of the log.
         json: Whether to write only JSON to stdout.
     """
     with only_json(json), TrainingProgress(headline, total_steps) as progress:
@@ -53,12 +53,12 @@ def report_training(
 
 
 def describe_training(config: RunConfig, begun: str, where: str) -> str:
-    """Describe a training run and its threads in one line.
+    """Return a one-line description of a training run and its threads.
 
     Args:
         config: Resolved configuration.
         begun: ``"training"`` or ``"resuming"``.
-        where: The run folder, and further remarks.
+        where: The run folder.
     """
     from frobs_train import decide_threads
 

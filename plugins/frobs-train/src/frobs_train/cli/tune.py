@@ -1,4 +1,4 @@
-"""``frobs tune``: search for settings."""
+"""``frobs tune``: search for better training settings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from frobs_train.runners.runner import Runner
 
 _SHOWN = 10
-"""Number of trials in the table."""
+"""Maximum number of trials in the table."""
 
 
 class Sampler(StrEnum):
@@ -130,9 +130,9 @@ def tune(
 ) -> None:
     """Search for better training settings.
 
-    Each trial trains one run per seed and is scored by the evaluation of these runs. The best settings are written to a
-    file for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study that another
-    process works on.
+    Each trial trains one run per seed and is scored by evaluating these runs. The best settings are written to a file
+    for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study on which another
+    process is working.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
@@ -185,7 +185,7 @@ def tune(
 
 
 def _watched(search: Search, runner: Runner) -> StudyResult:
-    """Search, and write a line to stderr for each trial; show a status in a terminal."""
+    """Run the search, and print a live status and one line per trial to stderr."""
     with working("preparing") as show:
 
         def on_progress(number: int, index: int, progress: Progress) -> None:
@@ -241,7 +241,7 @@ def _row(trial: TrialResult, keys: list[str]) -> list[str]:
 
 
 def _rounded(value: Any) -> Any:
-    """Round a number, also after a prefix."""
+    """Round a number, even if it follows a prefix such as ``lin_``."""
     if isinstance(value, str) and "_" in value:
         prefix, _, number = value.rpartition("_")
         try:

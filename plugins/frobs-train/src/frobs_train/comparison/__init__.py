@@ -1,1 +1,1 @@
-"""Compare runs over seeds."""
+"""Compare runs across seeds."""

@@ -1,4 +1,4 @@
-"""Compare runs over seeds: final results, steps to a threshold, and confidence intervals."""
+"""Compare runs across seeds: final results, steps to a threshold, and confidence intervals."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class Group:
     environment: str
     algorithm: str
     runs: tuple[RunScore, ...]
-    final: Estimate  # interquartile mean over seeds
-    reached: int  # runs that reached the threshold
-    steps_to_threshold: float | None  # median over seeds; None: no threshold, or most runs never reached it
+    final: Estimate  # interquartile mean of the final results over seeds
+    reached: int  # number of runs that reached the threshold
+    steps_to_threshold: float | None  # median over seeds, or None without a threshold or if half of the runs missed it
     seconds: float  # training time [s], median over seeds
     steps_per_second: float  # median over seeds
     curve: Curve
@@ -44,7 +44,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Improvement:
-    """Probability that a run of the first group beats a run of the second; 0.5 if neither is better."""
+    """Probability that a run of the first group outperforms a run of the second group. Ties count as one half."""
 
     first: str  # label of the better group
     second: str
@@ -57,10 +57,10 @@ class Comparison:
 
     Attributes:
         metric: ``"success"`` or ``"reward"``.
-        threshold: Threshold of the metric; None: no threshold.
-        groups: Groups ordered by environment, best first.
-        improvements: One for each pair of groups in one environment, with the better group first.
-        notes: Caveats about the numbers: unfinished runs, runs without an evaluation, …
+        threshold: Metric value up to which environment steps are counted, or None for no threshold.
+        groups: Groups, ordered by environment and then from best to worst.
+        improvements: Probability of improvement for each pair of groups in the same environment, better group first.
+        notes: Caveats about the numbers, for example unfinished runs or runs without an evaluation.
     """
 
     metric: Metric
@@ -70,7 +70,10 @@ class Comparison:
     notes: tuple[str, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return values that JSON can represent, without the curves, which are in each run's ``progress.csv``."""
+        """Return the fields as JSON-serializable values, without the learning curves of the groups.
+
+        The data of the learning curves is stored in each run's ``progress.csv``.
+        """
         found = asdict(self)
         for group in found["groups"]:
             del group["curve"]
@@ -84,20 +87,22 @@ def compare(
     threshold: float | None = None,
     evaluations: Mapping[Path, Mapping[str, Any]] | None = None,
 ) -> Comparison:
-    """Compare runs, grouped by environment, algorithm and configuration without the seed.
+    """Compare groups of runs that share environment, algorithm and all settings except the seed.
 
-    The result of a run is its newest evaluation, or else the mean over the last tenth of its training. Intervals are
-    stratified bootstrap intervals (95 %, with a fixed seed). Environments are compared separately, because averaging
-    success over different tasks is not meaningful.
+    The result of a run is taken from its newest evaluation. If there is no evaluation, the result is the mean over the
+    last tenth of training. Confidence intervals are 95 % stratified bootstrap intervals with a fixed random seed.
+    Environments are compared separately, because averaging success over different tasks is not meaningful.
 
     Args:
-        runs: Runs to compare, at least one.
-        metric: Metric to compare; None: success if every environment reports it, else reward.
-        threshold: Metric value up to which steps are counted; None: 0.95 for success, no threshold for reward.
-        evaluations: Fields of a :class:`frobs_train.Evaluation` to use instead of the newest one, by run folder.
+        runs: One or more runs to compare.
+        metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
+        threshold: Count the steps until the metric reaches this value. Defaults to 0.95 for success and to no threshold
+            for reward.
+        evaluations: Fields of a :class:`frobs_train.Evaluation` by run folder, to use instead of the run's newest
+            evaluation.
 
     Raises:
-        RunError: No run is given, a run has no log yet, or success is requested and a run does not report it.
+        RunError: No run is given, a run has no log yet, or success is requested but a run does not report success.
         ConfigurationError: The threshold is not finite.
     """
     if not runs:

@@ -1,4 +1,4 @@
-"""Statistics over few seeds, after Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice"."""
+"""Statistics for few seeds, following Agarwal et al. (2021), "Deep RL at the edge of the statistical precipice"."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from frobs_core.arrays import Floats
 
 RESAMPLES = 10_000
-"""Bootstrap samples per interval. With another random seed, its ends move by less than 1 % of its width."""
+"""Number of bootstrap samples per interval. Another seed moves the bounds by less than 1 % of the interval width."""
 
 _SEED = 0
-_BLOCK = 2_000_000  # numbers drawn at a time
-_LEVELS = (2.5, 97.5)  # [%] of a 95 % interval
+_BLOCK = 2_000_000  # random numbers drawn at once
+_LEVELS = (2.5, 97.5)  # percentiles that bound a 95 % interval
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % confidence interval, whose ends are None for a single run."""
+    """A value with its 95 % confidence interval, whose bounds are None for a single run."""
 
     value: float
     low: float | None
@@ -29,7 +29,8 @@ class Estimate:
 def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
     """Return the mean of the middle half of the values along an axis, as float64.
 
-    A quarter of the values, rounded down, is dropped at each end, as in SciPy's ``trim_mean`` and in rliable.
+    The lowest and the highest quarter of the values, rounded down to whole values, are dropped, as in SciPy's
+    ``trim_mean`` and in rliable.
     """
     ordered = np.sort(np.moveaxis(np.asarray(values, np.float64), axis, -1), axis=-1)
     count = ordered.shape[-1]
@@ -38,7 +39,7 @@ def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
 
 
 def estimate(strata: Sequence[Floats]) -> Estimate:
-    """Estimate the interquartile mean over all strata, each (values,), with a stratified bootstrap interval."""
+    """Estimate the interquartile mean over all strata, (values,) each, with a stratified bootstrap interval."""
     return _bootstrap(strata, lambda drawn: interquartile_mean(np.concatenate(drawn, axis=-1)))
 
 
@@ -48,10 +49,18 @@ def probability_of_improvement(first: Floats, second: Floats) -> Estimate:
 
 
 def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the interquartile mean of curves, (seeds, points), and both ends of its interval, (points,) each."""
+    """Return the interquartile mean of learning curves over seeds, with the bounds of its 95 % interval.
+
+    Args:
+        curves: One curve per seed, (seeds, points).
+
+    Returns:
+        The interquartile mean, the lower bound and the upper bound, (points,) each.
+    """
     curves = np.asarray(curves, np.float64)
     rng = np.random.default_rng(_SEED)
-    rows = rng.integers(len(curves), size=(RESAMPLES // 5, len(curves)))  # whole curves: points are correlated
+    # Resample whole curves, because the points of a curve are correlated.
+    rows = rng.integers(len(curves), size=(RESAMPLES // 5, len(curves)))
     middles = np.stack([interquartile_mean(curves[:, point][rows]) for point in range(curves.shape[1])], axis=-1)
     low, high = np.percentile(middles, _LEVELS, axis=0)
     return interquartile_mean(curves, axis=0), low, high
@@ -68,7 +77,7 @@ def _bootstrap(groups: Sequence[Floats], statistic: Callable[[list[Floats]], Flo
 
 
 def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:
-    """Yield blocks of bootstrap samples of each array, (samples, values) each."""
+    """Yield blocks of bootstrap samples, with one (samples, values) array for each input array."""
     rng = np.random.default_rng(_SEED)
     sizes = [len(array) for array in arrays]
     block = max(1, min(RESAMPLES, _BLOCK // (sum(sizes) * max(sizes))))
@@ -78,6 +87,6 @@ def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:
 
 
 def _wins(first: Floats, second: Floats) -> Floats:
-    """Return the share of pairs that the first array wins, (…,); a tie counts as half a win."""
+    """Return the fraction of value pairs in which the first value is larger, (…,). Ties count as one half."""
     difference = first[..., :, None] - second[..., None, :]
     return np.asarray(((difference > 0) + 0.5 * (difference == 0)).mean(axis=(-2, -1)))

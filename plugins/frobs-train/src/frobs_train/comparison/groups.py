@@ -1,4 +1,4 @@
-"""Group runs that differ only in their seed, and label the groups by the settings that distinguish them."""
+"""Group runs that differ only in their seed, and label each group by its distinguishing settings."""
 
 from __future__ import annotations
 
@@ -18,20 +18,21 @@ _INDIFFERENT = (
     "threads",
     "log",
 )
-"""Settings that do not affect learning."""
+"""Settings that do not distinguish groups: the seed, and settings that do not affect learning."""
 
 _SPOKEN = ("environment", "algorithm")
-"""Settings whose values appear in a label without their names."""
+"""Settings whose values appear in a label without the name of the setting."""
 
 _MOST = 3
-"""Largest number of settings in a label. With more, the label shows the name of a run folder instead."""
+"""Maximum number of settings in a label. If more settings differ, the label shows a run folder name instead."""
 
 
 def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
-    """Group runs by environment, algorithm and configuration without the seed.
+    """Group runs by environment, algorithm and all settings except the seed.
 
-    The keys are labels: environment, algorithm, and the settings that distinguish the group from others with the same
-    environment and algorithm, for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
+    Settings that do not affect learning are ignored, too. Each key of the result is the label of a group. A label
+    consists of the environment, the algorithm, and the settings that distinguish the group from other groups with the
+    same environment and algorithm, for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
     """
     gathered: dict[str, list[Run]] = {}
     for run in runs:
@@ -74,7 +75,7 @@ def _flat(mapping: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def _short(key: str, keys: Mapping[str, Any]) -> str:
-    """Return the last part of a dotted key, or the whole key if another one has the same last part."""
+    """Return the last part of a dotted key, or the whole key if another key has the same last part."""
     last = key.rpartition(".")[2]
     return last if sum(other.rpartition(".")[2] == last for other in keys) == 1 else key
 

@@ -1,4 +1,4 @@
-"""Result of a single run, read from its evaluations and its log."""
+"""Results of individual runs, read from their evaluations and logs."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ _LAST_PART = 0.1
 _POINTS = 200
 
 Columns = Mapping[str, Floats]
-"""The log of a run: columns, (rows,) each, by name."""
+"""Log of a run: a mapping from column names to values, (rows,) each."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunScore:
-    """Result of one run. Steps are environment steps."""
+    """Result of one run. All step counts are environment steps."""
 
     run: Path
     seed: int
-    final: float  # the metric at the end
+    final: float  # final value of the metric
     source: Literal["evaluation", "training"]  # origin of ``final``
-    evaluated_steps: int | None  # steps at the evaluation; None: never evaluated
+    evaluated_steps: int | None  # steps at the time of the evaluation, or None without an evaluation
     steps: int
     total_steps: int
-    steps_to_threshold: float | None  # based on the smoothed metric; None: never reached
+    steps_to_threshold: float | None  # based on the smoothed metric, or None if never reached
     seconds: float  # training time [s]
     steps_per_second: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """Metric over the environment steps that all seeds have taken, with its 95 % interval; (points,) each."""
+    """Learning curve of a metric over environment steps, with its 95 % interval. All arrays have shape (points,)."""
 
     steps: Floats
     middle: Floats
@@ -50,7 +50,7 @@ class Curve:
 
 
 def has_success(run: Run, columns: Columns) -> bool:
-    """Return whether the environment reports success."""
+    """Return whether the environment of a run reports success."""
     logged = bool(np.isfinite(columns.get("episode/success", np.array([]))).any())
     return logged or any(found.get("success_rate") is not None for found in run.evaluations())
 
@@ -58,17 +58,17 @@ def has_success(run: Run, columns: Columns) -> bool:
 def score_run(
     run: Run, columns: Columns, metric: str, threshold: float | None, found: Mapping[str, Any] | None = None
 ) -> RunScore:
-    """Return the result of a run.
+    """Return the result of a run, taken from an evaluation or from the log.
 
     Args:
         run: The run.
-        columns: Its log.
+        columns: Log of the run.
         metric: ``"success"`` or ``"reward"``.
-        threshold: Metric value up to which steps are counted; None: no threshold.
-        found: Fields of the evaluation to use; None: the newest evaluation.
+        threshold: Count the steps until the metric reaches this value. None means no threshold.
+        found: Fields of the evaluation to use. Defaults to the newest evaluation.
 
     Raises:
-        RunError: No episode has ended yet.
+        RunError: The run has no evaluation, and no episode has ended yet.
     """
     assert run.config.seed is not None
     if found is None:
@@ -95,7 +95,7 @@ def score_run(
 
 
 def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
-    """Return the learning curve over seeds, up to the last step that all seeds have reached."""
+    """Return the learning curve over all seeds, up to the last step that every seed has reached."""
     smoothed = [_smoothed(columns, metric) for columns in logs]
     known = [(steps, values) for steps, values in smoothed if len(steps)]
     if not known:
@@ -108,7 +108,10 @@ def curve_of(logs: Sequence[Columns], metric: str) -> Curve:
 
 
 def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, float] | None:
-    """Return steps and result of the latest evaluation on the simulator and the nominal models of the training run."""
+    """Return the steps and the result of the newest evaluation, or None if there is no evaluation.
+
+    Only deterministic evaluations with the training run's simulator and the nominal models are considered.
+    """
     key = _KEYS[metric]
     found = [
         (int(result["steps"]), int(result["episodes"]), float(result[key]))
@@ -127,7 +130,10 @@ def _newest_evaluation(run: Run, columns: Columns, metric: str) -> tuple[int, fl
 
 
 def _last_part(columns: Columns, values: Floats) -> float:
-    """Return the mean over the episodes that ended in the last tenth of the steps, or in the last row with any."""
+    """Return the mean over the episodes that ended in the last tenth of the steps.
+
+    If no episode ended in the last tenth, return the value of the last row in which an episode ended.
+    """
     steps, known = columns[STEPS], np.isfinite(values)
     chosen = known & (steps > (1.0 - _LAST_PART) * steps[-1])
     if not chosen.any():
@@ -137,7 +143,7 @@ def _last_part(columns: Columns, values: Floats) -> float:
 
 
 def _smoothed(columns: Columns, metric: str) -> tuple[Floats, Floats]:
-    """Return steps and smoothed values, without rows that have no value."""
+    """Return the steps and the smoothed values of all rows that have a value."""
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     smoothed = smooth(values, columns.get("episode/count", np.ones(len(steps))))

@@ -8,9 +8,9 @@ from frobs_train.configuration.resolve import resolve_config
 
 
 def advise_controller(config: RunConfig) -> str | None:
-    """Return a hint if the ID's default controller learns in fewer steps than the chosen one; otherwise None.
+    """Return a hint if the ID's default controller needs fewer training steps than the chosen one, else None.
 
-    The numbers of steps are taken from the tuned settings.
+    The step counts are taken from the tuned settings.
     """
     id, chosen = bare_id(config.environment), config.environment_kwargs.get("controller")
     if id not in environments() or not isinstance(chosen, str):

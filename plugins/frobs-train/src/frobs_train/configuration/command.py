@@ -1,4 +1,4 @@
-"""The command that reproduces a run's configuration."""
+"""Find the command that reproduces a run's configuration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FLAGS = ("num_envs", "steps")
 def training_command(config: RunConfig) -> str | None:
     """Return the shortest ``frobs train`` command that resolves to a configuration.
 
-    Returns None if no command does, because tuned settings or installed packages have changed.
+    Return None if no command resolves to this configuration, because tuned settings or installed packages have changed.
     """
     flags: dict[str, Any] = {"algorithm": config.algorithm, "seed": config.seed}
     words = ["frobs", "train", config.environment]

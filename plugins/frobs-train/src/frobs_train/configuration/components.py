@@ -1,4 +1,4 @@
-"""Wrappers and callbacks, given by name (``"package.module:Name"``) and keywords."""
+"""Import and build wrappers and callbacks from their names (``"package.module:Name"``) and keywords."""
 
 from __future__ import annotations
 
@@ -18,7 +18,12 @@ if TYPE_CHECKING:
 
 
 def load_component(name: str, what: str) -> Any:
-    """Import a wrapper or callback by its name, ``"package.module:Name"``; ``what`` names its kind in errors."""
+    """Import a wrapper or callback by its name.
+
+    Args:
+        name: ``"package.module:Name"``.
+        what: Kind of the component in error messages, ``"wrapper"`` or ``"callback"``.
+    """
     module_name, _, attribute = name.partition(":")
     if not module_name or not attribute:
         raise ComponentError(what, name, "is not of the form package.module:Name.")
@@ -39,7 +44,7 @@ def load_component(name: str, what: str) -> Any:
 
 
 def load_wrapper(component: ComponentConfig) -> type[Any]:
-    """Import the class of a wrapper and check that it is a wrapper."""
+    """Import a wrapper class, and check that it is a Gymnasium wrapper."""
     found = load_component(component.name, "wrapper")
     if not (isinstance(found, type) and issubclass(found, (gym.Wrapper, gym.vector.VectorWrapper))):
         raise ComponentError(
@@ -49,11 +54,11 @@ def load_wrapper(component: ComponentConfig) -> type[Any]:
 
 
 def check_components(components: Sequence[ComponentConfig], written: Any, what: str) -> None:
-    """Import components and check their keywords without building anything.
+    """Import components, and check their keywords without building the components.
 
     Args:
         components: Wrappers or callbacks of the configuration.
-        written: Source of the components, to report file and line.
+        written: Unvalidated settings of the components, which store the file and line for error messages.
         what: ``"wrapper"`` or ``"callback"``.
     """
     for index, component in enumerate(components):
@@ -70,7 +75,7 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
 
 
 def build_component(factory: Any, args: Sequence[Any], component: ComponentConfig, what: str) -> Any:
-    """Call the factory of a component. An exception is raised as ComponentError."""
+    """Call the factory of a component, and convert its exceptions to ComponentError."""
     try:
         return factory(*args, **component.kwargs)
     except FrobsError:
@@ -83,7 +88,7 @@ def build_component(factory: Any, args: Sequence[Any], component: ComponentConfi
 
 
 def _keywords(factory: Any, without_first: bool) -> list[str] | None:
-    """Return the keywords that a factory accepts; None if it accepts any, or has no signature."""
+    """Return the keywords that a factory accepts, or None if it accepts any keyword or has no signature."""
     try:
         parameters: Mapping[str, inspect.Parameter] = inspect.signature(factory).parameters
     except (TypeError, ValueError):

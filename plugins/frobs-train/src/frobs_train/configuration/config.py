@@ -13,15 +13,15 @@ from frobs_core.specs import AlgorithmRecord
 from frobs_core.yaml import find_origin
 
 OWNER = "the run configuration"
-"""Name of the configuration in errors."""
+"""Name of the configuration in error messages."""
 
 
 class ThreadsConfig(BaseModel):
-    """Numbers of threads that override the defaults.
+    """Thread counts that override the defaults.
 
     Attributes:
-        simulator: Threads or worker processes of the simulator; None: one per processor.
-        torch: Threads of the algorithm's library; None: ``algorithm_config.torch_threads``.
+        simulator: Number of simulator threads or worker processes. Defaults to one per processor.
+        torch: Number of threads of the algorithm's library. Defaults to ``algorithm_config.torch_threads``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -31,7 +31,7 @@ class ThreadsConfig(BaseModel):
 
 
 class ComponentConfig(BaseModel):
-    """A wrapper or callback, given by name. All other keys are keywords of its constructor.
+    """Configuration of a wrapper or callback. All keys except ``name`` are passed to its constructor.
 
     Attributes:
         name: ``"package.module:Name"``.
@@ -43,17 +43,17 @@ class ComponentConfig(BaseModel):
 
     @property
     def kwargs(self) -> dict[str, Any]:
-        """The keywords."""
+        """Keywords of the constructor."""
         return dict(self.model_extra or {})
 
 
 class ResetFromConfig(BaseModel):
-    """Reverse curriculum: some training episodes begin in states on the path of the task's expert.
+    """Reverse curriculum, in which some training episodes begin on the path of the task's expert.
 
     Attributes:
-        share: Share of the episodes that begin on the path, in (0, 1].
-        success: Success rate, in (0, 1), at which the start moves back by one state.
-        states: Number of states on the path of each episode.
+        share: Fraction of the training episodes that begin on the expert's path, in (0, 1].
+        success: Success rate, in (0, 1), at which the earliest start state moves back along the path by one state.
+        states: Number of start states on the path of each expert episode.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -67,29 +67,29 @@ class RunConfig(BaseModel):
     """Complete configuration of a training run.
 
     Attributes:
-        environment: Gymnasium ID; ``"module:ID"`` imports the module first.
-        environment_kwargs: Keywords of the environment: simulator, controller, task parameters, …
-        randomize: Randomization of environments and episodes during training. Evaluations use it only on request. See
-            :mod:`frobs_core.randomization`.
-        reset_from: Reverse curriculum of the training run, see :class:`frobs_train.ResetFromConfig`; None: all episodes
-            begin as usual. Episodes of evaluations always begin as usual.
-        stagger: Whether the first episodes end at random times, so that not all episodes reach the time limit at once.
+        environment: Gymnasium ID. The form ``"module:ID"`` imports the module first.
+        environment_kwargs: Keywords of the environment, such as simulator, controller and task parameters.
+        randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.randomization`.
+            Evaluations are randomized only on request.
+        reset_from: Settings of the reverse curriculum, or None for no curriculum. Evaluations never use the curriculum.
+        stagger: Whether to end the first episodes at random times, so that the environments do not all reach the time
+            limit in the same step.
         algorithm: Name of the algorithm.
         algorithm_config: Settings of the algorithm.
-        num_envs: Number of environments that are stepped together.
-        steps: Environment steps, summed over all environments.
-        seed: Seed of all random numbers; None: a new seed for each run.
-        log_every: Minimum number of environment steps between rows of the log; None: a five-hundredth of ``steps``.
-        checkpoint_every: Environment steps between checkpoints; None: a tenth of ``steps``.
-        keep_checkpoints: Number of newest checkpoints to keep.
-        evaluate_every: Environment steps between evaluations during training. They play the deterministic policy on
-            separate episodes, and the best policy is kept. None: never.
-        evaluation_episodes: Number of episodes of each of these evaluations.
-        stop_at_success: Success rate of an evaluation, in (0, 1], at which training ends; None: never.
-        threads: Numbers of threads; see :func:`frobs_train.decide_threads`.
-        wrappers: Gymnasium wrappers around the environment, innermost first, each with ``name`` and its keywords.
-        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`, each with ``name`` and its keywords.
-        log: Services that receive the log and evaluations in addition to ``progress.csv``: ``"wandb"``, ``"mlflow"``.
+        num_envs: Number of environments in the vector environment.
+        steps: Total number of environment steps, summed over all environments.
+        seed: Seed of all random numbers, or None to draw a new seed for each run.
+        log_every: Minimum number of environment steps between rows of the log. Defaults to ``steps // 500``.
+        checkpoint_every: Number of environment steps between checkpoints. Defaults to ``steps // 10``.
+        keep_checkpoints: Number of most recent checkpoints to keep.
+        evaluate_every: Number of environment steps between evaluations during training, or None for no evaluations.
+            Each evaluation runs the deterministic policy on separate episodes. The best policy is kept.
+        evaluation_episodes: Number of episodes of each evaluation during training.
+        stop_at_success: Success rate, in (0, 1], at which an evaluation ends training, or None to train for all steps.
+        threads: Thread counts, see :func:`frobs_train.decide_threads`.
+        wrappers: Gymnasium wrappers of the environment, innermost first, each with a ``name`` and keywords.
+        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`, each with a ``name`` and keywords.
+        log: Services to which the log and the evaluations are sent, ``"wandb"`` or ``"mlflow"``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -126,12 +126,12 @@ class RunConfig(BaseModel):
         """Return the keywords of the environment.
 
         Args:
-            simulator: Name of the simulator; None: the simulator of the training run.
-            randomize: None: the randomization of the training run, if any; True: the same, but required; False: the
-                nominal models; a mapping: other randomization settings.
+            simulator: Name of the simulator. Defaults to the training run's simulator.
+            randomize: True for the training run's randomization, False for the nominal models, or a mapping with other
+                randomization settings. Defaults to the training run's randomization, if any.
 
         Raises:
-            ConfigurationError: ``randomize`` is True, but the training run does not randomize anything.
+            ConfigurationError: ``randomize`` is True, but the training run has no randomization.
         """
         if randomize is True and not self.randomize:
             raise ConfigurationError(
@@ -148,7 +148,7 @@ class RunConfig(BaseModel):
 def differences(
     before: Mapping[str, Any], after: Mapping[str, Any], prefix: str = ""
 ) -> Iterator[tuple[str, Any, Any]]:
-    """Yield dotted key, old value and new value of each setting that differs; a missing value is None."""
+    """Yield the dotted key, old value and new value of each differing setting. Missing values are None."""
     for key in {**after, **before}:
         old, new = before.get(key), after.get(key)
         if isinstance(old, Mapping) and isinstance(new, Mapping):
@@ -163,10 +163,10 @@ def algorithm_record(name: str) -> AlgorithmRecord:
 
 
 def resolve_algorithm_config(record: AlgorithmRecord, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Check the settings of an algorithm and add its defaults. Complete settings are returned unchanged."""
+    """Check the settings of an algorithm and add default values. Complete settings are returned unchanged."""
     try:
         return dict(record.load().resolve_config(settings))
-    except UnknownParameterError as error:  # the algorithm does not report the file and line
+    except UnknownParameterError as error:  # add the file and line, which the algorithm does not report
         origin = find_origin(settings, [error.name])
         if origin is None:
             raise

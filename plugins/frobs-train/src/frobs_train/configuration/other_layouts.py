@@ -1,4 +1,4 @@
-"""Configuration files in other layouts, which algorithms translate."""
+"""Read configuration files in other layouts, which are translated by algorithms."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _log = logging.getLogger("frobs")
 
 
 def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
-    """Read a YAML file, and translate it if an algorithm's record declares its layout.
+    """Read a YAML file, and translate the file if an algorithm's record declares its layout.
 
-    Keys that have no meaning for a run are reported in a single line.
+    Settings that have no equivalent in FRobs are reported in a single warning.
 
     Returns:
-        Keys of :class:`frobs_train.RunConfig`, and whether the file was translated.
+        Settings with the keys of :class:`frobs_train.RunConfig`, and whether the file was translated.
     """
     mapping = load_yaml(file)
     found = {

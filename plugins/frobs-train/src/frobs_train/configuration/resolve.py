@@ -30,19 +30,19 @@ def resolve_config(
     flags: Mapping[str, Any] | None = None,
     settings: Sequence[str] = (),
 ) -> RunConfig:
-    """Resolve a configuration from its sources; later sources in this list override earlier ones.
+    """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
-    1. the settings that the algorithm's record has tuned for this ID; 2. the file; 3. the flags; 4. the settings.
-    If the file has another layout that the algorithm supports, it is translated and the tuned settings are not used.
-    The file may have a section ``controllers`` with one mapping per controller. Only the mapping of the chosen
-    controller is used.
+    The sources in order of increasing precedence are the settings that the algorithm's record contains for the ID, the
+    file, the flags, and the individual settings. If the file has another layout that the algorithm supports, the file
+    is translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
+    controller. Only the mapping of the chosen controller is used.
 
     Args:
-        environment: Gymnasium ID; None: the ID in the file.
+        environment: Gymnasium ID. Defaults to the ID in the file.
         file: YAML file with the keys of :class:`RunConfig`.
-        flags: Keys of :class:`RunConfig`, and the keys of ``environment_kwargs`` that have their own flags: ``robot``,
-            ``tcp``, ``base``, ``simulator`` and ``controller``. Values that are None are ignored.
-        settings: Dotted keys and YAML values, such as ``"algorithm_config.n_steps=16"``.
+        flags: Values by key of :class:`RunConfig`. The keys ``robot``, ``tcp``, ``base``, ``simulator`` and
+            ``controller`` of ``environment_kwargs`` are also accepted. Values of None are ignored.
+        settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
 
     Returns:
         The configuration, including all defaults of the algorithm.
@@ -50,8 +50,8 @@ def resolve_config(
     Raises:
         UnknownNameError: No algorithm has this name.
         UnknownParameterError: A key is unknown.
-        ConfigurationError: A value cannot be used.
-        ConfigFileError: A key in a file is unknown, or a value in it cannot be used.
+        ConfigurationError: A value is invalid.
+        ConfigFileError: The file contains an unknown key or an invalid value.
     """
     from_flags = _from_flags(environment, flags or {})
     from_settings = merge(*(read_setting(setting) for setting in settings))
@@ -70,10 +70,10 @@ def resolve_config(
 
 
 def check_config(merged: Mapping[str, Any]) -> RunConfig:
-    """Validate merged settings and return their configuration. Settings of the algorithm are not checked.
+    """Validate merged settings, except the algorithm's settings, and return the configuration.
 
     Raises:
-        ConfigurationError: A key is unknown, or a value cannot be used.
+        ConfigurationError: A key is unknown, or a value is invalid.
     """
     config = validate(RunConfig, merged, OWNER)
     _check_randomize(merged)
@@ -88,7 +88,7 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
 
 
 def _check_stop(config: RunConfig) -> None:
-    """Reject a success threshold if there are no evaluations to compare it with."""
+    """Reject ``stop_at_success`` if there are no evaluations during training."""
     if config.stop_at_success is not None and config.evaluate_every is None:
         raise MissingSettingError(
             f"{OWNER}: stop_at_success", "evaluate_every", "it is compared with evaluations during the training run"
@@ -96,7 +96,7 @@ def _check_stop(config: RunConfig) -> None:
 
 
 def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str, Any]:
-    """Add the number of threads of the algorithm's library to its settings."""
+    """Add the thread count of the algorithm's library to the algorithm's settings."""
     if torch is None:
         return settings
     given = settings.get("torch_threads", torch)
@@ -108,7 +108,7 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
 
 
 def _check_randomize(merged: Mapping[str, Any]) -> None:
-    """Reject invalid randomization settings, and settings in the wrong place."""
+    """Reject randomization settings that are invalid or in the wrong place."""
     if "randomize" in _environment_kwargs(merged):
         reason = "'randomize' belongs next to environment_kwargs, not in it; move it there."
         origin = find_origin(merged, ["environment_kwargs", "randomize"])
@@ -154,7 +154,7 @@ def _environment_kwargs(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_section(layer: ConfigMapping, controller: Any) -> tuple[Mapping[str, Any], ...]:
-    """Split a layer into the layer without its controller sections, and the section of a controller, if any."""
+    """Return a settings layer without controller sections, followed by the controller's section if it exists."""
     sections = layer.get("controllers")
     if sections is None:
         return (layer,)

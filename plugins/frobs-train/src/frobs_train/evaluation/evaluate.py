@@ -35,21 +35,21 @@ class Evaluation:
     """Result of an evaluation.
 
     Attributes:
-        success_rate: Share of the episodes that ended in success; None if the environment does not report success.
-        success_interval: Wilson's 95 % interval of the success rate.
+        success_rate: Fraction of episodes that ended in success, or None if the environment does not report success.
+        success_interval: Wilson 95 % confidence interval of the success rate.
         mean_reward: Mean undiscounted return per episode.
         mean_length: Mean episode length [control steps].
-        tracking_error: Mean tracking error in the second half of the episodes, after the robot has had time to approach
-            the target [m]; None if the task has no tracking error.
+        tracking_error: Mean tracking error [m] in the second half of each episode, after the robot has had time to
+            approach the target. None if the task has no tracking error.
         episodes: Number of episodes.
-        success_by_octant: Success by octant of the goal box: the signs of the goal relative to its center, such as
-            ``"+x-y+z"``. None if the task has no goal positions.
+        success_by_octant: Success in each octant of the goal box. The keys are the signs of the goal position relative
+            to the center of the box, such as ``"+x-y+z"``. None if the task has no goal positions.
         environment: Gymnasium ID.
-        simulator: Name of the simulator, if one was chosen; None: the simulator of the training run.
-        randomize: Randomization settings; None: the nominal models.
+        simulator: Name of the chosen simulator, or None if the training run's simulator was used.
+        randomize: Randomization settings, or None if the nominal models were used.
         seed: Seed of the episodes.
         deterministic: Whether the policy's actions were deterministic.
-        steps: Environment steps for which the policy was trained.
+        steps: Number of environment steps for which the policy was trained.
     """
 
     success_rate: float | None
@@ -67,7 +67,7 @@ class Evaluation:
     steps: int
 
     def to_dict(self) -> dict[str, Any]:
-        """Return values that JSON can represent."""
+        """Return the fields as JSON-serializable values."""
         return asdict(self)
 
 
@@ -83,26 +83,27 @@ def evaluate(
     checkpoint: str | int = "newest",
     on_progress: Callable[[int], object] | None = None,
 ) -> Evaluation:
-    """Evaluate a checkpoint, and write the result to the run's ``evaluations/``.
+    """Evaluate a checkpoint, and write the result to the run's ``evaluations/`` folder.
 
-    The number of episodes of each environment is fixed beforehand, so that short episodes are not overrepresented.
-    Seeds of evaluations are never used in training.
+    Each environment runs a fixed number of episodes, so that short episodes are not overrepresented. Evaluation seeds
+    are never used in training.
 
     Args:
         run: The run.
         episodes: Exact number of episodes, ≥ 1.
-        simulator: Name of the simulator; None: the simulator of the training run.
-        randomize: False: the nominal models; True: the randomization of the training run; a mapping: other settings.
-        seed: Seed of the episodes, ≥ 0; None: the run's seed.
-        num_envs: Number of environments that are stepped together, ≥ 1; None: chosen automatically.
+        simulator: Name of the simulator. Defaults to the training run's simulator.
+        randomize: False for the nominal models, True for the training run's randomization, or a mapping with other
+            randomization settings.
+        seed: Seed of the episodes, ≥ 0. Defaults to the run's seed.
+        num_envs: Number of environments in the vector environment, ≥ 1. By default, the number is chosen automatically.
         deterministic: Whether to use the policy's deterministic actions instead of sampling.
-        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
+        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
         on_progress: Called after each step with the number of finished episodes.
 
     Raises:
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
         ConfigurationError: A number is out of range.
-        RunError: The environment differs from that of the training run.
+        RunError: The environment's spaces differ from the spaces used in training.
     """
     config = run.config
     chosen_seed = config.seed if seed is None else seed
@@ -142,7 +143,7 @@ def evaluate(
     if not deterministic:
         name += "_sampled"
     path = run.path / "evaluations" / f"{name}.json"
-    if run.path.is_file() or isinstance(run, ExpertRun):  # there is no folder to write to
+    if run.path.is_file() or isinstance(run, ExpertRun):  # bundles, model files and experts have no run folder
         return result
     try:
         write_json(path, result.to_dict())
@@ -156,9 +157,9 @@ def evaluate(
 
 
 def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = None) -> int:
-    """Return the number of environments that an evaluation steps together.
+    """Return the default number of environments for an evaluation.
 
-    It is small if each environment is a separate process or engine, and 1 for a paced simulator.
+    The number is small if each environment is a separate process or engine, and 1 for a paced simulator.
     """
     name = simulator or config.environment_kwargs.get("simulator")
     if is_paced(name):
@@ -169,12 +170,15 @@ def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = Non
 
 
 def _digest(settings: Mapping[str, Any]) -> str:
-    """Return a digest of settings, so that evaluations with different settings have different files."""
+    """Return a digest of settings, which distinguishes the result files of different evaluations."""
     return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a proportion (Wilson 1927), in [0, 1]. It always contains the proportion."""
+    """Return the Wilson 95 % interval of a proportion (Wilson 1927), in [0, 1].
+
+    The interval always contains the proportion itself.
+    """
     z = 1.959963984540054  # 97.5 % quantile of the normal distribution
     rate = successes / episodes
     scale = 1.0 + z * z / episodes

@@ -16,7 +16,7 @@ from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 
 @dataclass(frozen=True, kw_only=True)
 class OctantResult:
-    """Success in one eighth of the goal box.
+    """Success statistics of one octant of the goal box.
 
     Attributes:
         success_rate: Success rate, in [0, 1].
@@ -35,10 +35,10 @@ def play_episodes(
     deterministic: bool = True,
     on_progress: Callable[[int], object] | None = None,
 ) -> EpisodeCounter:
-    """Play an exact number of episodes in an environment with same-step autoreset.
+    """Play an exact number of episodes in a vector environment with same-step autoreset.
 
-    The number of episodes of each environment is fixed beforehand, so that short episodes are not overrepresented.
-    ``on_progress`` is called after each step with the number of finished episodes.
+    Each environment runs a fixed number of episodes, so that short episodes are not overrepresented. ``on_progress`` is
+    called after each step with the number of finished episodes.
     """
     counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
     recorder = EpisodeRecorder(env, counter.add)
@@ -57,7 +57,7 @@ def play_episodes(
 
 
 class EpisodeCounter:
-    """Counts the first episodes of each environment.
+    """Collector for the results of a fixed number of episodes in each environment.
 
     Args:
         num_envs: Number of environments.
@@ -87,7 +87,7 @@ class EpisodeCounter:
 
     @property
     def complete(self) -> bool:
-        """Whether every environment has played its number of episodes."""
+        """Whether every environment has finished its share of the episodes."""
         return not self._left.any()
 
     def begin(self) -> None:
@@ -96,7 +96,7 @@ class EpisodeCounter:
             self._begun[:] = self._goals[0]()
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Add the episodes that finished in a step."""
+        """Add the results of the episodes that ended in a step."""
         wanted = self._left[finished.env_ids] > 0
         self._left[finished.env_ids[wanted]] -= 1
         self.rewards += finished.rewards[wanted].tolist()
@@ -107,7 +107,7 @@ class EpisodeCounter:
         self._finished = finished
 
     def after_step(self) -> None:
-        """Store the goals of episodes that began in this step, and add the tracking errors."""
+        """Store the goals of the episodes that began in this step, and accumulate the tracking errors."""
         if self._errors is not None:
             self._steps += 1
             if self._finished is not None:
@@ -123,11 +123,11 @@ class EpisodeCounter:
 
     @property
     def tracking_error(self) -> float | None:
-        """Mean tracking error over the second halves of the episodes [m]; None if there is none."""
+        """Mean tracking error in the second half of each episode [m], or None if no error was recorded."""
         return self._error_sum / self._error_count if self._error_count else None
 
     def by_octant(self) -> dict[str, OctantResult] | None:
-        """Return the success in each octant that contained a goal; None without goals or successes."""
+        """Return the success in each octant that contained a goal, or None if goals or successes are not available."""
         if self._goals is None or not self.successes:
             return None
         above = np.concatenate(self._ended) > self._goals[1]  # (episodes, 3)
@@ -141,7 +141,10 @@ class EpisodeCounter:
 
 
 def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], Floats] | None:
-    """Return a function that reads the goals, (num_envs, 3) [m], and the center of their box; None without goals."""
+    """Return a pair: a function that reads the goals, (num_envs, 3) [m], and the center of the goal box [m].
+
+    Return None if the task has no goal positions.
+    """
     task: Any = getattr(env.unwrapped, "task", None)
     low, high = getattr(task, "goal_low", None), getattr(task, "goal_high", None)
     if low is None or high is None or not hasattr(task, "goal") or np.shape(task.goal) != (env.num_envs, 3):
@@ -150,7 +153,10 @@ def goal_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], 
 
 
 def error_reader(env: gym.vector.VectorEnv[Any, Any, Any]) -> tuple[Callable[[], Floats], int] | None:
-    """Return a function that reads tracking errors, (num_envs,) [m], and the time limit [steps]; None without both."""
+    """Return a pair: a function that reads the tracking errors, (num_envs,) [m], and the time limit [steps].
+
+    Return None if the task has no tracking error or the environment has no time limit.
+    """
     task: Any = getattr(env.unwrapped, "task", None)
     error: Any = getattr(task, "tracking_error", None)
     limit = env.spec.max_episode_steps if env.spec is not None else None

@@ -32,18 +32,18 @@ def record_video(
     checkpoint: str | int = "newest",
     on_progress: Callable[[int], object] | None = None,
 ) -> Path:
-    """Record a checkpoint as an MP4 that browsers play: H.264, yuv420p, in real time.
+    """Record the policy of a checkpoint as a real-time MP4 video that browsers can play (H.264, yuv420p).
 
     Args:
         run: The run.
-        path: File to write; None: ``video.mp4`` in the run's folder.
-        episodes: Number of episodes, ≥ 1. They use the run's evaluation seed.
-        randomized: Use the randomization of the training run; otherwise the nominal model.
-        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
-        on_progress: Called after each frame with the number of frames.
+        path: File to write. Defaults to ``video.mp4`` in the run's folder.
+        episodes: Number of episodes, ≥ 1. The episodes are seeded with the run's evaluation seed.
+        randomized: Whether to use the training run's randomization instead of the nominal models.
+        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
+        on_progress: Called after each frame with the number of frames so far.
 
     Returns:
-        The path of the file.
+        The path of the written file.
 
     Raises:
         RenderingUnavailableError: This machine cannot render images.
@@ -111,14 +111,14 @@ def play_frames(env: gym.Env[Any, Any], policy: Algorithm, episodes: int, seed: 
 
 
 def add_batch(observation: Any) -> Any:
-    """Return the observation of one environment as a batch of one."""
+    """Add a batch dimension of size 1 to the observation of one environment."""
     if isinstance(observation, dict):
         return {key: np.asarray(value)[None] for key, value in observation.items()}
     return np.asarray(observation)[None]
 
 
 def frames_per_second(env: gym.Env[Any, Any]) -> float:
-    """Return the frame rate of real time [1/s], from the control timestep or the environment's metadata."""
+    """Return the real-time frame rate [1/s], based on the control timestep or the environment's metadata."""
     control_timestep = getattr(env.unwrapped, "control_timestep", None)
     return 1.0 / control_timestep if control_timestep else float(env.metadata.get("render_fps", 30))
 
@@ -126,7 +126,7 @@ def frames_per_second(env: gym.Env[Any, Any]) -> float:
 def _picture(env: gym.Env[Any, Any]) -> Frame:
     try:
         frame = env.render()
-    except gym.error.Error as error:  # environments of other packages: a rendering package is missing
+    except gym.error.Error as error:  # a package that the environment requires for rendering is missing
         raise RunError(f"cannot render: {error}") from error
     if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
         raise RunError(f"{env.spec.id if env.spec else env} draws no rgb picture; record another environment.")

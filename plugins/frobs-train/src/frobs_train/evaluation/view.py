@@ -13,20 +13,20 @@ from frobs_train.runs.run import Run
 
 
 def view(run: Run, *, episodes: int | None = None, randomized: bool = False, checkpoint: str | int = "newest") -> int:
-    """Play a checkpoint in a window, in real time, until it is interrupted.
+    """Play the policy of a checkpoint in a window, in real time, until Ctrl-C is pressed.
 
     Args:
         run: The run.
-        episodes: Number of episodes; None: unlimited.
-        randomized: Use the randomization of the training run; otherwise the nominal model.
-        checkpoint: ``"newest"``, ``"best"`` (of the evaluations during training), or environment steps.
+        episodes: Maximum number of episodes, or None for no limit.
+        randomized: Whether to use the training run's randomization instead of the nominal models.
+        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
 
     Returns:
         The number of finished episodes.
 
     Raises:
         RenderingUnavailableError: There is no display.
-        ConfigurationError: The environment has no window.
+        ConfigurationError: The environment cannot be shown in a window.
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
     """
     env = make_env(
@@ -35,7 +35,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         render_mode="human",
         wrappers=run.config.wrappers,
     )
-    # Environments of other packages pace themselves in render; those of FRobs have a control timestep.
+    # Environments of other packages limit their speed in render. FRobs environments have a control timestep instead.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0
     try:

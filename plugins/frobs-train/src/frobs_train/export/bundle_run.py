@@ -1,4 +1,4 @@
-"""Policy bundles with the interface of a run, for evaluating and playing them."""
+"""Open policy bundles with the interface of a run, so that they can be evaluated and played like runs."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from frobs_train.runs.run import Run
 
 
 class BundleRun(Run):
-    """A policy bundle with the interface of a run: its configuration and its policy. ``path`` is the bundle file.
+    """A policy bundle with the interface of a run. ``path`` is the bundle file.
 
-    Without ``trust``, UntrustedFileError is raised if building its environment would load a file, a module or a wrapper
-    that is not listed in :mod:`frobs_train.export.untrusted`.
+    Unless ``trust`` is True, UntrustedFileError is raised if building the environment would load a file, a module, or a
+    wrapper that is not listed in :mod:`frobs_train.export.untrusted`.
     """
 
     def __init__(self, bundle: Bundle, trust: bool = False) -> None:
@@ -42,7 +42,7 @@ class BundleRun(Run):
         self.steps = int(training.get("steps") or 0)
 
     def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[BundlePolicy, int]:
-        """Return the policy, and the environment steps for which it was trained."""
+        """Return the policy and the number of environment steps for which it was trained."""
         policy = Policy(self.bundle)
         trained = {
             "observation": self.bundle.manifest["observation"]["spaces"],
@@ -59,7 +59,7 @@ class BundleRun(Run):
 
 
 class BundlePolicy:
-    """Policy of a bundle, with the spaces and the ``predict`` of an algorithm."""
+    """Policy of a bundle, with the spaces and the ``predict`` method of an algorithm."""
 
     def __init__(self, policy: Policy, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self._policy = policy
@@ -72,7 +72,10 @@ class BundlePolicy:
         episode_start: Mask | None = None,
         deterministic: bool = True,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return actions for a batch of observations. The policy stores its own state."""
+        """Return actions for a batch of observations.
+
+        The returned state is None, because the policy stores its own state.
+        """
         if not deterministic:
             raise RunError("a policy bundle holds the mode of the policy alone: it cannot be sampled.")
         if episode_start is None or episode_start.all():
@@ -83,22 +86,22 @@ class BundlePolicy:
 
 
 def open_pretrained(environment: str) -> BundleRun:
-    """Open the trained policy of an environment ID, with the interface of a run.
+    """Open the trained policy of an environment ID with the interface of a run.
 
     Args:
-        environment: The ID, also in the form ``frobs_core:frobs/…``.
+        environment: Environment ID, optionally in the form ``frobs_core:frobs/…``.
 
     Raises:
         UnknownNameError: The ID does not exist.
         RunError: The ID has no trained policy.
-        BundleError: The file is missing, damaged, or belongs to another ID.
+        BundleError: The file is missing or damaged, or belongs to another ID.
         ConfigurationError: The configuration in the file is damaged.
     """
-    return BundleRun(read_pretrained(environment), trust=True)  # it belongs to an installed distribution
+    return BundleRun(read_pretrained(environment), trust=True)  # trusted as part of an installed distribution
 
 
 def changes_since(run: BundleRun) -> list[str]:
-    """Return a line for each fact about the environment that has changed since the policy was exported.
+    """Return one line for each fact about the environment that has changed since the policy was exported.
 
     The policy may still run after a change, but it may fail the task.
     """
@@ -111,16 +114,16 @@ def changes_since(run: BundleRun) -> list[str]:
 
 
 def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
-    """Yield a line for each value of ``now`` that differs from ``then``."""
+    """Yield one line for each value of ``now`` that differs from the value in ``then``."""
     if isinstance(then, Mapping) and isinstance(now, Mapping):
         for key in now:
-            if key in then:  # ignore fields that the exporting version did not write
+            if key in then:  # ignore fields that were added after the export
                 yield from _changes(then[key], now[key], f"{name}.{key}" if name else str(key))
     elif then != now:
         yield f"{name} was {then}, and is {now} now"
 
 
 def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:
-    """Open a run folder or a policy bundle; for ``trust``, see :class:`BundleRun`."""
+    """Open a run folder or a policy bundle. See :class:`BundleRun` for the meaning of ``trust``."""
     path = Path(path)
     return BundleRun(read_bundle(path), trust) if path.exists() and not path.is_dir() else Run.open(path)

@@ -19,7 +19,7 @@ from frobs_train.runs.policy import load_policy
 from frobs_train.runs.run import Run
 
 TOLERANCE = 1e-5
-"""Largest accepted difference of actions, scaled to [−1, 1]; also the relative difference of tied scores."""
+"""Largest accepted difference between actions, scaled to [−1, 1], and largest relative difference of tied scores."""
 
 _ENVS, _STEPS = 8, 32  # 256 observations
 
@@ -29,27 +29,27 @@ class Export:
     """Result of an export."""
 
     path: Path
-    steps: int  # environment steps for which the policy was trained
-    observations: int  # number of observations on which the two policies were compared
-    max_difference: float  # between actions, scaled to [−1, 1]
+    steps: int  # number of environment steps for which the policy was trained
+    observations: int  # number of observations used to compare the exported policy with the original
+    max_difference: float  # largest difference between actions, scaled to [−1, 1]
 
 
 def export(
     run: Run, out: Path | None = None, *, checkpoint: str | int = "newest", license: str | None = None
 ) -> Export:
-    """Write a policy bundle after checking that its actions equal those of the algorithm's policy.
+    """Write a policy bundle after checking that its actions match the actions of the algorithm's policy.
 
     Args:
         run: The run.
-        out: File to write, replaced if it exists; None: ``policy.frobs`` in the run folder.
-        checkpoint: ``"newest"``, ``"best"``, or environment steps.
-        license: An SPDX identifier (``"MIT"``) or the path of a text file; None: no license.
+        out: File to write or replace. Defaults to ``policy.frobs`` in the run folder.
+        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
+        license: An SPDX identifier such as ``"MIT"``, or the path of a text file. By default, no license is given.
 
     Raises:
         CheckpointError: The checkpoint does not exist or is damaged.
         ConfigurationError: The algorithm cannot be exported, or a required package is missing.
-        RunError: The environment differs from that of the training run.
-        BundleError: The actions of the graph differ from those of the algorithm's policy; nothing is written.
+        RunError: The environment's spaces differ from the spaces used in training.
+        BundleError: The exported policy and the algorithm's policy differ in their actions. No file is written.
     """
     text = license_text(license)
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)
@@ -80,7 +80,7 @@ def export(
 
 
 def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:
-    """Return the largest difference between two policies in episodes that the first plays; see :func:`difference`."""
+    """Return the largest :func:`difference` between the actions of two policies in episodes of the first policy."""
     observation, _ = env.reset(seed=seed)
     state, start = None, np.ones(env.num_envs, np.bool_)
     policy.reset()
@@ -89,7 +89,7 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
         expected, state = algorithm.predict(observation, state, start)
         found = policy.act(observation)
         worst = max(worst, difference(env.single_action_space, expected, found, policy.scores))
-        if worst == math.inf:  # do not step the environment with such actions
+        if worst == math.inf:  # do not step the environment with non-finite actions
             break
         observation, _, terminated, truncated, _ = env.step(expected)
         start = terminated | truncated
@@ -100,8 +100,8 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
 def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) -> float:
     """Return the largest difference between two batches of actions, (n, …) each.
 
-    Actions in a Box are scaled to [−1, 1]. For choices, the difference is 2 if they differ and their scores,
-    (n, choices), are not tied; otherwise 0.
+    Actions in a Box are scaled to [−1, 1]. For discrete actions, the difference is 2 if the batches contain different
+    actions whose scores, (n, choices), are not tied, and 0 otherwise.
     """
     if isinstance(space, gym.spaces.Box):
         half = np.maximum((space.high.astype(float) - space.low) / 2.0, np.finfo(np.float32).tiny)
@@ -117,7 +117,7 @@ def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) ->
 
 
 def _scores_of(space: gym.Space[Any], scores: Any, column: int, choices: tuple[int, int]) -> tuple[float, float]:
-    if isinstance(space, gym.spaces.MultiBinary):  # one logit per column; 0 is a tie
+    if isinstance(space, gym.spaces.MultiBinary):  # one logit per column, compared with 0
         return float(scores[column]), 0.0
     first = int(space.nvec[:column].sum()) if isinstance(space, gym.spaces.MultiDiscrete) else 0
     return float(scores[first + choices[0]]), float(scores[first + choices[1]])

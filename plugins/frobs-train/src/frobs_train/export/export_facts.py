@@ -1,4 +1,4 @@
-"""Facts about a policy that its bundle stores."""
+"""Collect the facts about a policy that are stored in its bundle."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _NO_LICENSE = "No license was given for this policy; ask its author before you d
 
 
 def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfig) -> dict[str, Any]:
-    """Return facts about environment, robot, controller, action and observation of the policy."""
+    """Return facts about the policy's environment, robot, controller, action and observation."""
     base: Any = env.unwrapped
     base = base.envs[0].unwrapped if hasattr(base, "envs") else base  # single environments are identical
     ours = isinstance(getattr(base, "robot", None), RobotHandle)
@@ -78,7 +78,7 @@ def environment_facts(env: gym.vector.VectorEnv[Any, Any, Any], config: RunConfi
 
 
 def spaces_facts(observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> dict[str, Any]:
-    """Return the spaces of one environment as a bundle stores them; observation spaces are listed by key."""
+    """Return the observation spaces, by key, and the action space of one environment in the bundle format."""
     parts = _parts(observation_space)
     return {"observation": {key: _space(space) for key, space in parts.items()}, "action": _space(action_space)}
 
@@ -106,7 +106,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
 
 
 def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
-    """Return a few points of the log up to a checkpoint: ``steps``, ``seconds``, mean ``reward`` and ``success``."""
+    """Return a coarse learning curve up to a checkpoint: ``steps``, ``seconds``, mean ``reward`` and ``success``."""
     path = run.path / "progress.csv"
     columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
     rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
@@ -142,12 +142,12 @@ def license_text(license: str | None) -> str:
 
 
 def _names(keywords: Mapping[str, Any]) -> dict[str, str]:
-    """Return the names of registered parts in the keywords of an environment."""
+    """Return the names of the registered task, robot, controller and simulator in an environment's keywords."""
     return {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
 
 
 def _parameters(config: RunConfig) -> Mapping[str, Any]:
-    """Return the keywords of the environment ID; empty if it belongs to another package."""
+    """Return the environment ID's registered keywords, or an empty mapping for an ID of another package."""
     try:
         return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters
     except PluginError:
@@ -182,12 +182,15 @@ def _robot(robot: RobotHandle, names: Mapping[str, Any], config: RunConfig) -> d
 
 
 def _terms(observations: Observations) -> list[dict[str, Any]]:
-    """Return a row for each named term of the flat observation, or of the key ``"observation"``."""
+    """Return the name, columns and unit of each named term of the flat observation.
+
+    In a dict observation, the flat observation has the key ``"observation"``.
+    """
     return [{key: row[key] for key in ("name", "columns", "unit")} for row in observations.describe()]
 
 
 def _images(observations: Observations) -> dict[str, Any]:
-    """Return the camera view and the unit of each image, by its key in the observation."""
+    """Return the camera view and the unit of each image, by observation key."""
     terms = observations.terms.values()
     return {term.key: {**plain(term.view), "unit": term.unit} for term in terms if term.view is not None}
 
@@ -212,7 +215,10 @@ def _space(space: gym.Space[Any]) -> dict[str, Any]:
 
 
 def _commit(folder: Path) -> dict[str, Any] | None:
-    """Return the commit of the repository that contains the run, and whether it is clean; None without one."""
+    """Return the commit of the Git repository that contains the run, and whether the repository is clean.
+
+    Return None if the run is not in a Git repository.
+    """
 
     def git(*arguments: str) -> str:
         command = ["git", "-C", str(folder), *arguments]

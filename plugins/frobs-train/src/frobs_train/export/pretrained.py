@@ -1,4 +1,4 @@
-"""Trained policies of environment IDs, described without importing large packages."""
+"""Read and describe the trained policies of environment IDs without importing large packages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def read_pretrained(environment: str) -> Bundle:
     Raises:
         UnknownNameError: The ID does not exist.
         RunError: The ID has no trained policy.
-        BundleError: The file is missing, damaged, or belongs to another ID.
+        BundleError: The file is missing or damaged, or belongs to another ID.
     """
     name = registry.bare_id(environment)
     bundle = read_bundle(registry.pretrained_path(environment))
@@ -27,7 +27,7 @@ def read_pretrained(environment: str) -> Bundle:
 
 
 def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
-    """Return facts about a trained policy, in plain types."""
+    """Return facts about a trained policy as plain Python types."""
     training: Mapping[str, Any] = bundle.manifest.get("training") or {}
     claimed = claimed_evaluation(bundle) or {}
     commit = (bundle.manifest.get("export") or {}).get("commit") or {}
@@ -53,9 +53,10 @@ def describe_pretrained(bundle: Bundle) -> dict[str, Any]:
 
 
 def claimed_evaluation(bundle: Bundle, simulator: str | None = None) -> Mapping[str, Any] | None:
-    """Return the evaluation before the export that has the most episodes; None if there is none.
+    """Return the bundle's evaluation with the most episodes, or None if there is no suitable evaluation.
 
-    If ``simulator`` is None, it is the simulator of the training run.
+    Only evaluations with the given simulator and the nominal models are considered. ``simulator`` defaults to the
+    training run's simulator.
     """
     found = (bundle.manifest.get("training") or {}).get("evaluations") or []
     nominal = [row for row in found if row.get("simulator") == simulator and not row.get("randomize")]

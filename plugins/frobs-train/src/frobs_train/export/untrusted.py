@@ -1,4 +1,4 @@
-"""Contents that an untrusted policy bundle may have: registered names, listed wrappers and plain data."""
+"""Check that an untrusted policy bundle contains only registered names, listed wrappers and plain data."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_core.errors import UntrustedFileError
 from frobs_train.configuration.config import RunConfig
 
 PARTS = ("task", "robot", "controller", "simulator")
-"""Keywords of an environment whose values name a registered part."""
+"""Environment keywords whose values are names of registered parts."""
 
 WRAPPERS: Mapping[str, int] = {
     **{
@@ -54,23 +54,23 @@ WRAPPERS: Mapping[str, int] = {
         )
     },
 }
-"""Wrappers that a bundle may name, with the largest integer that each accepts. They do not write files."""
+"""Wrappers that a bundle may use, each with its largest accepted integer argument. The wrappers do not write files."""
 
 MAX_PIXELS = 2**22
-"""Largest number of pixels in the images of one observation; rendering more could exhaust the memory."""
+"""Maximum total number of pixels in the images of one observation. Larger images could exhaust the memory."""
 
 _USUAL = (84, 84)  # default size of an image [pixels]
 
 _OWN = ("frobs_core",)  # modules that are always imported
 _NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # optionally "distribution:name"
-_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # marks of a path, a URL or an import name
+_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # signs of a path, a URL or an import name
 
 
 def check_config(path: Path, config: RunConfig) -> None:
     """Check the configuration of a bundle before anything in it is imported or created.
 
     Raises:
-        UntrustedFileError: It names a module, a file or an unlisted wrapper, or contains other than plain data.
+        UntrustedFileError: The configuration names a module, a file or an unlisted wrapper, or is not plain data.
     """
     for reason in _reasons(config):
         raise UntrustedFileError(path, reason)
@@ -98,7 +98,7 @@ def _reasons(config: RunConfig) -> Iterator[str]:
 
 
 def _too_large(observations: Any) -> Iterator[str]:
-    """Yield a reason if the images have too many pixels in total. Invalid terms are detected later."""
+    """Yield a reason to reject the bundle if its images have too many pixels. Invalid terms are detected later."""
     terms = observations.values() if isinstance(observations, Mapping) else ()
     sizes = [term.get("size", _USUAL if "camera" in term else None) for term in terms if isinstance(term, Mapping)]
     pairs = [size for size in sizes if isinstance(size, list | tuple) and len(size) == 2]
@@ -108,7 +108,7 @@ def _too_large(observations: Any) -> Iterator[str]:
 
 
 def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[str]:
-    """Yield a reason for each value that is not plain data."""
+    """Yield a reason to reject the bundle for each value that is too large or is not plain data."""
     if isinstance(value, Mapping):
         yield from _each(((f"{name}.{key}", item) for key, item in value.items()), largest)
         yield from _each(((f"a key of {name}", key) for key in value), largest)

@@ -1,1 +1,1 @@
-"""Records of a training run."""
+"""Logs of a training run."""

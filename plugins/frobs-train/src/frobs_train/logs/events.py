@@ -1,4 +1,4 @@
-"""TensorBoard events of a run, without TensorFlow or torch."""
+"""Write TensorBoard events of a run without requiring TensorFlow or torch."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _FOOTER = 4  # bytes
 
 
 class EventLog:
-    """Writes TensorBoard events, each one immediately; each process writes its own file.
+    """Writer of TensorBoard events. Each event is written immediately, and each process writes its own file.
 
     Args:
-        folder: Folder of the events.
-        resumed_at: Environment steps from which the run continues. Later events are removed from existing files, and a
-            running TensorBoard discards them. None: a new run.
+        folder: Folder for the event files.
+        resumed_at: Number of environment steps at which the run resumes, or None for a new run. Later events are
+            removed from existing files and discarded by a running TensorBoard.
 
     Raises:
         ImportError: TensorBoard is not installed.
@@ -40,7 +40,7 @@ class EventLog:
             for path in sorted(folder.glob("events.out.tfevents.*")):
                 _cut(path, resumed_at, Event)
         name = f"events.out.tfevents.{int(time.time()):010d}.{socket.gethostname()}.{os.getpid()}"
-        others = len(list(folder.glob(f"{name}.*")))  # files that this process has opened in the same second
+        others = len(list(folder.glob(f"{name}.*")))  # number of files that this process opened in the same second
         self._file: IO[bytes] = (folder / f"{name}.{others}").open("wb")
         self._records = RecordWriter(self._file)
         self._write(file_version="brain.Event:2")
@@ -53,8 +53,8 @@ class EventLog:
         self._write(step=steps, summary=self._summary(value=scalars))
 
     def close(self) -> None:
-        """Close the file. May be called twice."""
-        with contextlib.suppress(OSError):  # if the disk is full, flushing fails again
+        """Close the file. Further calls have no effect."""
+        with contextlib.suppress(OSError):  # if the disk is full, flushing on close fails again
             self._file.close()
 
     def _write(self, **fields: Any) -> None:
@@ -63,7 +63,7 @@ class EventLog:
 
 
 def _cut(path: Path, steps: int, event: Any) -> None:
-    """Remove events after a number of steps from a file, and an incomplete last event."""
+    """Remove the events after a given number of steps, and an incomplete last event, from a file."""
     data = path.read_bytes()
     kept, place = bytearray(), 0
     while place + _HEADER.size <= len(data):

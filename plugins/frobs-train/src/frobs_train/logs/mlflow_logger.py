@@ -1,4 +1,4 @@
-"""Logging to MLflow, which reads MLFLOW_TRACKING_URI, MLFLOW_EXPERIMENT_NAME and other variables."""
+"""Log to MLflow, which reads environment variables such as MLFLOW_TRACKING_URI and MLFLOW_EXPERIMENT_NAME."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ if TYPE_CHECKING:
     from frobs_train.runs.run import Run
 
 _MOST_PARAMS, _MOST_METRICS, _LONGEST_PARAM = 100, 1000, 6000
-"""Limits of MLflow: parameters and metrics per request, and length of a parameter."""
+"""Limits of MLflow: parameters per request, metrics per request, and characters per parameter."""
 
 
 class MlflowLogger(ServiceLogger):
-    """Sends a run to MLflow: rows and evaluations as metrics, the configuration as parameters, versions as tags.
+    """Logger that sends a run to MLflow.
 
-    The experiment is ``MLFLOW_EXPERIMENT_NAME``, or else ``frobs``. A resumed run uses its first tracking URI, unless
-    ``MLFLOW_TRACKING_URI`` is set.
+    Rows and evaluations are sent as metrics, the configuration as parameters, and the versions as tags. The name of the
+    experiment is ``MLFLOW_EXPERIMENT_NAME`` and defaults to ``frobs``. A resumed run uses its original tracking URI
+    unless ``MLFLOW_TRACKING_URI`` is set.
     """
 
     name: ClassVar[str] = "mlflow"

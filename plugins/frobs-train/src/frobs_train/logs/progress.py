@@ -1,4 +1,4 @@
-"""The log of a run: ``progress.csv``, and the same values as TensorBoard events."""
+"""The log of a run, written to ``progress.csv`` and as TensorBoard events."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from frobs_train.logs.events import EventLog
 _REMOVE = "Remove the file to use the run without its log; a resumed run starts a new one."
 
 STEPS = "train/steps"
-"""Column with the number of environment steps."""
+"""Name of the column that contains the number of environment steps."""
 
 
 class ProgressLog:
-    """Writes the rows of the log, as a context manager. Its methods raise RunError if the disk is full.
+    """Context manager that writes the rows of the log. The methods raise RunError if writing fails.
 
-    If a later row has a new column, the file is rewritten with one header.
+    If a later row has a new column, the file is rewritten with an extended header.
 
     Args:
         folder: The run's folder.
-        resumed_at: Environment steps from which the run continues: later rows and an incomplete last row are removed.
-            None: a new run.
+        resumed_at: Number of environment steps at which the run resumes, or None for a new run. Later rows and an
+            incomplete last row are removed.
     """
 
     def __init__(self, folder: Path, resumed_at: int | None = None) -> None:
@@ -47,7 +47,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def write(self, row: Mapping[str, float | None]) -> None:
-        """Write a row immediately. None leaves a cell empty."""
+        """Write a row immediately. A value of None leaves its cell empty."""
         try:
             self._write_csv(row)
             if self._events is not None:
@@ -57,7 +57,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def sync(self) -> None:
-        """Flush the rows to the disk, because checkpoints rely on them."""
+        """Flush the rows to disk, because checkpoints rely on them."""
         if self._file is not None:
             try:
                 os.fsync(self._file.fileno())
@@ -65,7 +65,7 @@ class ProgressLog:
                 raise self._failure(error) from error
 
     def close(self) -> None:
-        """Close the files. May be called twice."""
+        """Close the files. Further calls have no effect."""
         # If the disk is full, flushing the file's buffer fails again.
         with contextlib.suppress(OSError):
             if self._file is not None:
@@ -102,7 +102,7 @@ class ProgressLog:
         self._columns = columns
 
     def _trim(self, steps: int) -> list[str]:
-        """Remove the rows after a number of steps, and return the columns."""
+        """Remove the rows after a given number of steps, and return the column names."""
         rows = read_rows(self._path)
         kept = [row for row in rows if _steps(row) <= steps]
         columns = list(rows[0]) if kept else []
@@ -131,7 +131,11 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def read_columns(run: Path) -> dict[str, Floats]:
-    """Return the columns of a run's log, (rows,) each; raise RunError if it has no rows yet."""
+    """Return the columns of a run's log by name, (rows,) each.
+
+    Raises:
+        RunError: The log has no rows yet, or is damaged.
+    """
     path = run / "progress.csv"
     columns = read_progress(path) if path.is_file() else {}
     if not columns.get(STEPS):
@@ -140,7 +144,11 @@ def read_columns(run: Path) -> dict[str, Floats]:
 
 
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
-    """Return a weighted moving mean over a share of the rows, (rows,), ignoring NaN; NaN if nothing is left."""
+    """Return the weighted moving mean of a column, (rows,).
+
+    The window spans the fraction ``window`` of all rows. NaN values are ignored. The result is NaN if a window contains
+    no other values.
+    """
     half = int(window * len(values) / 2)
     valid = np.isfinite(values)
     weight = np.where(valid, np.nan_to_num(weights), 0.0)
@@ -168,14 +176,14 @@ def read_progress(path: Path) -> dict[str, list[float]]:
 
 
 def last_value(values: Sequence[float]) -> float | None:
-    """Return the last finite value of a column; None if there is none."""
+    """Return the last finite value of a column, or None if the column has no finite value."""
     return next((value for value in reversed(values) if math.isfinite(value)), None)
 
 
 def _steps(row: Mapping[str, str]) -> float:
     try:
         return math.inf if None in row else float(row[STEPS])
-    except (KeyError, TypeError, ValueError):  # power loss while the row was written
+    except (KeyError, TypeError, ValueError):  # the row is incomplete, for example after a power loss
         return math.inf
 
 
@@ -195,7 +203,10 @@ def _cell(value: float | None) -> str:
 
 
 def _open_events(folder: Path, resumed_at: int | None) -> EventLog | None:
-    """Return a writer; None if TensorBoard is not installed, because the CSV has the same values."""
+    """Return an event writer, or None if TensorBoard is not installed.
+
+    No values are lost without TensorBoard, because the CSV file contains the same values.
+    """
     try:
         return EventLog(folder, resumed_at)
     except ImportError:

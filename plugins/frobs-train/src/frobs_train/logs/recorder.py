@@ -19,32 +19,33 @@ TERM_PREFIX = "frobs/reward/"
 """Prefix of the keys of reward terms in ``info``."""
 
 FROM_PATH = "frobs/from_path"
-"""Key in ``final_info``: (num_envs,) bool, True for episodes that began on an expert's path; not in statistics."""
+"""Key in ``final_info``, (num_envs,) bool, which is True for episodes that began on an expert's path. These episodes
+are excluded from the statistics."""
 
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
-    """The n episodes that ended in one step. All arrays are (n,)."""
+    """The n episodes that ended in one step. All arrays have shape (n,)."""
 
-    env_ids: npt.NDArray[np.intp]  # the environments in which they ended
-    rewards: Floats  # undiscounted sums
+    env_ids: npt.NDArray[np.intp]  # indices of the environments in which the episodes ended
+    rewards: Floats  # undiscounted return of each episode
     lengths: npt.NDArray[np.int64]  # [control steps]
-    successes: Floats | None  # 1.0 or 0.0; None: the environment does not report success
-    terms: Mapping[str, Floats]  # sum of each reward term
+    successes: Floats | None  # 1.0 or 0.0, or None if the environment does not report success
+    terms: Mapping[str, Floats]  # sum of each reward term over each episode
 
 
 class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Reports finished episodes, and changes nothing else.
+    """Wrapper that reports finished episodes without changing the behavior of the environment.
 
-    It adds ``episode`` and ``_episode`` to ``info``, like the recorder of Gymnasium.
+    Like Gymnasium's ``RecordEpisodeStatistics``, the wrapper adds ``episode`` and ``_episode`` to ``info``.
 
     Args:
         env: A vector environment with same-step autoreset.
-        on_episodes: Called in each step in which episodes end.
-        recipe: How the environments were made, for algorithms that make more of them in other processes; None: unknown.
+        on_episodes: Called with the finished episodes in each step in which an episode ends.
+        recipe: Recipe from which algorithms can make additional environments in other processes, or None if unknown.
 
     Attributes:
-        steps: Environment steps so far, over all environments.
+        steps: Number of environment steps so far, summed over all environments.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and add up rewards and lengths."""
+        """Step the environments, and add up rewards and episode lengths."""
         observation, rewards, terminated, truncated, info = self.env.step(actions)
         self.steps += self.num_envs
         self._rewards += rewards
@@ -94,7 +95,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return observation, rewards, terminated, truncated, info
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]] | None:
-        """Return the state of the environment, its wrappers and the recorder; None if there is no snapshot."""
+        """Return the state of the environment, wrappers and recorder, or None if snapshots are not supported."""
         base: Any = self.unwrapped
         if not hasattr(base, "snapshot"):
             return None
@@ -125,7 +126,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         }
 
     def _wrappers(self) -> list[Any]:
-        """Return the wrappers between the recorder and the environment that have a state to save."""
+        """Return the wrappers between the recorder and the environment that support snapshots."""
         found, env = [], self.env
         while isinstance(env, gym.vector.VectorWrapper):
             if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):
@@ -134,7 +135,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         return found
 
     def _add_terms(self, info: Mapping[str, Any], done: npt.NDArray[np.bool_] | None) -> None:
-        # If an episode ended, the terms of this step are in final_info; info already describes the reset.
+        # If an episode ended, its last terms are in final_info, because info already describes the next episode.
         final = info.get("final_info", {}) if done is not None else {}
         for key in info if not final else {**info, **final}:
             if key.startswith(TERM_PREFIX):

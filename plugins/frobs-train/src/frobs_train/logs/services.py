@@ -1,4 +1,4 @@
-"""Loggers that send a run to a service for experiment tracking, next to ``progress.csv``."""
+"""Loggers that send the rows of ``progress.csv`` to experiment-tracking services."""
 
 from __future__ import annotations
 
@@ -29,18 +29,19 @@ SERVICES: Mapping[str, str] = {
     "wandb": "frobs_train.logs.wandb_logger:WandbLogger",
     "mlflow": "frobs_train.logs.mlflow_logger:MlflowLogger",
 }
-"""Classes of the loggers, by the name of the setting ``log``; the name is also that of the required module."""
+"""Logger classes by service name, which is used in the setting ``log`` and is also the required module's name."""
 
 Row = tuple[int, Mapping[str, float]]
-"""Environment steps, and the finite values of a row of the log by column."""
+"""A row of the log: its number of environment steps, and its finite values by column name."""
 
 
 class ServiceLogger(TrainingCallback):
-    """Sends each row of ``progress.csv`` to one run of a service.
+    """Base class of loggers that send each row of ``progress.csv`` to a run of a service.
 
-    The file ``<name>.json`` in the run folder stores the ID of that run and the steps of the last row that was sent, so
-    that a resumed training run continues it without sending rows twice. Rows that could not be sent are sent again at
-    the next checkpoint. Rows that were logged before the service was chosen are sent first.
+    The file ``<name>.json`` in the run folder stores the ID of the service's run and the step count of the last row
+    sent. A resumed training run can therefore continue the service's run without sending rows twice. Rows that could
+    not be sent are sent again at the next checkpoint. Rows that were logged before the service was chosen are sent
+    first.
     """
 
     name: ClassVar[str]
@@ -53,7 +54,7 @@ class ServiceLogger(TrainingCallback):
         self._run: Run | None = None
 
     def on_start(self, run: Run, steps: int) -> None:
-        """Open the run of the service, and send missing rows."""
+        """Open the service's run, and send missing rows."""
         self._state = read_state(run, self.name)
         self._state |= self._open(run, self._state)
         self._run = run
@@ -65,7 +66,7 @@ class ServiceLogger(TrainingCallback):
         self._send()
 
     def on_progress(self, progress: Progress, row: Mapping[str, float | None]) -> None:
-        """Send a row, unless it was sent before the run was resumed."""
+        """Send a row, unless the row was already sent before the run was resumed."""
         steps = int(row[STEPS] or 0)
         if steps > self._sent:
             self._pending.append((steps, _finite(row)))
@@ -81,7 +82,7 @@ class ServiceLogger(TrainingCallback):
         self._complete = True
 
     def close(self) -> None:
-        """Send the remaining rows, and close the run of the service."""
+        """Send the remaining rows, and close the service's run."""
         if self._run is not None:
             self._send()
             try:
@@ -91,7 +92,7 @@ class ServiceLogger(TrainingCallback):
             self._run = None
 
     def log_evaluation(self, run: Run, found: Evaluation) -> None:
-        """Send the result of an evaluation to the run of the service."""
+        """Send the result of an evaluation to the service's run."""
         self._open(run, read_state(run, self.name))
         values = {"success_rate": found.success_rate, "mean_reward": found.mean_reward}
         values |= {"mean_length": found.mean_length, "tracking_error": found.tracking_error}
@@ -131,7 +132,7 @@ class ServiceLogger(TrainingCallback):
 
     @abstractmethod
     def _open(self, run: Run, state: Mapping[str, Any]) -> dict[str, Any]:
-        """Open the run of the service whose ``id`` is in ``state``, or create one; return the state to store."""
+        """Open the service's run with the ``id`` in ``state``, or create a new run, and return the state to store."""
 
     @abstractmethod
     def _log(self, rows: Sequence[Row]) -> None:
@@ -139,23 +140,23 @@ class ServiceLogger(TrainingCallback):
 
     @abstractmethod
     def _log_finals(self, steps: int, values: Mapping[str, float]) -> None:
-        """Send the results of an evaluation at a number of steps."""
+        """Send the results of an evaluation after a number of training steps."""
 
     @abstractmethod
     def _close(self, *, complete: bool) -> None:
-        """Close the run of the service so that it can be resumed."""
+        """Close the service's run so that it can be resumed."""
 
 
 def check_services(names: Sequence[str]) -> None:
     """Raise MissingDependencyError if the package of a service is not installed."""
     for name in names:
         found = find_spec(name)
-        if found is None or found.origin is None:  # ignore folders of this name, as W&B writes them
+        if found is None or found.origin is None:  # ignore folders of this name, which W&B creates
             raise MissingDependencyError(f"--log {name}", [name], f"pip install 'frobs-train[{name}]'")
 
 
 def make_loggers(names: Sequence[str]) -> list[ServiceLogger]:
-    """Return the loggers of the services with these names."""
+    """Create the loggers of the named services."""
     check_services(names)
     loggers = []
     for name in dict.fromkeys(names):
@@ -165,7 +166,7 @@ def make_loggers(names: Sequence[str]) -> list[ServiceLogger]:
 
 
 def log_evaluation(run: Run, found: Evaluation) -> None:
-    """Send an evaluation to the services to which its run was logged. A failure is a warning."""
+    """Send an evaluation to the services that log its run. Failures are logged as warnings."""
     if found.simulator or found.randomize:
         return
     names = [name for name in run.config.log if (run.path / f"{name}.json").is_file()]
@@ -181,7 +182,7 @@ def log_evaluation(run: Run, found: Evaluation) -> None:
 
 
 def read_state(run: Run, name: str) -> dict[str, Any]:
-    """Return the state of a service in the run folder; empty if nothing was sent to it yet."""
+    """Return a service's state from the run folder, or an empty mapping if nothing has been sent yet."""
     import json
 
     try:

@@ -14,7 +14,7 @@ Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
 class EpisodeStatistics:
-    """Collects the finished episodes since the last row of the log, and the last 100."""
+    """Statistics of the episodes since the last row of the log, and of the last 100 episodes."""
 
     def __init__(self) -> None:
         self._since: list[FinishedEpisodes] = []
@@ -23,7 +23,7 @@ class EpisodeStatistics:
         self.recent_successes: deque[float] = deque(maxlen=100)
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Add the episodes that finished in a step."""
+        """Add the episodes that ended in a step."""
         self._since.append(finished)
         self.recent_rewards.extend(finished.rewards.tolist())
         self.recent_lengths.extend(finished.lengths.tolist())
@@ -31,7 +31,10 @@ class EpisodeStatistics:
             self.recent_successes.extend(finished.successes.tolist())
 
     def take_row(self, terms: Sequence[str]) -> dict[str, float | None]:
-        """Return means over the episodes since the last call (None without any); ``terms`` names all reward terms."""
+        """Return the means over all episodes since the last call, as columns of the log.
+
+        ``terms`` contains the names of all reward terms. Means are None if no episode has ended.
+        """
         episodes, self._since = self._since, []
         row: dict[str, float | None] = {"episode/count": sum(len(item.env_ids) for item in episodes)}
         row["episode/reward"] = _mean([item.rewards for item in episodes])
@@ -42,7 +45,7 @@ class EpisodeStatistics:
         return row
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return the state as arrays."""
+        """Return the state of the statistics as arrays."""
         arrays: dict[str, np.ndarray[Any, Any]] = {
             "recent/rewards": np.array(self.recent_rewards, np.float64),
             "recent/lengths": np.array(self.recent_lengths, np.int64),

@@ -1,4 +1,4 @@
-"""Logging to Weights & Biases, which reads WANDB_PROJECT, WANDB_ENTITY, WANDB_MODE and other variables."""
+"""Log to Weights & Biases, which reads environment variables such as WANDB_PROJECT, WANDB_ENTITY and WANDB_MODE."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class WandbLogger(ServiceLogger):
-    """Sends a run to Weights & Biases: its rows, configuration, versions and evaluation.
+    """Logger that sends the rows, configuration, versions and evaluation of a run to Weights & Biases.
 
-    The project is ``WANDB_PROJECT``, or else ``frobs``. Runs of the same environment form a group. Weights & Biases
-    writes its files to the run folder.
+    The name of the project is ``WANDB_PROJECT`` and defaults to ``frobs``. Runs of the same environment form a group.
+    Weights & Biases writes its files to the run folder.
     """
 
     name: ClassVar[str] = "wandb"

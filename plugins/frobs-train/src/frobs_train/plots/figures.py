@@ -1,4 +1,4 @@
-"""Common style of plots, and figures that need no display."""
+"""Common plot style, and figures that do not require a display."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from frobs_core.errors import RunError
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
-"""Colors that color-blind people can distinguish (Okabe and Ito 2008), without the yellow."""
+"""Colors that color-blind people can distinguish (Okabe and Ito 2008, without yellow)."""
 
 INK = "#2b2b2b"
 """Color of text."""
@@ -17,7 +17,7 @@ FAINT = "#9a9a9a"
 
 
 def make_figure(width: float, height: float) -> Any:
-    """Return an empty matplotlib figure that is drawn to files only; the size is in inches."""
+    """Return an empty matplotlib figure of the given size [inch], which can only be saved to files."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ def make_figure(width: float, height: float) -> Any:
 
 
 def dress(axis: Any, title: str = "", x_label: str = "", y_label: str = "") -> None:
-    """Style the grid, ticks and labels of axes."""
+    """Apply the common style to the grid, ticks and labels of a matplotlib ``Axes`` object."""
     axis.grid(color="#e4e4e4", linewidth=0.8)
     axis.set_axisbelow(True)
     for side in ("top", "right", "left"):

@@ -34,17 +34,18 @@ class _Curves:
 
 
 def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
-    """Plot the learning curves and reward terms of runs as one PNG file.
+    """Plot the learning curves of runs as a PNG file.
 
-    Runs that differ only in their seed share a color: a bold mean line, and a band from the lowest to the highest run.
+    Runs that differ only in their seed form a group. Each group is drawn as a bold mean line with a band from the
+    lowest to the highest run. Reward terms are also plotted if all runs belong to the same group.
 
     Args:
-        runs: Runs to plot, at least one.
-        path: File to write; None: ``plots/learning_curve.png`` in the folder of a single run, or
+        runs: One or more runs to plot.
+        path: File to write. Defaults to ``plots/learning_curve.png`` in the folder of a single run, or to
             ``learning_curves.png`` next to the first of several runs.
 
     Returns:
-        The path of the file.
+        The path of the written file.
 
     Raises:
         RunError: matplotlib is not installed, no run is given, or a run has no log yet.
@@ -114,11 +115,11 @@ def _draw_terms(axis: Any, members: Sequence[_Curves], terms: Sequence[str]) -> 
 
 
 def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: str, scale: float = 1.0) -> None:
-    """Draw a single run with its raw values in the background, or several runs as mean and band."""
+    """Draw a single run with its raw values in the background, or several runs as a mean line with a band."""
     if len(members) == 1:
         axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
         smooth = members[0].smooth(name)
-        known = np.isfinite(smooth)  # in the other rows, no episode ended
+        known = np.isfinite(smooth)  # no episode ended in the other rows
         axis.plot(members[0][STEPS][known], scale * smooth[known], color=color, linewidth=2.0, label=label)
         return
     steps = np.unique(np.concatenate([member[STEPS] for member in members]))
@@ -129,7 +130,7 @@ def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: s
 
 
 def _draw_evaluations(axis: Any, members: Sequence[_Curves], name: str, color: str, scale: float = 1.0) -> None:
-    """Draw the results of evaluations during training as small rings."""
+    """Draw the results of evaluations during training as small circles."""
     for member in members:
         known = np.isfinite(member[name])
         if not known.any():
@@ -149,7 +150,7 @@ def _at(steps: Floats, member: _Curves, name: str) -> Floats:
 
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
-    """Mark the latest evaluation of the deterministic policy on new episodes."""
+    """Mark the latest evaluation that reported success, with its confidence interval."""
     found = [result for result in member.run.evaluations() if result.get("success_rate") is not None]
     if not found:
         return
@@ -175,7 +176,7 @@ def _dress(axis: Any) -> None:
 
 
 def count_text(value: float) -> str:
-    """Format a number of steps: ``"300 k"``, ``"1.5 M"``."""
+    """Format a number of steps, for example as ``"300 k"`` or ``"1.5 M"``."""
     for size, unit in ((1e6, " M"), (1e3, " k")):
         if abs(value) >= size:
             return f"{value / size:.3g}{unit}"

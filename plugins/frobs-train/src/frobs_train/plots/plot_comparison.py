@@ -13,22 +13,23 @@ from frobs_train.plots.plot import count_text
 
 _TITLES = {"success": "Success", "reward": "Reward of an episode"}
 _COLUMNS = 3
-_PANEL = (5.4, 3.6)  # size of one environment's curves [inch]
-_ROW = 0.36  # height of one group in the lower part [inch]
+_PANEL = (5.4, 3.6)  # width and height of one environment's panel [inch]
+_ROW = 0.36  # height of one row in the lower part [inch]
 
 
 def plot_comparison(found: Comparison, path: Path | str) -> Path:
     """Plot a comparison as a PNG file.
 
-    The upper part has a panel for each environment: the interquartile mean over seeds with its 95 % band. The lower
-    part shows the final results of each group: its seeds (dots), interquartile mean (line) and 95 % interval (band).
+    The upper part has one panel per environment, which shows the interquartile mean over seeds with its 95 % band. The
+    lower part shows the final results of each group: the result of each seed (dot), the interquartile mean (line) and
+    its 95 % interval (band).
 
     Args:
         found: Result of :func:`frobs_train.compare`.
         path: File to write.
 
     Returns:
-        The path of the file.
+        The path of the written file.
 
     Raises:
         RunError: matplotlib is not installed.
@@ -40,7 +41,7 @@ def plot_comparison(found: Comparison, path: Path | str) -> Path:
     width = max(8.0, columns * _PANEL[0])
     figure = make_figure(width, 0.5 + rows * _PANEL[1] + below)
     upper, lower = figure.subfigures(2, 1, height_ratios=[rows * _PANEL[1], below], hspace=0.04)
-    names = dict.fromkeys(group.name for group in found.groups)  # a name has the same color in all environments
+    names = dict.fromkeys(group.name for group in found.groups)  # groups with the same name have the same color
     colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(names)}
     axes = upper.subplots(rows, columns, squeeze=False).flatten()
     for axis, (environment, members) in zip(axes, environments.items(), strict=False):
@@ -91,7 +92,7 @@ def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: 
 
 
 def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str]) -> None:
-    """Draw one row for each group. If there are several environments, their names are headings."""
+    """Draw one row for each group. With several environments, the environment names are headings."""
     dress(axis)
     scale, row = _scale(found), 0
     ticks: list[tuple[int, str, str]] = []
@@ -106,7 +107,7 @@ def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Grou
     axis.set_ylim(row - 0.4, -0.6)
     axis.set_yticks([place for place, _, _ in ticks], [name for _, name, _ in ticks])
     for label, (_, _, color) in zip(axis.get_yticklabels(), ticks, strict=True):
-        label.set_color(color)  # the labels are also the legend of the curves
+        label.set_color(color)  # the colored labels are also the legend of the curves
     axis.grid(visible=False, axis="y")
     if found.metric == "success":
         least = min(score.final for group in found.groups for score in group.runs)

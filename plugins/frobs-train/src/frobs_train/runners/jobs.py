@@ -1,4 +1,4 @@
-"""Jobs for runners. Each job continues an earlier, interrupted call."""
+"""Jobs for runners. A job can be run again after an interruption."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from frobs_train.runs.expert_run import ExpertRun
 from frobs_train.runs.run import Run
 from frobs_train.training.train import train
 
-_PROCESS_MEMORY = 2**30  # [B] for Python, the libraries and a hundred environments
+_PROCESS_MEMORY = 2**30  # memory [B] of Python, the libraries and a hundred environments
 
 PolicyKind = Literal["run", "pretrained", "expert"]
-"""Kind of policy: a run folder or bundle, the trained policy of an environment ID, or the expert of its task."""
+"""Source of a policy: a run folder or bundle, the trained policy of an environment ID, or the ID's expert."""
 
 _COLUMNS = {
     "steps": "train/steps",
@@ -27,13 +27,13 @@ _COLUMNS = {
     "reward": "episode/reward",
     "length": "episode/length",
 }
-"""Facts about a training run, and the columns of its log that contain them."""
+"""Facts about a training run, each with the log column that contains the fact."""
 
 
 def training_job(config: RunConfig, run_dir: Path) -> Job:
-    """Return the job that trains a run, or continues the run in the folder.
+    """Return a job that trains a run, or continues an existing run in the folder.
 
-    The result is described in :func:`frobs_train.train_seeds`.
+    The result of the job is described in :func:`frobs_train.train_seeds`.
     """
     return Job(
         name=f"seed {config.seed}",
@@ -51,13 +51,15 @@ def evaluation_job(
     trust: bool = False,
     **keywords: Any,
 ) -> Job:
-    """Return the job that evaluates a policy. Its result is ``run`` and the fields of :class:`frobs_train.Evaluation`.
+    """Return a job that evaluates a policy.
+
+    The result of the job contains ``run`` and the fields of :class:`frobs_train.Evaluation`.
 
     Args:
-        run: Run folder or bundle, or an environment ID for the other kinds.
-        kind: ``"run"``; ``"pretrained"``: the trained policy of the ID; ``"expert"``: the expert of its task.
-        settings: Settings of an expert's environment.
-        trust: Whether a bundle may name files, modules and wrappers to import.
+        run: Run folder or bundle if ``kind`` is ``"run"``, else an environment ID.
+        kind: ``"run"``, ``"pretrained"`` for the trained policy of the ID, or ``"expert"`` for the ID's expert.
+        settings: Settings of the environment, if ``kind`` is ``"expert"``.
+        trust: Whether a bundle may specify files, modules and wrappers to import.
         keywords: Keywords of :func:`frobs_train.evaluate`.
     """
     return Job(
@@ -75,7 +77,7 @@ def evaluation_job(
 
 
 def train_run(config: Mapping[str, Any], run_dir: Path, report: Report) -> dict[str, Any]:
-    """Train a run, or continue it."""
+    """Train a run, or continue an existing run."""
     run = train(RunConfig(**config), run_dir, report, on_existing="resume")
     log = read_progress(run.path / "progress.csv")
     facts = {name: last_value(log.get(column, [])) for name, column in _COLUMNS.items()}
@@ -100,9 +102,9 @@ def evaluate_run(
 
 
 def estimate_memory(config: RunConfig) -> int:
-    """Return the memory [B] that training is expected to need: a process and the replay buffer.
+    """Return the estimated memory [B] of a training process, including its replay buffer.
 
-    The size of the buffer depends on the settings. Observations are assumed to have 128 numbers; images are ignored.
+    The buffer size depends on the settings. The estimate assumes observations of 128 numbers and ignores images.
     """
     settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)
     return _PROCESS_MEMORY + int(settings.get("buffer_size") or 0) * 2 * 128 * 4

@@ -1,4 +1,4 @@
-"""Runner that uses this process."""
+"""Runner that runs jobs in this process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_train.tuning.tune import Search, tune
 
 
 class LocalRunner(Runner):
-    """Runs one job after another in this process, using all processors for each."""
+    """Runner that runs one job after another in this process, each with all processors."""
 
     name: ClassVar[str] = LOCAL
 
@@ -29,7 +29,7 @@ class LocalRunner(Runner):
     def run(
         self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
     ) -> Iterator[Outcome]:
-        """Run jobs and yield each outcome as soon as it is known."""
+        """Run jobs, and yield each outcome as soon as its job has ended."""
         for index, job in enumerate(jobs):
 
             def report(progress: Progress, index: int = index) -> None:

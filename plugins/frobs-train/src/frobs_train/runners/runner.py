@@ -1,4 +1,4 @@
-"""Runners, which run independent jobs on one or several machines.
+"""Interface of runners, which run independent jobs on one or several machines.
 
 A distribution registers a runner in the entry-point group ``frobs.runners``::
 
@@ -30,7 +30,7 @@ LOCAL = "local"
 """Name of the runner that runs one job after another in this process."""
 
 Report = Callable[[Progress], bool | None]
-"""Called by a job with its progress. If it returns False, the job should end early."""
+"""Function that a job calls with its progress. If the function returns False, the job should end early."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,9 +38,10 @@ class RunnerOptions:
     """Options of a runner.
 
     Attributes:
-        address: Address of the cluster to join; None: from environment variables, or a new cluster on this machine.
-        processors: Processors of each job; None: the runner's default.
-        memory: Memory of each job [B]; None: the estimate of the job.
+        address: Address of the cluster to join. Defaults to the address in the environment variables, or else to a new
+            cluster on this machine.
+        processors: Number of processors per job, or None for the runner's default.
+        memory: Memory per job [B], or None for the job's own estimate.
     """
 
     address: str | None = None
@@ -53,13 +54,13 @@ class Job:
     """A function call that may run in another process or on another machine.
 
     If the process or machine fails, the runner calls the function again with the same arguments. The function must
-    therefore continue the work of the first call.
+    then continue the work of the earlier call.
 
     Attributes:
-        name: Name in progress reports and errors: ``"seed 3"``.
-        function: ``"module:function"``. It is called with the arguments and with ``report``, a :data:`Report`.
+        name: Name in progress reports and errors, such as ``"seed 3"``.
+        function: ``"module:function"``. The function receives the arguments and ``report``, a :data:`Report`.
         arguments: Keyword arguments that can be pickled. Paths must be absolute.
-        memory: Memory that the job is expected to need [B].
+        memory: Estimated memory of the job [B].
     """
 
     name: str
@@ -80,8 +81,8 @@ class Outcome:
     Attributes:
         index: Position of the job in the sequence of jobs.
         job: The job.
-        result: Return value of the function; None if it failed.
-        error: Exception that ended the job; None if it succeeded.
+        result: Return value of the function, or None if the job failed.
+        error: Exception that ended the job, or None if the job succeeded.
     """
 
     index: int
@@ -94,7 +95,7 @@ class Runner(ABC):
     """Base class of runners.
 
     Args:
-        options: Options. A runner raises ConfigurationError if it does not support one of them.
+        options: Options of the runner. ConfigurationError is raised for options that the runner does not support.
     """
 
     name: ClassVar[str]
@@ -106,14 +107,14 @@ class Runner(ABC):
     def run(
         self, jobs: Sequence[Job], folder: Path, on_progress: Callable[[int, Progress], None] | None = None
     ) -> Iterator[Outcome]:
-        """Run jobs and yield each outcome as soon as it is known.
+        """Run jobs, and yield each outcome as soon as its job has ended.
 
-        A job that fails does not stop the others. Closing the iterator stops the jobs that are still running.
+        A failed job does not stop other jobs. Closing the iterator stops the jobs that are still running.
 
         Args:
             jobs: The jobs.
-            folder: Existing folder in which the jobs write. It must have the same path on all machines.
-            on_progress: Called with the index of a job and its progress.
+            folder: Existing folder to which the jobs write. The folder must have the same path on all machines.
+            on_progress: Called with the index of a job and the progress of this job.
 
         Raises:
             ConfigurationError: The jobs cannot run because a machine does not meet their requirements.
@@ -126,7 +127,7 @@ class Runner(ABC):
         on_trial: Callable[[StudyResult, TrialResult], None] | None = None,
         on_progress: Callable[[int, int, Progress], None] | None = None,
     ) -> StudyResult:
-        """Search for settings; see :func:`frobs_train.tune`."""
+        """Search for settings as described in :func:`frobs_train.tune`."""
 
 
 def raise_failures(outcomes: Sequence[Outcome]) -> None:
@@ -137,12 +138,12 @@ def raise_failures(outcomes: Sequence[Outcome]) -> None:
 
 
 def runner_names() -> list[str]:
-    """Return the names of all installed runners, the local one first."""
+    """Return the names of all installed runners, starting with ``local``."""
     return [LOCAL, *sorted(entry.name for entry in entry_points(group=GROUP))]
 
 
 def load_runner(name: str, options: RunnerOptions | None = None) -> Runner:
-    """Return a runner.
+    """Return a runner by name.
 
     Args:
         name: ``"local"``, or the name of an installed runner.

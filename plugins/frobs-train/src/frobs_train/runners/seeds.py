@@ -1,4 +1,4 @@
-"""Train one configuration with several seeds."""
+"""Train with one configuration and several seeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_train.training.session import check_environment
 
 
 def seed_folders(config: RunConfig, seeds: Sequence[int], run_dir: Path | None = None) -> dict[int, Path]:
-    """Return the run folder of each seed: ``DIR/seed3``, or the default folder if none is given."""
+    """Return the run folder of each seed, which is ``<run_dir>/seed<seed>`` or the default run folder."""
     configs = [config.model_copy(update={"seed": seed}) for seed in seeds]
     return {
         seed: default_run_dir(each) if run_dir is None else run_dir / f"seed{seed}"
@@ -34,24 +34,25 @@ def train_seeds(
     *,
     on_existing: str = "error",
 ) -> Iterator[Outcome]:
-    """Train a configuration with several seeds.
+    """Train with one configuration and several seeds.
 
     Args:
-        config: See :func:`frobs_train.resolve_config`; its seed is ignored.
+        config: Configuration from :func:`frobs_train.resolve_config`. The configured seed is ignored.
         seeds: The seeds, each in [0, 2³²).
-        runner: Runner that trains the seeds.
-        run_dir: Folder for the run folders ``seed0``, ``seed1``, …; None: ``runs/<ID>/<algorithm>_seed<seed>``.
-        on_progress: Called with the index of a seed and its progress.
-        on_existing: How to handle existing run folders; see :func:`frobs_train.train`. With ``"resume"``, complete
-            seeds are not trained again.
+        runner: Runner that runs the training jobs.
+        run_dir: Parent folder of the run folders ``seed0``, ``seed1``, …. By default, each run folder is
+            ``runs/<ID>/<algorithm>_seed<seed>``.
+        on_progress: Called with the index of a seed and the progress of its run.
+        on_existing: How to handle existing run folders, see :func:`frobs_train.train`. With ``"resume"``, complete runs
+            are not trained again.
 
     Yields:
-        The outcome of each seed as soon as it is known. Its result is a mapping with ``run``, ``environment``,
-        ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``, ``reward`` and ``length``.
+        The outcome of each seed as soon as its run has ended. The result of an outcome is a mapping with ``run``,
+        ``environment``, ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``, ``reward`` and ``length``.
 
     Raises:
         RunExistsError: A run folder exists.
-        ConfigurationError: The configuration cannot be used, or the runner cannot run the jobs.
+        ConfigurationError: The configuration is invalid, or the runner cannot run the jobs.
     """
     settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)
     config = config.model_copy(update={"algorithm_config": settings})

@@ -1,1 +1,1 @@
-"""The run folder and its contents."""
+"""Run folders and their contents."""

@@ -1,4 +1,4 @@
-"""Checkpoints: folders that are either complete or absent."""
+"""Checkpoints, which are written atomically: a checkpoint folder is either complete or absent."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ class Checkpoint:
 
     Attributes:
         path: The folder.
-        steps: Environment steps when it was written.
+        steps: Number of environment steps when the checkpoint was written.
     """
 
     path: Path
     steps: int
 
     def verify(self) -> None:
-        """Check that its files have not changed.
+        """Check that the files of the checkpoint have not changed.
 
         Raises:
-            CheckpointError: A file is missing, damaged or new.
+            CheckpointError: A file is missing, damaged or unexpected.
         """
         checksums.verify(self.path)
 
 
 def list_checkpoints(folder: Path) -> list[Checkpoint]:
-    """Return the complete checkpoints of a folder, oldest first, without ``best``."""
+    """Return the complete checkpoints in a folder, oldest first, excluding ``best``."""
     if not folder.is_dir():
         return []
     named = ((path, _NAME.match(path.name)) for path in folder.iterdir())
@@ -49,7 +49,7 @@ def list_checkpoints(folder: Path) -> list[Checkpoint]:
 
 
 def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
-    """Return the newest undamaged checkpoint, and one line for each newer, damaged one."""
+    """Return the newest undamaged checkpoint, and one message for each newer checkpoint that is damaged."""
     damaged = []
     for checkpoint in reversed(list_checkpoints(folder)):
         try:
@@ -65,16 +65,16 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
 def write_checkpoint(
     folder: Path, steps: int, save: Callable[[Path], None], keep: int, previous: Checkpoint | None = None
 ) -> Checkpoint:
-    """Write a checkpoint to a temporary folder, rename it, and remove the oldest ones.
+    """Write a checkpoint atomically, and remove the oldest checkpoints.
 
     If writing fails, CheckpointError is raised and earlier checkpoints remain intact.
 
     Args:
         folder: Folder of all checkpoints.
-        steps: Environment steps so far.
-        save: Function that writes to the empty folder that it receives.
+        steps: Number of environment steps so far.
+        save: Function that receives an empty folder and writes the files of the checkpoint to this folder.
         keep: Number of checkpoints to keep.
-        previous: Checkpoint whose files may be hard-linked instead of written again.
+        previous: Earlier checkpoint whose files ``save`` may hard-link instead of writing them again.
     """
     final = folder / f"step_{steps:09d}"
     _write(final, save, None if previous is None else previous.path)
@@ -84,15 +84,18 @@ def write_checkpoint(
 
 
 def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
-    """Write the checkpoint ``best``. It replaces the previous one, which is kept if writing fails."""
+    """Write the checkpoint ``best``. If writing fails, the previous ``best`` is kept."""
     _write(folder / _BEST, save, None)
     return folder / _BEST
 
 
 def clean(folder: Path, beyond: int | None = None) -> list[Path]:
-    """Remove the leftovers of a killed process, and rename checkpoints ``beyond`` a number of steps.
+    """Remove the leftovers of a killed process, and rename checkpoints with more than ``beyond`` steps.
 
-    They would otherwise count as newer. The caller must hold the run's lock. Returns the new paths of renamed ones.
+    A renamed checkpoint no longer counts as the newest checkpoint. The caller must hold the run's lock.
+
+    Returns:
+        The new paths of the renamed checkpoints.
     """
     if not folder.is_dir():
         return []
@@ -123,7 +126,7 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
         listed = checksums.write_checksums(aside, files, previous)
         for path in [*files, listed, *(path for path in aside.rglob("*") if path.is_dir()), aside]:
             sync(path)
-        if final.exists():  # the previous best, or the run was resumed from an earlier checkpoint
+        if final.exists():  # previous best, or the run was resumed from an earlier checkpoint
             shutil.rmtree(old, ignore_errors=True)
             os.replace(final, old)
         os.replace(aside, final)
@@ -139,12 +142,12 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
 
 
 def _remove(path: Path) -> None:
-    """Remove a checkpoint atomically, so that a killed process leaves no incomplete one."""
+    """Remove a checkpoint atomically, so that a killed process leaves no incomplete checkpoint."""
     aside = path.with_name(f".{path.name}.old")
     shutil.rmtree(aside, ignore_errors=True)
     try:
         os.replace(path, aside)
-    except OSError:  # keep it; writing the next checkpoint tries again
+    except OSError:  # keep the folder; removal is tried again after the next checkpoint
         return
     shutil.rmtree(aside, ignore_errors=True)
 

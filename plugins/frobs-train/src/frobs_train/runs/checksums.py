@@ -1,4 +1,4 @@
-"""Checksums of the files of a checkpoint."""
+"""Write and verify the checksums of a checkpoint's files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pathlib import Path
 from frobs_core.errors import CheckpointError
 
 NAME = "checksums.json"
-"""File that lists the checksums. A folder that contains it is complete."""
+"""Name of the file that lists the checksums. A checkpoint folder with this file is complete."""
 
 
 def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None = None) -> Path:
-    """Write the checksums of files to their folder and return the written file.
+    """Write the checksums of files to a file in their folder, and return the path of this file.
 
-    If a file is a hard link to the same file in ``previous``, its checksum is copied from there.
+    If a file is a hard link to a file in ``previous``, its checksum is copied from ``previous``.
     """
     known = {} if previous is None else _read_if_possible(previous)
     checksums = {}
@@ -31,7 +31,7 @@ def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None =
 
 
 def verify(folder: Path) -> None:
-    """Raise CheckpointError if a file in a folder is missing, damaged or new."""
+    """Raise CheckpointError if a file in a checkpoint folder is missing, damaged or unexpected."""
     try:
         checksums = _read(folder)
     except (OSError, ValueError) as error:

@@ -20,7 +20,7 @@ ON_EXISTING = ("error", "increment", "overwrite", "resume")
 
 
 def settle_existing(path: Path, on_existing: str) -> Path:
-    """Return the folder to use, without changing anything. ``on_existing`` is one of :data:`ON_EXISTING`."""
+    """Return the run folder to use, without changing any files. ``on_existing`` is one of :data:`ON_EXISTING`."""
     choice("on_existing", on_existing, ON_EXISTING)
     if not path.exists():
         return path
@@ -37,7 +37,11 @@ def settle_existing(path: Path, on_existing: str) -> Path:
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
-    """Continue a run with the same configuration, or extend it by more steps. RunError lists differing keys."""
+    """Continue a run with the same configuration, or extend the run by more steps.
+
+    Raises:
+        RunError: The configurations differ in a setting besides ``steps``.
+    """
     run = Run.open(path)
     new, old = config.model_dump(), run.config.model_dump()
     if config.seed is None:

@@ -23,10 +23,10 @@ class ExpertRun(Run):
 
     Args:
         environment: Gymnasium ID.
-        settings: Keys of :class:`frobs_train.RunConfig` and YAML values, such as ``"environment_kwargs.robot=ur5"``.
+        settings: Assignments to keys of :class:`frobs_train.RunConfig`, such as ``"environment_kwargs.robot=ur5"``.
 
     Raises:
-        ConfigurationError: A setting cannot be used.
+        ConfigurationError: A setting is invalid.
     """
 
     def __init__(self, environment: str, settings: Sequence[str] = ()) -> None:
@@ -35,14 +35,14 @@ class ExpertRun(Run):
 
 
 class ExpertPolicy:
-    """The expert of an environment's task, with the ``predict`` of an algorithm.
+    """The expert of an environment's task, with the ``predict`` method of an algorithm.
 
     Args:
         env: A single or vector environment.
 
     Raises:
         RunError: The environment's task has no expert.
-        ConfigurationError: The expert cannot use the environment's controllers.
+        ConfigurationError: The expert does not support the environment's controllers.
     """
 
     def __init__(self, env: Any) -> None:
@@ -56,5 +56,5 @@ class ExpertPolicy:
     def predict(
         self, observation: Any, state: Any, episode_start: Mask, deterministic: bool = True
     ) -> tuple[Action, Any]:
-        """Return actions for the current state of the environment, (num_envs, …), and ``state`` unchanged."""
+        """Return actions, (num_envs, …), for the environment's current state, and return ``state`` unchanged."""
         return self._expert.act(episode_start), state

@@ -1,4 +1,4 @@
-"""Continue a copy of a run with other settings of the algorithm, for population-based training."""
+"""Continue a copy of a run with different algorithm settings, for population-based training."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from frobs_train.runs.run import Run
 
 
 def copy_run(source: Path, target: Path) -> None:
-    """Copy the files that are needed to continue a run to a new folder. Checkpoint files are hard-linked.
+    """Copy the files needed to continue a run to a new folder. Checkpoint files are hard-linked.
 
-    The copy is a new run for Weights & Biases and MLflow, because its later rows differ.
+    Weights & Biases and MLflow treat the copy as a new run, because its later rows differ.
     """
     left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)
@@ -29,17 +29,17 @@ def copy_run(source: Path, target: Path) -> None:
 
 
 def fork_run(source: Path, path: Path, config: RunConfig) -> Run:
-    """Replace a run folder by a copy of another run that continues with other settings.
+    """Replace a run folder with a copy of another run, and change the algorithm settings of the copy.
 
-    No process may train in ``path`` meanwhile.
+    No process may be training in ``path`` during this call.
 
     Args:
         source: Folder of the other run, which has a checkpoint.
         path: The run folder to write.
-        config: New configuration. It differs from that of the other run only in settings of the algorithm.
+        config: New configuration, which differs from the other run's configuration only in algorithm settings.
 
     Returns:
-        The run, ready for :func:`frobs_train.resume`.
+        The copied run, which can be continued with :func:`frobs_train.resume`.
     """
     aside = path.with_name(f".{path.name}.{os.getpid()}")
     shutil.rmtree(aside, ignore_errors=True)

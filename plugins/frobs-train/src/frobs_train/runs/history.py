@@ -1,7 +1,7 @@
-"""The configuration that a run has used, and its changes: ``history.json``.
+"""Record the configuration of a run and its changes in ``history.json``.
 
-``config.yaml`` contains the same configuration for people. If it is edited, resuming the run treats the edit as a
-change. Everything else uses the recorded configuration.
+``config.yaml`` contains the same configuration in human-readable form. If this file is edited, resuming the run applies
+the edits as changes. All other functions use the recorded configuration.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _FIXED = {
     "wrappers": "the policy was trained with them",
     "threads.torch": "it is a setting of the algorithm, and another number may round differently",
 }
-"""Keys of a configuration that cannot change during a run, and the reasons."""
+"""Configuration keys that cannot change during a run, with the reason for each key."""
 
 _PART = "the policy and the snapshots in the checkpoints belong to this environment"
 
@@ -45,10 +45,10 @@ def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
     Args:
         before: The previous configuration.
         after: The new configuration.
-        source: Origin of the new configuration, for the message: ``"--set"``.
+        source: Origin of the new configuration for the error message, such as ``"--set"``.
 
     Raises:
-        RunError: A setting differs that cannot change.
+        RunError: A setting that cannot change during a run differs.
     """
     for key, old, new in differences(before.model_dump(), after.model_dump()):
         section, _, rest = key.partition(".")
@@ -70,12 +70,14 @@ def write_history(folder: Path, config: RunConfig, changes: Sequence[Mapping[str
 
 
 def has_history(folder: Path) -> bool:
-    """Return whether a run folder contains ``history.json``. Versions before 0.2 did not write it."""
+    """Return whether a run folder contains ``history.json``. FRobs versions before 0.2 did not write this file."""
     return (folder / FILE).is_file()
 
 
 def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any], ...]]:
-    """Return the configuration and its changes; None for a run of a version that did not record them.
+    """Return the configuration of a run and its changes.
+
+    The configuration is None if the run was created by a version of FRobs that did not write ``history.json``.
 
     Raises:
         RunError: The file is damaged.
@@ -91,7 +93,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:
-    """Return the record of a change at a number of environment steps."""
+    """Return a record of the settings that changed after a number of environment steps."""
     found = differences(before.model_dump(), after.model_dump())
     return {
         "steps": steps,

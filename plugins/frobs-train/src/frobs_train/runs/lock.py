@@ -1,4 +1,7 @@
-"""Lock that gives one process access to a run folder. The operating system releases it when the process ends."""
+"""Lock that gives one process exclusive access to a run folder.
+
+The operating system releases the lock when the process ends.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +18,16 @@ from frobs_core.errors import RunError
 from frobs_train.errors import RunBusyError
 
 NAME = ".lock"
-"""Locked file in the run folder. It contains the process that holds the lock."""
+"""Name of the locked file in the run folder. The file identifies the process that holds the lock."""
 
 _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 
 
 class RunLock:
-    """Locks a run folder for this process, as a context manager.
+    """Context manager that locks a run folder for this process.
 
-    If the machine or the file system does not support locks, the folder counts as locked while the process that the
-    file names is running.
+    If the machine or the file system does not support locks, the folder counts as locked while the process identified
+    in the lock file is running.
     """
 
     def __init__(self, path: Path) -> None:
@@ -44,7 +47,7 @@ class RunLock:
             holder = _read(descriptor)
             if not (_lock(descriptor) if _has_locks(descriptor) else not _alive(holder)):
                 raise RunBusyError(self._path, *holder)
-            # If the disk is full, the lock also works without its text.
+            # The lock works even if a full disk prevents writing the process ID.
             with contextlib.suppress(OSError):
                 _write(descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
         except BaseException:
@@ -91,7 +94,7 @@ def _lock(descriptor: int) -> bool:
 
 
 def _read(descriptor: int) -> tuple[int | None, str | None]:
-    """Return the process and the machine that the file names."""
+    """Return the process ID and the host name in the lock file."""
     try:
         holder = json.loads(os.pread(descriptor, 4096, 0) or b"{}")
         return int(holder["pid"]), str(holder["host"])

@@ -20,21 +20,21 @@ from frobs_train.runs.run import Run
 
 
 class ModelFile(Run):
-    """A model that the library of an algorithm has saved, with the interface of a run. It can only act.
+    """A model saved by an algorithm's library, with the interface of a run. The model cannot be trained further.
 
     Args:
-        file: The model file. Its suffix determines which algorithms can read it.
-        environment: Gymnasium ID in which the model acts.
-        algorithm: Name of the algorithm; None: read from the file.
-        settings: Keys of :class:`frobs_train.RunConfig` and YAML values, such as
+        file: The model file. The suffix of the file determines which algorithms can read it.
+        environment: Gymnasium ID of the environment in which the model acts.
+        algorithm: Name of the algorithm. By default, the name is read from the file.
+        settings: Assignments to keys of :class:`frobs_train.RunConfig`, such as
             ``"environment_kwargs.controller=joint_position"``, ``"seed=3"`` or ``"wrappers=[…]"``.
-        trust: Whether to open the file even if that executes code in it.
+        trust: Whether to open the file even if opening it executes code from the file.
 
     Attributes:
-        path: The file.
+        path: The model file.
 
     Raises:
-        ConfigurationError: No algorithm reads files of this type, or a setting cannot be used.
+        ConfigurationError: No algorithm reads files of this type, or a setting is invalid.
         UnknownNameError: No algorithm has this name.
     """
 
@@ -54,19 +54,20 @@ class ModelFile(Run):
         super().__init__(path, validate(RunConfig, given, "a model file"))
 
     def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[Any, int]:
-        """Open the file for an environment.
+        """Load the policy for an environment.
 
         Args:
             observation_space: Observation space of a single environment.
             action_space: Action space of a single environment.
 
         Returns:
-            The policy, with the spaces and ``predict`` of an algorithm, and the steps for which it was trained.
+            The policy, with the spaces and the ``predict`` method of an algorithm, and the number of environment steps
+        for which the policy was trained.
 
         Raises:
             CheckpointError: The file is missing or damaged.
-            UntrustedFileError: The file can only be opened by executing code in it.
-            RunError: The spaces of the environment differ from those used in training.
+            UntrustedFileError: Opening the file would execute code from the file, and ``trust`` is False.
+            RunError: The environment's spaces differ from the spaces used in training.
         """
         module, _, function = self._opener.partition(":")
         opener: Callable[..., tuple[Any, int]] = getattr(import_module(module), function)
@@ -74,7 +75,7 @@ class ModelFile(Run):
 
 
 def _opener(file: Path, algorithm: str | None) -> str:
-    """Return the name of the function that opens a file, from the record of its algorithm."""
+    """Return the name of the function that opens a file, taken from the algorithm's record."""
     records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
     if algorithm is not None:
         record = algorithm_record(algorithm)

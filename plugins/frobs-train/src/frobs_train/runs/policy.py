@@ -19,18 +19,18 @@ _log = logging.getLogger("frobs")
 
 
 def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple[Algorithm, int]:
-    """Return a policy for an environment: that of a run, a bundle or a model file, or the expert of the task.
+    """Return the policy of a run, a bundle or a model file, or the expert of the environment's task.
 
     Args:
         run: The run.
         env: A single or vector environment.
-        checkpoint: ``"newest"`` (undamaged), ``"best"``, or environment steps.
+        checkpoint: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of environment steps.
 
     Returns:
-        The policy, of which ``predict`` can be used, and the environment steps for which it was trained.
+        The policy, which supports at least ``predict``, and the number of environment steps for which it was trained.
 
     Raises:
-        RunError: The environment differs from that of the training run, or its task has no expert.
+        RunError: The environment's spaces differ from the spaces used in training, or its task has no expert.
     """
     if isinstance(run, ExpertRun):
         return cast("Algorithm", ExpertPolicy(env)), 0
@@ -41,17 +41,19 @@ def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple
 def load_policy(
     run: Run, observation_space: gym.Space[Any], action_space: gym.Space[Any], checkpoint: str | int = "newest"
 ) -> tuple[Algorithm, int]:
-    """Load a checkpoint for prediction. The run may still be training, or may be a bundle or a model file.
+    """Load a checkpoint for prediction.
+
+    ``run`` may still be training. ``run`` may also be a bundle or a model file.
 
     Args:
         run: The run.
         observation_space: Observation space of a single environment in which the policy will act.
-        action_space: Action space of the same environment.
-        checkpoint: ``"newest"`` (undamaged), ``"best"``, or environment steps.
+        action_space: Action space of a single environment in which the policy will act.
+        checkpoint: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of environment steps.
 
     Returns:
-        The algorithm, and the environment steps for which it was trained. For a bundle or a model file, only the spaces
-        and ``predict`` can be used.
+        The algorithm, and the number of environment steps for which it was trained. For a bundle or a model file,
+        only the spaces and the ``predict`` method of the algorithm are available.
     """
     if isinstance(run, BundleRun | ModelFile):
         if checkpoint != "newest":
@@ -75,7 +77,7 @@ def load_policy(
 
 
 def _load(run: Run, which: str | int, attempts: int = 3) -> tuple[Algorithm, int]:
-    """Load a checkpoint. Try again if a running training process has replaced it by a newer one."""
+    """Load a checkpoint, and try again if a running training process has removed the checkpoint."""
     checkpoint, damaged = run.find_checkpoint(which)
     for line in damaged:
         _log.warning("%s The one before is used.", line)

@@ -1,4 +1,4 @@
-"""A run: one training run and its folder."""
+"""Training runs and their folders."""
 
 from __future__ import annotations
 
@@ -24,30 +24,31 @@ from frobs_train.training.threads import decide_threads
 
 
 class Run:
-    """A run folder.
+    """A training run, which is stored in a run folder.
 
     ::
 
         config.yaml      the resolved configuration
-        history.json     the configuration as used, and its changes
-        .lock            the process that is training
+        history.json     the same configuration, and its changes
+        .lock            ID of the process that is training
         versions.json    versions of Python, the core, the plugins and the libraries
-        progress.csv     a row for each iteration
-        tensorboard/     the same values as events
-        checkpoints/     step_… and best
-        wandb.json       ID of the Weights & Biases run, and steps sent; mlflow.json: the same for MLflow
+        progress.csv     log of the training run
+        tensorboard/     TensorBoard events with the same values as progress.csv
+        checkpoints/     checkpoints step_… and best
+        wandb.json       ID of the Weights & Biases run, and the steps sent
+        mlflow.json      ID of the MLflow run, and the steps sent
         evaluations/     results of `frobs evaluate`, as JSON
-        plots/           learning curve and reward terms
-        video.mp4
+        plots/           plot of the learning curves and reward terms
+        video.mp4        video of the policy
 
-    Use :meth:`create` or :meth:`open` to get one.
+    Use :meth:`create` or :meth:`open` to obtain an instance.
 
     Attributes:
         path: The folder.
-        config: The resolved configuration as used; its seed is never None.
-        edited: The configuration in ``config.yaml`` if the file was edited; otherwise None.
-        changes: Changes by ``frobs resume``, oldest first, each with ``steps`` from which it applies, ``time``, and
-            ``settings`` with the old and the new value of each key.
+        config: The resolved configuration that the run uses. The configured seed is never None.
+        edited: The configuration in ``config.yaml`` if this file was edited, else None.
+        changes: Changes to the configuration since the run began, oldest first. Each change contains the ``steps`` from
+            which it applies, the ``time``, and ``settings`` with the old and the new value of each key.
     """
 
     def __init__(self, path: Path, config: RunConfig) -> None:
@@ -61,12 +62,12 @@ class Run:
         """Create a new run folder atomically.
 
         Args:
-            path: The folder, which must not exist unless ``replace`` is set.
-            config: Resolved configuration. A missing seed is drawn.
+            path: The folder, which must not exist unless ``replace`` is True.
+            config: Resolved configuration. If the configured seed is None, a random seed is drawn.
             replace: Whether to replace an existing run.
 
         Raises:
-            RunExistsError: The folder exists.
+            RunExistsError: The folder already exists.
             RunError: The folder cannot be created.
         """
         if config.seed is None:
@@ -76,7 +77,7 @@ class Run:
         aside = path.with_name(f".{path.name}.{os.getpid()}")
         old = path.with_name(f".{path.name}.{os.getpid()}.old")
         try:
-            shutil.rmtree(aside, ignore_errors=True)  # left by a killed process with the same ID
+            shutil.rmtree(aside, ignore_errors=True)  # leftover of a killed process with the same ID
             aside.mkdir(parents=True)
         except OSError as error:
             raise RunError(f"the run folder {path} cannot be created: {error.strerror}; choose another.") from error
@@ -89,7 +90,7 @@ class Run:
         except OSError as error:
             if old.exists():
                 os.replace(old, path)
-            elif path.exists():  # another process was faster
+            elif path.exists():  # another process created the folder first
                 raise RunExistsError(path) from error
             raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
         finally:
@@ -118,7 +119,7 @@ class Run:
 
     @property
     def has_new_algorithm_settings(self) -> bool:
-        """Whether settings of the algorithm have changed since the run began, as in population-based training."""
+        """Whether algorithm settings have changed since the run began, as in population-based training."""
         return any(key.startswith("algorithm_config.") for change in self.changes for key in change["settings"])
 
     @property
@@ -133,7 +134,7 @@ class Run:
         return list_checkpoints(self.path / "checkpoints")
 
     def newest_checkpoint(self) -> tuple[Checkpoint, list[str]]:
-        """Return the newest undamaged checkpoint, and one line for each damaged one that is newer.
+        """Return the newest undamaged checkpoint, and one message for each newer checkpoint that is damaged.
 
         Raises:
             CheckpointError: There is no undamaged checkpoint.
@@ -141,13 +142,14 @@ class Run:
         return newest_checkpoint(self.path / "checkpoints")
 
     def find_checkpoint(self, which: str | int = "newest") -> tuple[Checkpoint, list[str]]:
-        """Return a checkpoint to predict with, and one line for each damaged one that is newer.
+        """Return a checkpoint for prediction, and one message for each newer checkpoint that is damaged.
 
         Args:
-            which: ``"newest"`` (undamaged), ``"best"`` (of the evaluations during training), or environment steps.
+            which: ``"newest"`` for the newest undamaged checkpoint, ``"best"`` according to evaluations during
+                training, or a number of environment steps.
 
         Raises:
-            CheckpointError: It does not exist, or is damaged.
+            CheckpointError: The checkpoint does not exist or is damaged.
         """
         if which == "newest":
             return self.newest_checkpoint()
@@ -162,7 +164,7 @@ class Run:
         return chosen, []
 
     def record(self, before: RunConfig, steps: int) -> None:
-        """Write the configuration and, if it has changed, the change at a number of steps.
+        """Write the configuration, and record any change together with the number of environment steps.
 
         Raises:
             RunError: A file cannot be written.
@@ -178,7 +180,7 @@ class Run:
         self.edited = None
 
     def evaluations(self) -> list[dict[str, Any]]:
-        """Return the results in ``evaluations/``, ordered by file name."""
+        """Return the evaluation results in ``evaluations/``, ordered by file name."""
         import json
 
         return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
@@ -190,6 +192,6 @@ def is_run(path: Path) -> bool:
 
 
 def default_run_dir(config: RunConfig) -> Path:
-    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or with the time if no seed was chosen."""
+    """Return ``runs/<ID>/<algorithm>_seed<seed>``, or a name with the current time if the seed is None."""
     ending = datetime.now().strftime("%Y%m%d-%H%M%S") if config.seed is None else f"seed{config.seed}"
     return Path("runs") / config.environment.rpartition(":")[2] / f"{config.algorithm}_{ending}"

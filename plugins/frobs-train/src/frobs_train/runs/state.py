@@ -1,4 +1,4 @@
-"""State of a run in a checkpoint, besides algorithm and environment. Reading it executes no code."""
+"""State of a run in a checkpoint, apart from algorithm and environment. Reading the state executes no code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from frobs_core.errors import CheckpointError
 
 FORMAT = 1
-"""Version of the format of ``run.json``."""
+"""Version of the file format of ``run.json``."""
 
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
@@ -23,11 +23,11 @@ Arrays = Mapping[str, np.ndarray[Any, Any]]
 class RunState:
     """State of a run at a checkpoint."""
 
-    steps: int  # environment steps so far
+    steps: int  # number of environment steps so far
     elapsed: float  # training time so far [s]
     metrics: Mapping[str, float] = field(default_factory=dict)  # metrics of the algorithm since the last row of the log
-    stopped: str | None = None  # why the training run ended early; None: it did not
-    exact: bool = False  # whether the snapshot is the complete state of the environment
+    stopped: str | None = None  # reason why the training run ended early, or None
+    exact: bool = False  # whether the snapshot contains the complete state of the environment
     format: int = FORMAT
 
     def write(self, folder: Path, episodes: Arrays) -> None:
@@ -50,13 +50,17 @@ def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]
 
 
 def write_arrays(path: Path, arrays: Arrays) -> None:
-    """Write arrays, by name."""
+    """Write named arrays to a file."""
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
-    """Read a file written by :func:`write_arrays`. Raises CheckpointError if it is missing or damaged."""
+    """Read a file written by :func:`write_arrays`.
+
+    Raises:
+        CheckpointError: The file is missing or damaged.
+    """
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
@@ -65,12 +69,12 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
-    """Write ``best.json`` for the best policy."""
+    """Write ``best.json``, which contains the environment steps and the rank of the best policy."""
     (folder / "best.json").write_text(json.dumps({"steps": steps, "rank": list(rank)}) + "\n", encoding="utf-8")
 
 
 def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
-    """Return the environment steps of the best policy, and its rank: (success, reward)."""
+    """Return the environment steps and the rank, (success, reward), of the best policy."""
     path = folder / "best.json"
     try:
         values = json.loads(path.read_text("utf-8"))

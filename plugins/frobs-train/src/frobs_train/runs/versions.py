@@ -1,4 +1,4 @@
-"""Versions with which a run was made."""
+"""Versions of the software that a run uses."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def versions() -> dict[str, object]:
 
 
 def changed_versions(path: Path) -> list[str]:
-    """Return a line for each version that differs from those in a run's ``versions.json``."""
+    """Return one line for each version that differs from a run's ``versions.json``."""
     try:
         then = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError):

@@ -1,1 +1,1 @@
-"""Train and resume."""
+"""Train policies, and resume training runs."""

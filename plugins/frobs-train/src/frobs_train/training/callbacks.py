@@ -19,7 +19,8 @@ class TrainingCallback:
     """Base class of callbacks. All methods do nothing by default.
 
     Add callbacks to the configuration with ``callbacks: [{name: "package.module:Class", keyword: …}]``. Checkpoints do
-    not contain their state. A resumed run builds new callbacks, and passes its environment steps to :meth:`on_start`.
+    not contain the state of callbacks. A resumed run creates new callbacks, and passes the number of environment steps
+    taken so far to :meth:`on_start`.
     """
 
     def on_start(self, run: Run, steps: int) -> None:
@@ -27,7 +28,7 @@ class TrainingCallback:
 
         Args:
             run: The run.
-            steps: Environment steps taken before; 0 for a new run.
+            steps: Number of environment steps already taken, which is 0 for a new run.
         """
 
     def on_progress(self, progress: Progress, row: Mapping[str, float | None]) -> bool | None:
@@ -38,18 +39,18 @@ class TrainingCallback:
             row: Values by column.
 
         Returns:
-            False to end training with a checkpoint.
+            False to write a checkpoint and end training.
         """
         return None
 
     def on_checkpoint(self, checkpoint: Checkpoint) -> None:
-        """Called after a checkpoint was written."""
+        """Called after a checkpoint has been written."""
 
     def on_end(self, run: Run, steps: int) -> None:
         """Called when training has ended without an interruption."""
 
     def close(self) -> None:
-        """Release resources. Called last, even after an interruption or an error, or if training never began."""
+        """Release resources. Called last, even if training failed, was interrupted or never began."""
 
 
 def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]:

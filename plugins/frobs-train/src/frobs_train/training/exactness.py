@@ -23,7 +23,7 @@ def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) ->
 
 
 def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
-    """Return why a resumed run may differ from an uninterrupted one; None if it is identical."""
+    """Return why a resumed run may differ from an uninterrupted run, or None if both are identical."""
     record = algorithm_record(config.algorithm)
     if not record.exact_resume:
         return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
@@ -39,7 +39,7 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
 
 
 def _level(config: RunConfig) -> Level:
-    """Return how exactly the simulator restores its state; exact for environments of other packages."""
+    """Return how exactly the simulator restores its state. Environments of other packages count as exact."""
     known = registry.environments().get(config.environment.removeprefix("frobs_core:"))
     if known is None:
         return Level.EXACT
@@ -58,7 +58,7 @@ def _wrappers(env: gym.vector.VectorEnv[Any, Any, Any]) -> list[gym.vector.Vecto
 
 
 def _tells(wrapper: object) -> bool:
-    """Return whether a wrapper saves its state, or is stateless."""
+    """Return whether a wrapper is stateless or saves its state."""
     cls = type(wrapper)
     if hasattr(cls, "snapshot") and hasattr(cls, "restore"):
         return True

@@ -1,4 +1,8 @@
-"""Handle Ctrl-C and SIGTERM: the first stops training where it can resume exactly, the second stops at once."""
+"""Handle Ctrl-C and SIGTERM.
+
+The first signal stops training at the next point from which training can resume exactly. A second signal stops training
+immediately.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +19,15 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class TrainingInterrupt(KeyboardInterrupt):
-    """Training was interrupted; the run can be resumed.
+    """Training was interrupted and can be resumed.
 
     Args:
         path: The run's folder.
-        checkpoint: Environment steps of the newest checkpoint; None: there is none.
-        signum: The signal.
+        checkpoint: Environment steps of the newest checkpoint, or None if there is no checkpoint.
+        signum: Number of the received signal.
 
     Attributes:
-        exit_code: Exit status of a program that the signal ended: 130 for Ctrl-C, 143 for SIGTERM.
+        exit_code: Exit status of a program that is ended by the signal: 130 for Ctrl-C, 143 for SIGTERM.
     """
 
     def __init__(self, path: Path, checkpoint: int | None, signum: int) -> None:
@@ -36,7 +40,11 @@ class TrainingInterrupt(KeyboardInterrupt):
 
 
 class Interrupts:
-    """Context manager that catches Ctrl-C and SIGTERM in the main thread. ``requested`` is the received signal."""
+    """Context manager that catches Ctrl-C and SIGTERM in the main thread.
+
+    Attributes:
+        requested: Number of the received signal, or None if no signal was received.
+    """
 
     def __init__(self) -> None:
         self.requested: int | None = None
@@ -61,5 +69,5 @@ class Interrupts:
             raise KeyboardInterrupt
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
-        with contextlib.suppress(RuntimeError):  # the signal arrived while a line was being logged
+        with contextlib.suppress(RuntimeError):  # the signal arrived while another message was being logged
             _log.warning("Stopping after the rollout that is under way, with a checkpoint; %s stops at once.", again)

@@ -1,4 +1,4 @@
-"""Log, report progress, evaluate and write checkpoints while an algorithm trains."""
+"""Write logs, report progress, evaluate and write checkpoints while an algorithm trains."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Progress:
     """Progress of a training run.
 
     Attributes:
-        steps: Environment steps so far.
-        total_steps: Environment steps in total.
+        steps: Number of environment steps so far.
+        total_steps: Total number of environment steps.
         elapsed: Training time, including the time before interruptions [s].
         steps_per_second: Mean speed since the start [environment steps/s].
         seconds_left: Estimated remaining time [s].
-        reward: Mean over the last 100 episodes; None before the first ends.
-        length: Mean over the last 100 episodes [control steps].
-        success: Mean over the last 100 episodes; None if the environment does not report success.
-        evaluation: Success of the last evaluation, or its reward if the environment does not report success; None
-            before the first evaluation.
+        reward: Mean reward per episode over the last 100 episodes, or None before the first episode ends.
+        length: Mean length of the last 100 episodes [control steps], or None before the first episode ends.
+        success: Success rate of the last 100 episodes, or None if the environment does not report success.
+        evaluation: Success rate in the last evaluation, or the mean reward if the environment does not report success.
+            None before the first evaluation.
     """
 
     steps: int
@@ -59,26 +59,26 @@ class RunContext:
     episodes: EpisodeStatistics
     log: ProgressLog
     interrupts: Interrupts
-    snapshots: bool  # whether checkpoints contain the environment's snapshot
-    exact: bool  # whether the snapshot is the environment's complete state
+    snapshots: bool  # whether checkpoints contain a snapshot of the environment
+    exact: bool  # whether the snapshot contains the environment's complete state
     evaluation: TrainingEvaluation | None = None
     callbacks: Sequence[TrainingCallback] = ()
-    tell: Callable[[Progress], bool | None] | None = None  # receives the progress after each row; False ends the run
+    tell: Callable[[Progress], bool | None] | None = None  # receives the progress after each row; False ends training
 
 
 class RunMonitor:
-    """Implements :class:`frobs_core.interfaces.TrainingMonitor` for a run folder.
+    """Implementation of :class:`frobs_core.interfaces.TrainingMonitor` that writes to a run folder.
 
     Args:
         run: The run.
         context: The environment, log and callbacks.
-        state: State of a resumed run.
-        checkpoint: Checkpoint from which it is resumed.
+        state: State of a resumed run, or None for a new run.
+        checkpoint: Checkpoint from which the run is resumed, or None if there is no checkpoint.
 
     Attributes:
-        steps: Environment steps at the last row.
-        checkpoint: The newest checkpoint; None: there is none.
-        stopped: Why the training run ends early; None: it does not.
+        steps: Number of environment steps at the last row or checkpoint.
+        checkpoint: The newest checkpoint, or None if there is no checkpoint.
+        stopped: Reason why the training run ends early, or None.
     """
 
     def __init__(
@@ -99,14 +99,17 @@ class RunMonitor:
         self._plan(self.steps)
 
     def _plan(self, steps: int) -> None:
-        """Determine when the next row, checkpoint and evaluation are due. This depends only on the steps."""
+        """Determine after how many steps the next row, checkpoint and evaluation are due.
+
+        The plan depends only on the number of steps.
+        """
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_checkpoint = (steps // self._every + 1) * self._every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
 
     def is_due(self, steps: int) -> bool:
-        """Return whether a row, an evaluation or a checkpoint is due, or an interruption was requested."""
+        """Return whether a row, an evaluation or a checkpoint is due, or an interruption has been requested."""
         if steps >= self._next:
             return True
         if self._context.interrupts.requested is None:
@@ -117,8 +120,8 @@ class RunMonitor:
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
         """Write a row, report the progress, and evaluate if an evaluation is due.
 
-        If only an interruption was due, the metrics are kept for the next row, so that the log equals that of an
-        uninterrupted run.
+        If an interruption is the only reason for this call, no row is written. The metrics are kept for the next row,
+        so that the log is identical to the log of an uninterrupted run.
         """
         self._metrics.update(metrics)
         early, self._early = self._early, False
@@ -146,12 +149,12 @@ class RunMonitor:
             self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
 
     def finish(self, save: Callable[[Path, Path | None], None]) -> None:
-        """Write the last checkpoint, unless one was just written."""
+        """Write the final checkpoint, unless a checkpoint at this number of steps exists."""
         if self.checkpoint is None or self.checkpoint.steps != self.steps:
             self.write_checkpoint(self.steps, save)
 
     def write_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Write a checkpoint: ``algorithm/``, ``run.json``, ``run.npz`` and ``environment.npz``."""
+        """Write a checkpoint with ``algorithm/``, ``run.json``, ``run.npz`` and, if possible, ``environment.npz``."""
         context = self._context
         previous = None if self.checkpoint is None else self.checkpoint.path / "algorithm"
         state = RunState(
@@ -196,7 +199,7 @@ class RunMonitor:
             **evaluated,
         }
         self._metrics = {}
-        # Do not plan the next checkpoint here: if one is due, it is offered next.
+        # Do not plan the next checkpoint here, because a checkpoint that is due is offered after this row.
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)

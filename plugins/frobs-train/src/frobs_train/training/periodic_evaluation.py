@@ -19,10 +19,12 @@ from frobs_train.runs.state import read_best, write_best
 
 
 class TrainingEvaluation:
-    """Evaluates on the same episodes each time, deterministically. Separate environments keep training unaffected.
+    """Evaluation of the deterministic policy during training, on the same episodes each time.
+
+    Evaluations use separate environments and therefore do not affect training.
 
     Attributes:
-        latest: Success of the last evaluation, or its reward if the environment does not report success.
+        latest: Success rate in the last evaluation, or the mean reward if the environment does not report success.
     """
 
     def __init__(self, run: Run, algorithm: Algorithm) -> None:
@@ -34,7 +36,7 @@ class TrainingEvaluation:
         self.latest: float | None = None
 
     def evaluate(self, steps: int) -> dict[str, float]:
-        """Evaluate, save the policy if it is the best so far, and return columns for the log."""
+        """Evaluate the policy, save it if it is the best so far, and return columns for the log."""
         config = self._run.config
         if self._env is None:
             count = usual_num_envs(config, config.evaluation_episodes)
@@ -52,14 +54,14 @@ class TrainingEvaluation:
         return {**row, "evaluation/reward": reward, "evaluation/length": float(np.mean(found.lengths))}
 
     def why_stop(self) -> str | None:
-        """Return why training ends; None if it continues."""
+        """Return why training should end, or None if training should continue."""
         wanted = self._run.config.stop_at_success
         if wanted is None or self._success is None or self._success < wanted:
             return None
         return f"an evaluation found {100 * self._success:.1f} % success; stop_at_success is {100 * wanted:.1f} %"
 
     def close(self) -> None:
-        """Close the environments. May be called twice."""
+        """Close the environments. Further calls have no effect."""
         if self._env is not None:
             self._env.close()
             self._env = None
@@ -74,7 +76,10 @@ class TrainingEvaluation:
 
 
 def _best_so_far(run: Run) -> tuple[float, float] | None:
-    """Return the rank of the saved policy. A run that resumes from an earlier checkpoint must keep the policy."""
+    """Return the rank of the saved best policy, or None if no policy has been saved.
+
+    A run that resumes from an earlier checkpoint must keep this policy until a better policy is found.
+    """
     try:
         checkpoint, _ = run.find_checkpoint("best")
         return read_best(checkpoint.path)[1]

@@ -20,10 +20,10 @@ class PreparedTraining:
     """Environments and algorithm of a training run.
 
     Attributes:
-        env: The environments, seeded. Close them when the run ends.
-        recorder: Wraps the environments and counts the steps.
+        env: The seeded environments. The caller must close them when the run ends.
+        recorder: Wrapper around the environments that counts steps and reports finished episodes.
         episodes: Statistics of the episodes that the recorder reports.
-        algorithm: The algorithm, untrained, on the recorder.
+        algorithm: The untrained algorithm, which steps the recorder.
     """
 
     env: gym.vector.VectorEnv[Any, Any, Any]
@@ -36,11 +36,11 @@ def prepare_training(config: RunConfig) -> PreparedTraining:
     """Make the environments and the algorithm of a new training run.
 
     Args:
-        config: See :func:`frobs_train.resolve_config`. Without a seed, the seed is 0.
+        config: Configuration from :func:`frobs_train.resolve_config`. The seed defaults to 0.
 
     Raises:
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
+        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the action space.
     """
     record = algorithm_record(config.algorithm)
     settings = resolve_algorithm_config(record, config.algorithm_config)

@@ -38,29 +38,31 @@ def resume(
     settings: Sequence[str] = (),
     on_progress: Callable[[Progress], bool | None] | None = None,
 ) -> Run:
-    """Continue a run from its newest undamaged checkpoint, or from the beginning if there is none yet.
+    """Continue a run from its newest undamaged checkpoint, or from the beginning if no checkpoint exists yet.
 
-    If the environment restores its state exactly, the result is identical to that of an uninterrupted run: the same
-    weights, and the same ``progress.csv`` except for the times. Otherwise episodes are reset, and a warning is logged.
+    If the environment restores its state exactly, the result is identical to the result of an uninterrupted run, with
+    the same weights and, except for the times, the same ``progress.csv``. Otherwise, a warning is logged. New episodes
+    begin if the checkpoint does not contain the state of the environment.
 
-    Changes of the configuration are logged, and recorded in the run's ``history.json``.
+    Changes to the configuration are logged and recorded in the run's ``history.json``.
 
     Args:
         run: The run, or its folder.
-        steps: Total number of environment steps; None: as configured. A larger number extends the run and changes its
-            configuration. Schedules such as ``lin_3e-4`` then use the new total, so their values jump up once.
-        settings: Changes, as ``"key=value"``. Evaluations, logging, checkpoints, callbacks, threads of the simulator
-            and parameters of the task can change. Edits of ``config.yaml`` count as changes.
-        on_progress: Called after each row of the log. If it returns False, training ends with a checkpoint.
+        steps: Total number of environment steps. Defaults to the configured number. A larger number extends the run and
+            changes its configuration. Schedules such as ``lin_3e-4`` then use the new total, so that their values
+            increase abruptly once.
+        settings: Changed settings in the form ``"key=value"``. Only settings of evaluations, logging, checkpoints,
+            callbacks, simulator threads and task parameters can change. Edits of ``config.yaml`` count as changes.
+        on_progress: Called after each row of the log. If this function returns False, training ends with a checkpoint.
 
     Returns:
         The run. A complete run is returned unchanged.
 
     Raises:
-        RunError: The folder is not a run folder, cannot be written, or a changed setting is fixed for the run.
+        RunError: The folder is not a writable run folder, or a changed setting is fixed for the run.
         RunBusyError: Another process is training in the folder.
-        ConfigurationError: The number of steps is below the steps taken, or a setting cannot be used.
-        CheckpointError: There are checkpoints, but none can be used.
+        ConfigurationError: ``steps`` is below the number of steps already taken, or a setting is invalid.
+        CheckpointError: Checkpoints exist, but none of them is usable.
         TrainingError: The environment or the algorithm raised an exception.
         TrainingInterrupt: Ctrl-C or SIGTERM was received.
     """
@@ -98,7 +100,7 @@ def resume(
 
 
 def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] = ()) -> RunConfig:
-    """Return the configuration with which a run is resumed. The arguments are those of :func:`resume`."""
+    """Return the configuration of a resumed run. The arguments have the same meaning as in :func:`resume`."""
     written = run.edited or run.config
     check_change(run.config, written, str(run.path / "config.yaml"))
     given = [read_setting(setting) for setting in settings]
@@ -109,7 +111,7 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
 
 
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
-    """Return the newest undamaged checkpoint and the state of the run; None if there is no checkpoint yet."""
+    """Return the newest undamaged checkpoint and its run state, which are both None if no checkpoint exists yet."""
     if not run.checkpoints:
         _log.warning("%s has no checkpoint yet, so it starts again from its seed.", run.path)
         return None, None
@@ -160,7 +162,10 @@ def _continue(
 
 
 def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
-    """Restore the environment, and return whether that succeeded. Log a warning if it is not exact."""
+    """Restore the environment, and return whether its state was restored.
+
+    Log a warning if the continuation is not exact.
+    """
     why = why_not_exact(run.config, env.env)
     if why is not None:
         _log.warning("Not an exact continuation: %s.", why)

@@ -1,4 +1,4 @@
-"""Reverse curriculum: training episodes begin on the path of an expert, at first near its end."""
+"""Reverse curriculum, in which training episodes begin on the path of an expert, at first near the end of the path."""
 
 from __future__ import annotations
 
@@ -19,33 +19,36 @@ from frobs_train.logs.recorder import FROM_PATH
 _WITHOUT = "--set reset_from=null trains without it"
 
 _AT_FRONT = 0.5
-"""Share of the episodes on the path that begin at the front. The others begin between the front and the end."""
+"""Fraction of the episodes on the path that begin at the front. All other episodes on the path begin between the front
+and the end of the path."""
 
 _EPISODES = 50
-"""Number of episodes from the front after which it can move."""
+"""Number of episodes that must have begun at the front before the front can move."""
 
 
 class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Starts a share of the episodes in states that the task's expert has visited.
+    """Wrapper that starts a fraction of the episodes in states that the task's expert has visited.
 
-    The expert acts for one episode in each environment. Its successful episodes provide states at equal time intervals.
-    The front is the number of the earliest state in which an episode may begin. It moves from the end of the path to
-    its start, by one state whenever enough of the last episodes that began there succeeded. An episode from the path
-    has the remaining time, goals, objects and randomized parameters of the expert's episode.
+    The expert first acts for one episode in each environment. Each successful episode is a path that provides states at
+    equal time intervals. The front is the index of the earliest state in which an episode may begin. The front moves
+    from the end of the path to the start, by one state whenever enough of the episodes that began at the front have
+    succeeded. An episode that begins on the path has the remaining time, goals, objects and randomized parameters of
+    the expert's episode.
 
-    ``final_info`` contains ``frobs/from_path``, (num_envs,) bool: whether the finished episode had begun on the path.
+    ``final_info`` contains ``frobs/from_path``, (num_envs,) bool, which is True if the finished episode began on the
+    path.
 
     Args:
-        env: A native vector environment with same-step autoreset, or wrappers around one.
+        env: A native vector environment with same-step autoreset, possibly wrapped.
         config: Settings of the curriculum.
         seed: Seed of the expert's episodes.
 
     Attributes:
-        front: Number of the earliest state, counted from 0 at the start of the path.
+        front: Index of the earliest state in which an episode may begin, where 0 is the start of the path.
 
     Raises:
-        RunError: The environment is not a native vector environment, its task has no expert, or the expert cannot use
-            its controllers or never succeeds.
+        RunError: The environment is not a native vector environment with a time limit, its task has no expert, or the
+            expert does not support the controllers or never succeeds.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any], config: ResetFromConfig, seed: int) -> None:
@@ -58,12 +61,12 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
         self.front = config.states - 1
-        self._state = np.full(base.num_envs, -1)  # state in which each episode began; -1: as usual
-        self._episodes = self._successes = 0  # of episodes from the front, since it last moved
+        self._state = np.full(base.num_envs, -1)  # state in which each episode began, or -1 if not on the path
+        self._episodes = self._successes = 0  # numbers of episodes that began at the front, since the last check
         base.call_after_reset(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
-        """Move a share of the environments that a mask selects to states on the path."""
+        """Move a fraction of the masked environments to states on the path."""
         rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
         drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
         on_path = drawn[:, 0] < self._config.share
@@ -79,7 +82,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             self._base.restore_rows(chosen, self._path, places)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and count the successes of episodes that began at the front."""
+        """Step the environments, and count the successes of episodes that began at the front."""
         began = self._state.copy()
         observation, rewards, terminated, truncated, info = self.env.step(actions)
         done = terminated | truncated
@@ -98,11 +101,11 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
             self._episodes = self._successes = 0
 
     def metrics(self) -> dict[str, float]:
-        """Return the front for the log, as a fraction of the path; 0 is its start."""
+        """Return the position of the front on the path for the log, as a fraction in [0, 1]."""
         return {"curriculum/front": self.front / (self._config.states - 1)}
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]]:
-        """Return the state of the curriculum, without the path, which is reproduced from the seed."""
+        """Return the state of the curriculum without the expert's path, which is reproduced from the seed."""
         counts = np.array([self.front, self._episodes, self._successes])
         return {"state": self._state.copy(), "counts": counts}
 
@@ -119,14 +122,14 @@ def _floor(values: Floats) -> npt.NDArray[np.int64]:
 def _expert_path(
     env: RobotVectorEnv, states: int, seed: int
 ) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
-    """Let the expert act for an episode in each environment.
+    """Run the expert for one episode in each environment.
 
     Returns:
-        Concatenated snapshots, (states · num_envs, …) each, and the numbers of the environments in which the expert
+        Concatenated snapshots, (states · num_envs, …) each, and the indices of the environments in which the expert
         succeeded.
 
     Raises:
-        RunError: The task has no expert, or the expert cannot use the environment's controllers or never succeeds.
+        RunError: The task has no expert, or the expert does not support the controllers or never succeeds.
     """
     try:
         expert = load_expert(env)
@@ -136,7 +139,7 @@ def _expert_path(
         raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
     env.reset(
         seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)}
-    )  # full episodes: a reset with a mask does not stagger them
+    )  # a reset with a mask does not shorten (stagger) the first episodes
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []

@@ -11,12 +11,12 @@ _HALF = 2**30
 
 @dataclass(frozen=True)
 class RunSeeds:
-    """Seeds of a run. Environment *i* of a vector environment uses the seed plus *i*."""
+    """Seeds of a run. In a vector environment, environment *i* uses the seed plus *i*."""
 
     environment: int  # in [0, 2³⁰)
     algorithm: int  # in [0, 2³¹)
-    evaluation: int  # in [2³⁰, 2³¹): never used in training
-    validation: int  # in [2³⁰, 2³¹): chooses the best policy, on episodes other than those of evaluations
+    evaluation: int  # in [2³⁰, 2³¹), never used in training
+    validation: int  # in [2³⁰, 2³¹), for choosing the best policy on separate episodes
 
 
 def spread_seed(seed: int) -> RunSeeds:
@@ -29,7 +29,7 @@ def spread_seed(seed: int) -> RunSeeds:
 
 
 def later_seed(seed: int, steps: int) -> int:
-    """Return a seed, in [0, 2³⁰), for environments that are reset after a number of training steps."""
+    """Return a seed, in [0, 2³⁰), for resetting the environments after a number of training steps."""
     return int(np.random.SeedSequence([seed, steps]).generate_state(1, np.uint32)[0]) % (_HALF - 2**20)
 
 

@@ -1,4 +1,4 @@
-"""Common parts of starting and resuming a training run."""
+"""Code shared by starting and resuming a training run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _log = logging.getLogger("frobs")
 
 
 def training_recipe(config: RunConfig) -> EnvironmentRecipe:
-    """Return the recipe of a training run's environments, including their share of the processors."""
+    """Return the recipe of a training run's environments, including the number of simulator threads."""
     keywords = config.keywords()
     simulator = decide_threads(config).simulator
     if simulator is not None:
@@ -47,7 +47,7 @@ def training_recipe(config: RunConfig) -> EnvironmentRecipe:
 
 
 def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Make the environments of a training run, using their share of the processors."""
+    """Make the environments of a training run, including the reverse curriculum if it is configured."""
     recipe = training_recipe(config)
     env = make_vector_env(recipe.environment, config.num_envs, recipe.kwargs, recipe.wrappers)
     if config.reset_from is None:
@@ -60,7 +60,7 @@ def make_training_env(config: RunConfig) -> gym.vector.VectorEnv[Any, Any, Any]:
 
 
 def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Space[Any]) -> None:
-    """Raise ConfigurationError if the algorithm cannot act in an action space."""
+    """Raise ConfigurationError if the algorithm does not support an action space."""
     if type(space).__name__ not in record.action_spaces:
         raise IncompatibleSpaceError(
             f"algorithm '{record.name}'",
@@ -71,7 +71,7 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
 
 
 def check_environment(config: RunConfig) -> None:
-    """Raise an error if the environment of a configuration cannot be made, or the algorithm cannot act in it."""
+    """Raise an error if the environment cannot be made, or if the algorithm does not support its action space."""
     env = make_training_env(config.model_copy(update={"num_envs": 1}))
     try:
         check_action_space(algorithm_record(config.algorithm), config.environment, env.single_action_space)
@@ -89,20 +89,20 @@ def run_training(
     state: RunState | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> None:
-    """Train until the end, or until training is stopped.
+    """Train for all remaining steps, or until training is stopped.
 
     Args:
-        run: The run, locked.
+        run: The run, whose folder is locked.
         env: The environments.
-        episodes: Statistics that the environments' recorder fills.
-        algorithm: New or loaded algorithm.
+        episodes: Episode statistics, which the recorder of the environments updates.
+        algorithm: The new or loaded algorithm.
         callbacks: Callbacks of the configuration.
-        tell: Called with the progress after each row.
-        state: State of a resumed run.
-        checkpoint: Checkpoint from which it is resumed.
+        tell: Called with the progress after each row of the log. If this function returns False, training ends.
+        state: State of a resumed run, or None for a new run.
+        checkpoint: Checkpoint from which the run is resumed, or None if there is no checkpoint.
 
     Raises:
-        TrainingInterrupt: Ctrl-C or SIGTERM was received; everything needed to resume is written.
+        TrainingInterrupt: Ctrl-C or SIGTERM was received. The run can be resumed.
         TrainingError: The environment or the algorithm raised an exception.
         CheckpointError: A checkpoint cannot be written.
         RunError: The log cannot be written.
@@ -160,7 +160,7 @@ def _resumable(monitor: RunMonitor) -> int | None:
 
 
 def _cause(error: Exception) -> str:
-    """Describe an exception and its location in one line."""
+    """Return a one-line description of an exception and its location."""
     frames = traceback.extract_tb(error.__traceback__)
     where = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {str(error).rstrip('.')}{where}"

@@ -12,7 +12,7 @@ from frobs_core import registry
 from frobs_core.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 
-_most: int | None = None  # number of processors that a runner allows
+_most: int | None = None  # maximum number of processors, set by a runner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +21,9 @@ class Threads:
 
     Attributes:
         processors: Number of processors that this process may use.
-        simulator: Threads or worker processes that step the environments; None: an environment of another package.
-        torch: Threads of the algorithm's library; None if the algorithm has no such setting.
+        simulator: Number of threads or worker processes that step the environments, or None for environments of other
+            packages.
+        torch: Number of threads of the algorithm's library, or None if the algorithm has no such setting.
     """
 
     processors: int
@@ -36,7 +37,7 @@ class Threads:
         return _count(self.processors, "processor") + (f": {named}" if named else "")
 
     def to_dict(self) -> dict[str, Any]:
-        """Return values that JSON can represent."""
+        """Return the fields as JSON-serializable values."""
         return asdict(self)
 
 
@@ -52,7 +53,7 @@ def processors_limited_to(count: int) -> Iterator[None]:
 
 
 def usable_processors() -> int:
-    """Return how many processors this process may use: its share in a container, batch job or runner."""
+    """Return the number of processors that this process may use, as limited by CPU affinity and the runner."""
     found = _affinity()
     return found if _most is None else min(found, _most)
 
@@ -66,9 +67,10 @@ def _affinity() -> int:
 def decide_threads(config: RunConfig) -> Threads:
     """Decide how many threads the simulator and the algorithm use.
 
-    The simulator uses ``threads.simulator``, or the keyword ``num_threads`` of the environment, or else all processors,
-    but at most one thread per environment. The threads of the algorithm are its setting ``torch_threads``, because
-    another number may round differently. The default is 1, which is fastest for small networks.
+    The number of simulator threads is ``threads.simulator``, which defaults to the environment keyword ``num_threads``
+    or else to the number of processors. There is at most one simulator thread per environment. The number of algorithm
+    threads is the algorithm's setting ``torch_threads``, because a different number may lead to different rounding
+    errors. The default is 1, which is fastest for small networks.
     """
     processors = usable_processors()
     simulator = None

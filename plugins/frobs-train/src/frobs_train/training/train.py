@@ -26,26 +26,27 @@ def train(
 ) -> Run:
     """Train a policy, and write one run folder.
 
-    The folder is created after everything else, so that invalid input leaves no files behind. In the main thread,
-    Ctrl-C and SIGTERM write a checkpoint and stop training at the next point from which it can resume exactly. For
-    algorithms that collect rollouts, this is the end of the current rollout.
+    The folder is created only after the environments and the algorithm, so that invalid input leaves no files behind.
+    In the main thread, Ctrl-C and SIGTERM stop training with a checkpoint at the next point from which training can
+    resume exactly. For algorithms that collect rollouts, this point is the end of the current rollout.
 
     Args:
-        config: See :func:`frobs_train.resolve_config`.
-        run_dir: The folder; None: ``runs/<ID>/<algorithm>_seed<seed>``, or with the time if no seed was chosen.
-        on_progress: Called after each row of the log. If it returns False, training ends with a checkpoint.
-        on_existing: How to handle an existing folder. ``"error"``: raise an error; ``"increment"``: write ``name_2``,
-            ``name_3``, …; ``"overwrite"``: remove it, if it is a run; ``"resume"``: continue it, if it is a run with
-            this configuration.
+        config: Configuration from :func:`frobs_train.resolve_config`.
+        run_dir: The run folder. Defaults to ``runs/<ID>/<algorithm>_seed<seed>``, or to a name with the current time if
+            the seed is None.
+        on_progress: Called after each row of the log. If this function returns False, training ends with a checkpoint.
+        on_existing: How to handle an existing folder. ``"error"`` raises an error, ``"increment"`` writes to
+            ``name_2``, ``name_3``, etc., ``"overwrite"`` replaces an existing run, and ``"resume"`` continues an
+            existing run with the same configuration.
 
     Returns:
         The run, with at least one checkpoint.
 
     Raises:
-        RunExistsError: The folder exists.
+        RunExistsError: The folder already exists.
         RunBusyError: Another process is training in the folder.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword cannot be used, or the algorithm cannot act in the environment.
+        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the action space.
         CheckpointError: A checkpoint cannot be written.
         TrainingError: The environment or the algorithm raised an exception.
         TrainingInterrupt: Ctrl-C or SIGTERM was received.

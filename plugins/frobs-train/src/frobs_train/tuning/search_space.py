@@ -1,4 +1,4 @@
-"""Search spaces: the settings that a search varies, and their possible values, as YAML."""
+"""Search spaces, which define the settings that a search varies and the possible values of each setting."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 
 class Dimension(BaseModel):
-    """A setting that is searched.
+    """A setting that a search varies.
 
     Attributes:
         type: ``float``, ``int`` or ``choice``.
         low: Lower bound of a number.
         high: Upper bound of a number, inclusive.
         log: Whether numbers are drawn uniformly on a logarithmic scale.
-        step: Distance between numbers; None: any number.
-        choices: Values of a choice: any values that YAML can represent.
-        prefix: Text before a number, such as ``lin_`` for a rate that decreases to 0.
+        step: Distance between allowed numbers, or None to allow all numbers.
+        choices: Possible values of a choice, which can be any YAML values.
+        prefix: Text before a number, such as ``lin_`` for a learning rate that decreases linearly to 0.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -61,10 +61,10 @@ class Dimension(BaseModel):
         return self
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
-        """Let a trial choose a value."""
+        """Draw a value for an Optuna trial."""
         if self.type == "choice":
             assert self.choices is not None
-            texts = {_text(value): value for value in self.choices}  # a storage supports only scalars
+            texts = {_text(value): value for value in self.choices}  # an Optuna storage supports only scalars
             return texts[trial.suggest_categorical(key, list(texts))]
         assert self.low is not None
         assert self.high is not None
@@ -85,7 +85,7 @@ class Dimension(BaseModel):
         return self._bounded(float(rng.uniform(self.low, self.high)))
 
     def vary(self, value: Any, rng: np.random.Generator) -> Any:
-        """Return a value near another one: a neighboring choice, or a number that is a fifth smaller or larger."""
+        """Return a value near another value: a neighboring choice, or a number that is 20 % smaller or larger."""
         if self.type == "choice":
             assert self.choices is not None
             at = self.choices.index(value) + int(rng.choice([-1, 1]))
@@ -99,7 +99,7 @@ class Dimension(BaseModel):
         return self._bounded(new)
 
     def _bounded(self, value: float) -> Any:
-        """Return the nearest number of this dimension, in the form used in settings."""
+        """Return the nearest allowed number, including the prefix."""
         assert self.low is not None
         assert self.high is not None
         if self.step is not None:
@@ -109,7 +109,7 @@ class Dimension(BaseModel):
 
     @property
     def example(self) -> Any:
-        """An example of a value."""
+        """An example value."""
         if self.type == "choice":
             assert self.choices is not None
             return self.choices[0]
@@ -121,11 +121,11 @@ class Dimension(BaseModel):
 
 
 SearchSpace = Mapping[str, Dimension]
-"""Searched settings, by dotted key of the run's configuration, as in ``--set``."""
+"""Dimensions of a search, by dotted key of the run configuration, as in ``--set``."""
 
 
 def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> SearchSpace:
-    """Read the search space of a YAML file, or the one that the algorithm provides."""
+    """Read the search space from a YAML file, or use the algorithm's default search space."""
     if file is not None:
         return read_space(load_yaml(file))
     if not record.search_space:
@@ -140,7 +140,7 @@ def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> Searc
 
 
 def read_space(mapping: ConfigMapping) -> SearchSpace:
-    """Validate a search space. A list is a choice among its items."""
+    """Validate a search space. A list is converted to a choice among its items."""
     return {key: _dimension(mapping, key) for key in mapping}
 
 
@@ -160,7 +160,7 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
 
 
 def setting(key: str, value: Any) -> str:
-    """Return ``"key=value"``, as ``--set`` accepts it."""
+    """Return a setting in the form ``"key=value"``, which ``--set`` accepts."""
     return f"{key}={json.dumps(value)}"
 
 

@@ -21,31 +21,31 @@ SAMPLERS = ("tpe", "gp", "random")
 """Methods that choose settings: tree-structured Parzen estimator, Gaussian process, or random."""
 
 PRUNERS = ("median", "halving", "hyperband", "population", "none")
-"""Methods that stop unpromising trials: below the median, successive halving, Hyperband, or none. ``population``
-replaces them by variants of better trials, which only a runner on a cluster supports."""
+"""Methods that stop unpromising trials: median rule, successive halving, Hyperband, population, or none. ``population``
+replaces unpromising trials by variants of better trials, and is supported only by cluster runners."""
 
 REPORTS = 20
-"""Number of reports of a run to the pruner, at equal numbers of steps."""
+"""Number of reports that each run sends to the pruner, at equal step intervals."""
 
 _State = Literal["running", "complete", "pruned", "failed"]
 
 _ATTEMPTS = 5
 
-_HEARTBEAT = 60  # [s] if a process is silent for twice as long, its trial counts as failed
+_HEARTBEAT = 60  # heartbeat interval [s]; a trial fails if its process is silent for twice as long
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrialResult:
-    """A trial: its settings and its result.
+    """Settings and result of a trial.
 
     Attributes:
-        number: Number in the study, from 0.
+        number: Number of the trial in its study, starting from 0.
         state: ``"running"``, ``"complete"``, ``"pruned"`` or ``"failed"``.
-        value: Mean of the metric over seeds; for a pruned trial, the last reported value; None if there is none.
+        value: Mean of the metric over seeds, or the last reported value of a pruned trial. None if no value exists.
         settings: Chosen settings, by dotted key.
         runs: Run folders.
-        seconds: Duration [s]; None while it is running.
-        error: Error that ended the trial; empty if it has not failed.
+        seconds: Duration [s], or None while the trial is running.
+        error: Error that ended the trial, or an empty string if the trial has not failed.
     """
 
     number: int
@@ -65,9 +65,10 @@ class StudyResult:
         name: Name of the study in its storage.
         storage: URL of the storage.
         folder: Folder with the runs and ``best.yaml``.
-        trials: Trials of all processes, in order.
-        best: Best complete trial; None if there is none.
-        best_config: File with the configuration of the best trial, for ``frobs train --config``.
+        trials: Trials of all processes, ordered by number.
+        best: Best complete trial, or None if no trial is complete.
+        best_config: File with the configuration of the best trial for ``frobs train --config``, or None if no trial is
+            complete.
     """
 
     name: str
@@ -78,7 +79,7 @@ class StudyResult:
     best_config: Path | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return values that JSON can represent."""
+        """Return the fields as JSON-serializable values."""
         return asdict(self)
 
 
@@ -101,7 +102,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
                 sampler=_sampler(sampler),
                 pruner=_pruner(pruner, seeds),
             )
-        except Exception as error:  # each database has its own exceptions
+        except Exception as error:  # each database raises its own exceptions
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise StudyError(
                 name,
@@ -114,7 +115,7 @@ def _database(url: str) -> optuna.storages.RDBStorage:
     import optuna
     from sqlalchemy.exc import IntegrityError, OperationalError
 
-    # If two processes write to one SQLite file, each waits for the other.
+    # If two processes write to the same SQLite file, one process waits for the other.
     engine = {"connect_args": {"timeout": 60}} if url.startswith("sqlite") else {}
     for attempt in range(_ATTEMPTS):
         try:
@@ -130,7 +131,7 @@ def _database(url: str) -> optuna.storages.RDBStorage:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Hide Optuna's log, and its warnings about experimental features."""
+    """Suppress Optuna's log messages and its warnings about experimental features."""
     import optuna
 
     level = optuna.logging.get_verbosity()
@@ -144,7 +145,7 @@ def quiet() -> Iterator[None]:
 
 
 def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
-    """Store the settings with which a study began, as JSON, and raise StudyError if they differ later."""
+    """Store the settings of a new study as JSON, or raise StudyError if the settings of an existing study differ."""
     known = study.user_attrs.get("frobs")
     now = json.loads(json.dumps(begun_with))
     if known is None:
@@ -160,12 +161,12 @@ def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
 
 
 def results(study: optuna.Study) -> tuple[TrialResult, ...]:
-    """Return the trials of a study, in order."""
+    """Return the trials of a study, ordered by number."""
     return tuple(to_result(trial) for trial in study.get_trials(deepcopy=False))
 
 
 def to_result(trial: optuna.trial.FrozenTrial) -> TrialResult:
-    """Convert a trial of Optuna to a result."""
+    """Convert an Optuna trial to a result."""
     from optuna.trial import TrialState
 
     names: dict[TrialState, _State] = {
@@ -193,7 +194,8 @@ def _sampler(name: str) -> optuna.samplers.BaseSampler:
         return samplers.RandomSampler()
     if name == "gp":
         return samplers.GPSampler()
-    # A constant liar keeps parallel processes from trying the same settings. A seed would be shared by all of them.
+    # The constant liar strategy keeps parallel processes from trying the same settings. The sampler has no seed,
+    # because all processes would use the same seed.
     return samplers.TPESampler(multivariate=True, constant_liar=True)
 
 

@@ -1,4 +1,4 @@
-"""Search for settings. Each trial trains one run per seed."""
+"""Search for better training settings. Each trial trains one run per seed."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ class Search:
     """Settings of a search.
 
     Attributes:
-        environment: Gymnasium ID; None: the ID in the file.
-        trials: Total number of trials in the study, including those of earlier commands and other processes.
+        environment: Gymnasium ID. Defaults to the ID in the file.
+        trials: Total number of trials in the study, including trials of earlier commands and other processes.
         file: YAML file with keys of :class:`RunConfig` that apply to all trials.
-        flags: Flags, as in :func:`frobs_train.resolve_config`; ``seed`` is the first seed of each trial.
-        settings: Fixed settings, such as ``"algorithm_config.n_steps=16"``, which are not searched.
-        space: YAML file with the search space; None: the search space of the algorithm.
-        folder: Folder of the study; None: ``studies/<ID>/<algorithm>``.
-        storage: Any Optuna storage URL; None: the SQLite file ``study.db`` in the folder.
-        name: Name of the study in the storage; None: ``<ID>/<algorithm>``.
-        seeds: Number of runs of each trial, which use consecutive seeds.
-        episodes: Number of episodes of the evaluation at the end of each run.
-        metric: ``"success"`` or ``"reward"``; None: success if the environment reports it, else reward.
+        flags: Flags as in :func:`frobs_train.resolve_config`. ``seed`` is the first seed of each trial.
+        settings: Fixed settings that the search does not vary, such as ``"algorithm_config.n_steps=16"``.
+        space: YAML file with the search space. Defaults to the algorithm's search space.
+        folder: Folder of the study. Defaults to ``studies/<ID>/<algorithm>``.
+        storage: Any Optuna storage URL. Defaults to the SQLite file ``study.db`` in the folder of the study.
+        name: Name of the study in the storage. Defaults to ``<ID>/<algorithm>``.
+        seeds: Number of runs per trial. The runs use consecutive seeds.
+        episodes: Number of episodes in the evaluation at the end of each run.
+        metric: ``"success"`` or ``"reward"``. Defaults to success if the environment reports it, else to reward.
         sampler: Method that chooses settings: ``tpe``, ``gp`` or ``random``.
-        pruner: Method that stops unpromising trials: ``median``, ``halving``, ``hyperband`` or ``none``; with the
-            runner ``ray`` also ``population``, which replaces them by variants of better ones.
+        pruner: Method that stops unpromising trials: ``median``, ``halving``, ``hyperband`` or ``none``. The runner
+            ``ray`` also supports ``population``, which replaces unpromising trials by variants of better trials.
     """
 
     environment: str | None = None
@@ -74,11 +74,11 @@ class Search:
     pruner: str = "median"
 
     def resolve(self, chosen: Mapping[str, Any] | None = None) -> RunConfig:
-        """Return the configuration of a trial or, without chosen settings, the one that all trials share.
+        """Return the configuration of a trial, or the configuration that all trials share if no settings are chosen.
 
         Raises:
             UnknownNameError: No algorithm has this name.
-            ConfigurationError: A setting is unknown or cannot be used.
+            ConfigurationError: A setting is unknown or invalid.
         """
         more = [setting(key, value) for key, value in (chosen or {}).items()]
         return resolve_config(self.environment, file=self.file, flags=self.flags, settings=[*self.settings, *more])
@@ -98,9 +98,9 @@ class Session:
         study: The Optuna study.
 
     Raises:
-        RunError: Optuna is not installed, or the folder holds the trials of another study.
+        RunError: Optuna is not installed, or the folder contains the trials of another study.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting, the search space, the storage or a number cannot be used.
+        ConfigurationError: A setting, the search space, the storage or a number is invalid.
     """
 
     def __init__(self, search: Search) -> None:
@@ -117,7 +117,8 @@ class Session:
             self.folder.mkdir(parents=True, exist_ok=True)
         self.study = open_study(search.name or identifier, self._storage, search.sampler, search.pruner, search.seeds)
         trials = self.folder / "trials"
-        if trials.exists() and not self.study.get_trials(deepcopy=False):  # in this order, as others may add trials
+        # The folder is checked before the study, because other processes may add trials.
+        if trials.exists() and not self.study.get_trials(deepcopy=False):
             raise RunError(
                 f"{self.folder} holds trials, but the study has none; choose another --study-dir, or remove the folder."
             )
@@ -133,11 +134,11 @@ class Session:
 
     @property
     def finished(self) -> int:
-        """Number of finished trials, without those that are running or were interrupted."""
+        """Number of finished trials, excluding running and interrupted trials."""
         return sum(result.state != "running" and result.error != "interrupted" for result in results(self.study))
 
     def draw(self, trial: optuna.Trial) -> dict[str, Any]:
-        """Draw the settings of a trial and record them."""
+        """Draw and record the settings of a trial."""
         chosen = {key: dimension.draw(trial, key) for key, dimension in self.space.items()}
         trial.set_user_attr("settings", chosen)
         paths = run_folders(self.search, self.base, self.folder, trial.number)
@@ -156,21 +157,22 @@ def tune(
 ) -> StudyResult:
     """Search until the study has the requested number of trials. An existing study is continued.
 
-    Several processes can work on one study at once. Each finishes its current trial, so there may be a few more trials
-    than requested. Failed trials are recorded and do not end the study. Trials that Ctrl-C ended do not count.
+    Several processes can work on the same study at once. Each process finishes its current trial, so the study may end
+    with a few more trials than requested. Failed trials are recorded and do not end the study. Trials that were
+    interrupted by Ctrl-C are not counted.
 
     Args:
         search: Settings of the search.
         on_trial: Called after each trial of this process.
-        on_progress: Called during a trial with its number, the index of its seed and the progress of that run.
+        on_progress: Called during a trial with the trial's number, the index of the seed and the progress of the run.
 
     Returns:
-        The results of the study, including those of other processes.
+        The results of the study, including trials of other processes.
 
     Raises:
-        RunError: Optuna is not installed, or the folder holds the trials of another study.
+        RunError: Optuna is not installed, or the folder contains the trials of another study.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting, the search space, the storage or a number cannot be used.
+        ConfigurationError: A setting, the search space, the storage or a number is invalid.
     """
     if search.pruner == "population":
         raise ConfigurationError(
@@ -230,7 +232,7 @@ def run_trial(
     *,
     on_existing: str = "error",
 ) -> float | None:
-    """Train and evaluate all seeds of a trial.
+    """Train and evaluate one run for each seed of a trial.
 
     Args:
         search: Settings of the search.
@@ -238,12 +240,12 @@ def run_trial(
         number: Number of the trial.
         chosen: Settings of the trial.
         report: Called with the number of the report, in [0, ``REPORTS`` × seeds], and the mean of the metric so far. If
-            it returns False, the trial ends.
+            this function returns False, the trial ends.
         on_progress: Called with the index of a seed and the progress of its run.
-        on_existing: How to handle existing run folders; see :func:`frobs_train.train`.
+        on_existing: How to handle existing run folders, see :func:`frobs_train.train`.
 
     Returns:
-        The mean of the metric over the seeds; None if ``report`` ended the trial.
+        The mean of the metric over the seeds, or None if ``report`` ended the trial.
     """
     config = search.resolve(chosen)
     values: list[float] = []
@@ -282,7 +284,7 @@ def _final(search: Search, found: Evaluation) -> float:
 
 
 def _space(search: Search, base: RunConfig) -> SearchSpace:
-    """Return the search space without fixed settings, after trying each of its keys once."""
+    """Return the search space without the fixed settings, after checking that its keys exist."""
     fixed = {text.partition("=")[0].strip() for text in search.settings}
     full = load_space(algorithm_record(base.algorithm), search.space)
     space = {key: dimension for key, dimension in full.items() if key not in fixed}
@@ -294,7 +296,7 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
         except UnknownParameterError as error:
             raise SearchSpaceError(f"the search space names '{key}': {error}", key) from error
         except ConfigurationError:
-            continue  # another setting may make the value usable; otherwise the trial reports it
+            continue  # the value may be valid with other settings; if not, the trial fails
     return space
 
 

@@ -1,4 +1,4 @@
-"""Checks of an algorithm."""
+"""Conformance checks for an algorithm."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from frobs_devkit.testing.algorithm.subject import ENVIRONMENTS, AlgorithmUnderT
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only
 
 CHECKS = checks_of(learning, aiming, values, saving, continuing)
-"""All checks of an algorithm, in the order in which they run."""
+"""All algorithm checks, in the order in which they run."""
 
 
 def check_algorithm(
     algorithm: str | AlgorithmRecord, config: Mapping[str, Any] | None = None, id: str | None = None, steps: int = 300
 ) -> list[Check]:
-    """Return the checks of an algorithm.
+    """Return the conformance checks for an algorithm.
 
     Args:
-        algorithm: Name of the algorithm, or a record that is not installed yet.
+        algorithm: Name of an installed algorithm, or the record of an algorithm that is not installed yet.
         config: Settings for a short training run.
-        id: Environment for the checks; None: a small one of Gymnasium, chosen by the action spaces.
-        steps: Environment steps of a training run.
+        id: Environment ID for the checks. Defaults to a small Gymnasium environment with an action space that the
+            algorithm supports.
+        steps: Number of environment steps in a training run.
 
     Raises:
         UnknownNameError: The algorithm does not exist.

@@ -1,4 +1,4 @@
-"""A check that training does not make the policy worse on a task that every algorithm can learn."""
+"""A check that training does not worsen the policy on a task that every algorithm can learn."""
 
 from __future__ import annotations
 
@@ -13,29 +13,33 @@ from gymnasium.envs.registration import EnvSpec
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_devkit.testing.checks import NotApplicable, expect
 
-_WORSE = 0.2  # of the reward per step: untrained policies get about −0.5, the best 0, the worst less than −1
+_WORSE = 0.2  # tolerated decrease of the mean reward: untrained policies reach −0.5, the best 0, the worst below −1
 _OBSERVATIONS = 256
 
 
 class Aim(gym.Env[Any, Any]):
-    """Shows a number in [−1, 1] in each step; the reward is 0 if the action equals it (or its sign), else lower."""
+    """An environment whose observation directly shows the best action.
+
+    Each observation is a random number in [−1, 1]. The reward is 0 for a continuous action that equals this number, or
+    for a discrete action that is 1 for positive numbers and 0 otherwise. All other actions have a negative reward.
+    """
 
     def __init__(self, discrete: bool) -> None:
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.action_space = gym.spaces.Discrete(2) if discrete else gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Show the first number."""
+        """Return the first number."""
         super().reset(seed=seed)
         return self._show(), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Reward the action, and show another number."""
+        """Return the next number and the reward of the action for the previous number."""
         reward = float(self.rewards(self._shown[None], np.asarray(action)[None])[0])
         return self._show(), reward, False, False, {}
 
     def rewards(self, shown: Any, actions: Any) -> Any:
-        """Return the rewards (n,) of actions for shown numbers (n, 1)."""
+        """Return the reward (n,) of each action for the observed number (n, 1) in the same row."""
         if isinstance(self.action_space, gym.spaces.Discrete):
             return -np.abs(np.asarray(actions).reshape(-1) - (shown[:, 0] > 0.0))
         return -np.abs(np.asarray(actions).reshape(-1) - shown[:, 0])
@@ -46,7 +50,7 @@ class Aim(gym.Env[Any, Any]):
 
 
 def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
-    """If the best action can be read from the observation, training does not lead to worse actions."""
+    """If the observation directly shows the best action, training does not make the actions worse."""
     space = subject.untrained.action_space
     if not subject.has_kit_environment:
         raise NotApplicable("the difficulty of the given environment is unknown")

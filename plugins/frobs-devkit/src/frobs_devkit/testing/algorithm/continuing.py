@@ -1,4 +1,4 @@
-"""Checks that training can be continued, and that a policy can be saved separately."""
+"""Checks that training can be resumed and that a policy can be saved without the training state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from frobs_devkit.testing.compare import difference, expect_same
 
 
 class _SavingMonitor(Monitor):
-    """Takes the first checkpoint that is offered after a number of steps, with a copy of the environment."""
+    """A monitor that saves the first checkpoint offered at or after a given step, and copies the environment."""
 
     def __init__(self, env: Watched, folder: Path, when: int) -> None:
         super().__init__(env)
@@ -25,7 +25,7 @@ class _SavingMonitor(Monitor):
         self._folder, self._when = folder, when
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Take the first checkpoint in the second half."""
+        """Save the first checkpoint that is offered at or after the given step, and copy the environment."""
         super().offer_checkpoint(steps, save)
         if steps >= self._when and self.saved_at is None:
             save(self._folder, None)
@@ -34,7 +34,7 @@ class _SavingMonitor(Monitor):
 
 @after("same_seed_repeats", "load_equals_save")
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
-    """A checkpoint from the middle of a training run continues exactly after it is loaded."""
+    """A training run that is resumed from a checkpoint continues exactly like an uninterrupted run."""
     if not subject.record.exact_resume:
         raise NotApplicable("the record declares exact_resume=False")
     with closing(subject.make_env()) as env:
@@ -70,7 +70,7 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
 
 
 def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:
-    """A policy from ``save_policy`` predicts the same after it is loaded without an environment."""
+    """A policy saved with ``save_policy`` predicts the same actions when it is loaded without an environment."""
     algorithm: Algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save_policy(Path(folder))

@@ -1,4 +1,4 @@
-"""Checks of learning, stopping, predictions, reproducibility and settings."""
+"""Checks of an algorithm's learning, stopping, predictions, reproducibility and settings."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
-_FARTHEST = 10.0  # limit for unbounded observations
+_FARTHEST = 10.0  # limit that replaces infinite bounds of observations
 
 
 class _Impatient(Monitor):
-    """Stops after the first progress report."""
+    """A monitor that stops training after the first progress report."""
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Store the steps, and stop."""
+        """Store the report and stop training."""
         super().on_progress(steps, metrics)
         return False
 
 
 class _Curious(Monitor):
-    """Requests deterministic and stochastic predictions whenever progress is reported."""
+    """A monitor that requests deterministic and stochastic predictions at each progress report."""
 
     algorithm: Algorithm
     seen: Any
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Request predictions, and continue."""
+        """Request predictions and continue training."""
         for deterministic in (True, False):
             self.algorithm.predict(self.seen, deterministic=deterministic)
         return super().on_progress(steps, metrics)
 
 
 def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
-    """The algorithm's spaces are those of a single environment, not of the batch."""
+    """The algorithm's spaces equal the spaces of a single environment, not the batched spaces."""
     with closing(subject.make_env()) as env:
         for name, wanted in (("observation", env.single_observation_space), ("action", env.single_action_space)):
             found = getattr(subject.untrained, f"{name}_space")
@@ -50,7 +50,7 @@ def spaces_are_kept(subject: AlgorithmUnderTest) -> None:
 
 
 def learns(subject: AlgorithmUnderTest) -> None:
-    """Training runs for its steps, reports progress with increasing steps, and changes the policy."""
+    """Training runs for the requested number of steps, reports increasing step counts, and changes the policy."""
     seen = subject.observations(8)
     algorithm, monitor = subject.trained
     expect(monitor.steps, "on_progress was never called.")
@@ -62,7 +62,7 @@ def learns(subject: AlgorithmUnderTest) -> None:
 
 
 def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
-    """Reported steps are those of all environments together; training actions are in the action space."""
+    """Reported step counts include the steps of all environments, and all training actions are in the action space."""
     monitor = subject.trained[1]
     env = monitor.env
     expect(
@@ -73,7 +73,7 @@ def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
 
 
 def stops_when_told(subject: AlgorithmUnderTest) -> None:
-    """Training ends when ``on_progress`` returns False, without further steps or reports."""
+    """Training stops as soon as ``on_progress`` returns False, without further steps or reports."""
     monitor = subject.train(subject.enough, monitor=_Impatient)[1]
     if not monitor.steps:
         raise Inconclusive("on_progress was never called")
@@ -85,7 +85,10 @@ def stops_when_told(subject: AlgorithmUnderTest) -> None:
 
 
 def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
-    """Predictions for a batch are in the space; deterministic ones are repeatable and do not depend on other rows."""
+    """Predictions are in the action space, and deterministic predictions are repeatable.
+
+    The deterministic prediction for one row of a batch does not depend on the other rows.
+    """
     extreme = _extreme_observations(subject.untrained.observation_space)
     for algorithm in (subject.untrained, subject.trained[0]):
         seen = subject.observations(5)
@@ -101,7 +104,7 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
 
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
-    """The same seed gives the same result; another seed gives a different one."""
+    """Training gives the same result with the same seed and a different result with another seed."""
     if not subject.record.reproducible:
         raise NotApplicable("the record declares reproducible=False")
     seen = subject.observations(8)
@@ -115,19 +118,19 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
 
 
 def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
-    """Training resets its environment without a seed, because the episodes would otherwise repeat."""
+    """Training resets the environment without a seed, because a fixed seed would repeat the same episodes."""
     seeds = subject.trained[1].env.seeds
     expect(not seeds, f"training resets its environment with the seed {seeds[:1]}; call reset() without one.")
 
 
 @after("same_seed_repeats")
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
-    """Predictions during training do not affect the weights or the random generators."""
+    """Predictions during training do not affect the weights or the random number generators."""
     if not subject.record.reproducible:
         raise NotApplicable("the record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
-    if len(told.steps) < 2:  # nothing was learned after the first predictions
+    if len(told.steps) < 2:  # with a single report, no training follows the predictions
         total = subject.enough
         trained = subject.train(total)[0]
     with closing(subject.make_env()) as env:
@@ -139,7 +142,7 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
 
 
 def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:
-    """An unknown setting is rejected by name."""
+    """An unknown setting raises an error that contains the setting's name."""
     with expect_raises(UnknownParameterError, "a setting 'no_such_setting'", naming="no_such_setting"):
         subject.record.load().resolve_config({**subject.config, "no_such_setting": 1})
 
@@ -154,7 +157,10 @@ def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
 
 
 def _extreme_observations(space: gym.Space[Any]) -> Any:
-    """Return the corners of flat observation spaces, (4, k), far from the training data."""
+    """Return four corners of a flat observation space, (4, k), or None for other spaces.
+
+    The corners are far from the observations during training.
+    """
     if not isinstance(space, gym.spaces.Box) or len(space.shape) != 1:
         return None
     low, high = np.maximum(space.low, -_FARTHEST), np.minimum(space.high, _FARTHEST)

@@ -1,4 +1,4 @@
-"""Checks of saved files."""
+"""Checks of the files that an algorithm saves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SAFE_MODULES = ("torch", "collections", "_codecs", "numpy")
 
 
 def load_equals_save(subject: AlgorithmUnderTest) -> None:
-    """A saved algorithm predicts the same after it is loaded, with and without an environment."""
+    """A saved algorithm predicts the same actions when it is loaded, with and without an environment."""
     algorithm = subject.trained[0]
     with tempfile.TemporaryDirectory() as folder:
         algorithm.save(Path(folder))
@@ -35,7 +35,7 @@ def load_equals_save(subject: AlgorithmUnderTest) -> None:
 
 
 def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
-    """Saved files only contain tensors and plain values, and do not build Python objects when they are opened."""
+    """Saved files contain only tensors and plain values, so opening them creates no arbitrary Python objects."""
     with tempfile.TemporaryDirectory() as folder:
         subject.trained[0].save(Path(folder))
         files = [path for path in sorted(Path(folder).rglob("*")) if path.is_file()]
@@ -55,7 +55,7 @@ def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
 
 
 def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
-    """Loading a folder with a missing or damaged file to continue training raises CheckpointError."""
+    """Loading a checkpoint with a missing or damaged file raises CheckpointError or UntrustedFileError."""
     algorithm = subject.untrained
     with tempfile.TemporaryDirectory() as folder, closing(subject.make_env()) as env:
         algorithm.save(Path(folder))
@@ -71,7 +71,7 @@ def missing_files_are_told(subject: AlgorithmUnderTest) -> None:
 
 
 def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
-    """Yield the name and content of a file, or of the files in an archive."""
+    """Yield the name and content of a file, or of each file in a ZIP archive."""
     data = path.read_bytes()
     if not zipfile.is_zipfile(io.BytesIO(data)):
         yield path.name, data
@@ -82,7 +82,7 @@ def _contents(path: Path) -> Iterator[tuple[str, bytes]]:
 
 
 def _holds_objects(content: bytes) -> bool:
-    """Return whether this is a NumPy array that contains Python objects."""
+    """Return whether the content is a NumPy file whose array contains Python objects."""
     if not content.startswith(np.lib.format.MAGIC_PREFIX):
         return False
     try:
@@ -93,7 +93,7 @@ def _holds_objects(content: bytes) -> bool:
 
 
 def _what_a_pickle_builds(content: bytes) -> set[str]:
-    """Return the names that a pickle would import besides tensors and plain containers; empty if it is not a pickle."""
+    """Return the names that a pickle imports from unsafe modules, or an empty set if the content is not a pickle."""
     if content[:1] != pickle.PROTO:
         return set()
     found, strings = set(), []

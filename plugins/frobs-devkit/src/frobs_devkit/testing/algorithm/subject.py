@@ -1,4 +1,4 @@
-"""The algorithm to check, on a small environment of Gymnasium."""
+"""The algorithm to check, with its training environment and training runs."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
 
 ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
-"""Environments for the checks, by action space."""
+"""Default environment ID for each type of action space."""
 
 _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Counts the steps of all environments. Stores the first actions outside the space, and the seeds of resets."""
+    """A vector wrapper that counts steps and stores reset seeds and the first actions outside the action space."""
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
@@ -33,13 +33,13 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self.seeds: list[Any] = []
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Store the seed, and reset."""
+        """Store the seed, and reset the environments."""
         if seed is not None:
             self.seeds.append(seed)
         return super().reset(seed=seed, options=options)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Count, check, and step."""
+        """Count the steps, check the actions, and step the environments."""
         self.taken += self.num_envs
         if self.outside is None and not self.action_space.contains(np.asarray(actions, self.action_space.dtype)):
             self.outside = np.array(actions)
@@ -47,12 +47,12 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
 
 class Monitor:
-    """Stores the reported rows of the log and the steps of offered checkpoints."""
+    """A training monitor that stores the reported metrics and the step counts of offered checkpoints."""
 
     def __init__(self, env: Watched) -> None:
         self.env = env
         self.steps: list[int] = []
-        self.taken: list[int] = []  # environment steps when the rows were reported
+        self.taken: list[int] = []  # number of environment steps at each report
         self.rows: list[dict[str, float]] = []
         self.offers: list[int] = []
 
@@ -61,23 +61,23 @@ class Monitor:
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Store the row, and continue."""
+        """Store the metrics and continue training."""
         self.steps.append(steps)
         self.taken.append(self.env.taken)
         self.rows.append(dict(metrics))
         return True
 
     def on_episodes(self, rewards: Any, lengths: Any, successes: Any = None, terms: Any = None) -> None:
-        """Ignore episodes of other environments."""
+        """Ignore episodes in environments that the algorithm created itself."""
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Store the steps without saving a checkpoint."""
+        """Store the step count without saving a checkpoint."""
         self.offers.append(steps)
 
 
 @dataclass(frozen=True, eq=False)
 class AlgorithmUnderTest:
-    """An algorithm, by its record, with the ID and the settings for the checks."""
+    """The record of an algorithm, with the environment ID and the settings for its checks."""
 
     record: AlgorithmRecord
     id: str | EnvSpec
@@ -86,11 +86,11 @@ class AlgorithmUnderTest:
 
     @property
     def has_kit_environment(self) -> bool:
-        """Whether the environment is the kit's choice."""
+        """Whether the environment is one of the kit's default environments."""
         return self.id in ENVIRONMENTS.values()
 
     def make_env(self, max_episode_steps: int | None = None) -> Watched:
-        """Create the environment like a run: same-step autoreset, seeded."""
+        """Create a seeded vector environment with same-step autoreset, as in a training run."""
         limit: dict[str, Any] = {} if max_episode_steps is None else {"max_episode_steps": max_episode_steps}
         env = gym.make_vec(
             self.id,
@@ -110,7 +110,7 @@ class AlgorithmUnderTest:
     def train(
         self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor
     ) -> tuple[Algorithm, Monitor]:
-        """Train a new algorithm; return it with its monitor."""
+        """Train a new algorithm, and return the algorithm and its monitor."""
         with closing(self.make_env()) as env:
             algorithm, told = self.make(env, seed), monitor(env)
             algorithm.train(steps, told)
@@ -124,16 +124,19 @@ class AlgorithmUnderTest:
 
     @cached_property
     def trained(self) -> tuple[Algorithm, Monitor]:
-        """The algorithm after :attr:`steps`, with its monitor; shared by several checks."""
+        """The algorithm after training for :attr:`steps` steps, and its monitor.
+
+        Several checks share this training run.
+        """
         return self.train(self.steps)
 
     @property
     def enough(self) -> int:
-        """Environment steps in which at least four iterations begin, according to a first training run."""
+        """Number of environment steps for at least four iterations, estimated from a first training run."""
         told = [0, *self.trained[1].steps]
         return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
 
     def observations(self, count: int) -> Any:
-        """Draw observations of episodes; (count, …)."""
+        """Return the first observations of ``count`` episodes, (count, …)."""
         with closing(gym.make(self.id)) as env:
             return np.stack([env.reset(seed=seed)[0] for seed in range(count)])

@@ -1,4 +1,4 @@
-"""Checks of algorithms that discount rewards: the discount and the final observations must have an effect."""
+"""Checks that the discount and the final observations of episodes affect training."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expe
 from frobs_devkit.testing.compare import difference
 
 _DISCOUNT = "gamma"
-_OTHER = 0.5  # a discount that is not the default of any algorithm
+_OTHER = 0.5  # a discount that no algorithm uses by default
 _EPISODE = 10  # [steps]
 
 
 class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Negates the final observations of truncated episodes."""
+    """A vector wrapper that negates the final observations of episodes and counts truncated episodes."""
 
     ends = 0
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and negate the final observations in the info."""
+        """Step the environments, and negate the final observations in the info."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
             self.ends += int(truncated.sum())
@@ -38,7 +38,7 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
 @after("same_seed_repeats")
 def discount_counts(subject: AlgorithmUnderTest) -> None:
-    """Training with another discount ``gamma`` has a different result, because the setting is used."""
+    """Training with a different discount ``gamma`` gives a different result."""
     _require_discount(subject)
     other = replace(subject, config={**subject.config, _DISCOUNT: _OTHER})
     expect(
@@ -50,9 +50,10 @@ def discount_counts(subject: AlgorithmUnderTest) -> None:
 
 @after("same_seed_repeats")
 def final_observations_count(subject: AlgorithmUnderTest) -> None:
-    """Truncated episodes bootstrap the value of the final observation, not that of the next episode's first one.
+    """Truncated episodes bootstrap from the final observation, not from the first observation of the next episode.
 
-    With same-step autoreset the final observation is ``info["final_obs"]``, not what ``step`` returns.
+    With same-step autoreset, ``info["final_obs"]`` contains the final observation, and ``step`` returns the first
+    observation of the next episode.
     """
     _require_discount(subject)
     told = []
@@ -85,7 +86,7 @@ def _require_discount(subject: AlgorithmUnderTest) -> None:
 
 
 def _differs(subject: AlgorithmUnderTest, one: tuple[Any, Monitor], other: tuple[Any, Monitor]) -> bool:
-    """Return whether two training runs differ in their result or in their reports."""
+    """Return whether two training runs differ in their predictions or in their reported metrics."""
     seen = subject.observations(8)
     learned = [algorithm.predict(seen)[0] for algorithm, _ in (one, other)]
     return one[1].rows != other[1].rows or difference(*learned) is not None

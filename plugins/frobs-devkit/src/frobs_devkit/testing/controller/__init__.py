@@ -1,4 +1,4 @@
-"""Checks of a controller on a suitable robot."""
+"""Conformance checks for a controller on a suitable robot."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from frobs_devkit.testing.controller import contract, motion
 from frobs_devkit.testing.controller.subject import ControllerUnderTest
 
 CHECKS = checks_of(contract, motion)
-"""All checks of a controller, in the order in which they run."""
+"""All controller checks, in the order in which they run."""
 
 
 def check_controller(
     controller: str | ControllerRecord, robot: str | Robot | None = None, simulator: str = "mujoco", **kwargs: Any
 ) -> list[Check]:
-    """Return the checks of a controller.
+    """Return the conformance checks for a controller.
 
     Args:
-        controller: Name of the controller, or a record that is not installed yet.
-        robot: Robot for the checks, by name or description; None: a small arm, or a small rover if the controller
-            cannot control the arm.
-        simulator: Simulator for the checks, by name.
-        **kwargs: Keywords of the controller.
+        controller: Name of an installed controller, or the record of a controller that is not installed yet.
+        robot: Name or description of the robot for the checks. Defaults to a small arm, or to a small rover if the
+            controller cannot control the arm.
+        simulator: Name of the simulator for the checks.
+        **kwargs: Keyword arguments of the controller.
 
     Raises:
-        UnknownNameError: A name does not exist.
+        UnknownNameError: The controller, robot or simulator does not exist.
     """
     record = plugins.get_record("controller", controller) if isinstance(controller, str) else controller
     simulator_record = plugins.get_record("simulator", simulator)

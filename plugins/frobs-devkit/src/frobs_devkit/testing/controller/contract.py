@@ -1,4 +1,4 @@
-"""Checks of a controller's contract: keywords, spaces, masks, rows, snapshots."""
+"""Checks of the controller contract: keyword arguments, spaces, masks, batch rows and snapshots."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerU
 
 
 def keywords_are_keyword_only(subject: ControllerUnderTest) -> None:
-    """The implementation is a Controller whose constructor takes keyword-only parameters with defaults."""
+    """The implementation is a subclass of Controller, and its constructor has only keyword parameters with defaults."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Controller), f"{cls} is not a subclass of Controller.")
     expect_keyword_only(cls)
 
 
 def actions_are_normalized(subject: ControllerUnderTest) -> None:
-    """The action space is a float32 Box within [−1, 1], or discrete."""
+    """The action space is a float32 Box within [−1, 1] or a discrete space."""
     with subject.bind() as bound:
         space = bound.controller.action_space
         if isinstance(space, gym.spaces.Box):
@@ -39,7 +39,7 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
 
 
 def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
-    """If bound to the same joints in reverse order, a controller gives the same commands in reverse order."""
+    """Reversing the order of the joints in a group reverses the order of the controller's commands."""
     commands = []
     for reverse in (False, True):
         try:
@@ -56,7 +56,7 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
 
 
 def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
-    """If each element of an action moves one joint, element i moves joint i of the group, regardless of the names."""
+    """If each action element moves a single joint, element i moves joint i of the group, regardless of joint names."""
     for reverse in (False, True):
         try:
             with subject.bind(reverse=reverse) as bound:
@@ -79,14 +79,14 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
 
 
 def _moved_columns(bound: Bound, number: int) -> list[int]:
-    """Return the columns of the command that change with one element of an action."""
+    """Return the indices of the command columns that depend on one element of the action."""
     commands = [bound.controller.apply(action).copy() for action in bound.extremes(number)]
     changed = (commands[0] != commands[1]).reshape(-1, bound.robot.dof).any(axis=0)
     return np.flatnonzero(changed).tolist()
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:
-    """Commands are finite, (num_envs, dof) or with one row for each physics step."""
+    """Commands are finite and have the shape (num_envs, dof) or (num_envs, decimation, dof)."""
     with subject.bind() as bound:
         expect(isinstance(bound.controller.command_mode, CommandMode), "command_mode is not a CommandMode.")
         n, dof = NUM_ENVS, bound.robot.dof
@@ -100,7 +100,7 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> None:
 
 
 def info_has_its_shape(subject: ControllerUnderTest) -> None:
-    """The reported metrics are finite numbers, (num_envs,) each, with the same names in each step."""
+    """``info`` returns the same keys in each step, each with an array of finite numbers of shape (num_envs,)."""
     if subject.record.load().info is Controller.info:
         raise NotApplicable("the controller reports no info keys")
     with subject.bind() as bound:
@@ -119,7 +119,7 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
 
 
 def actions_are_clipped(subject: ControllerUnderTest) -> None:
-    """An action outside a Box has the same effect as the nearest one inside."""
+    """An action outside a Box space has the same effect as the nearest action inside the space."""
     commands = []
     for scale in (1.0, 5.0):
         with subject.bind() as bound:
@@ -131,7 +131,7 @@ def actions_are_clipped(subject: ControllerUnderTest) -> None:
 
 
 def action_changes_are_followed(subject: ControllerUnderTest) -> None:
-    """If the action changes by ``max_action_change``, the command moves as fast as the velocity limits allow."""
+    """If the action changes by ``max_action_change``, the command changes as fast as the velocity limits allow."""
     with subject.bind() as bound:
         change, space, robot = bound.controller.max_action_change, bound.controller.action_space, bound.robot
         if change is None or not isinstance(space, gym.spaces.Box) or space.low.size != robot.dof:
@@ -139,7 +139,8 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         middle = (space.low.astype(np.float64) + space.high) / 2.0
         for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
-        share = np.minimum(0.5, (space.high - middle) / change)  # fraction of the change that stays in the space
+        # fraction of the change that keeps the action in its space
+        share = np.minimum(0.5, (space.high - middle) / change)
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
         allowed = robot.velocity_limit * subject.control_timestep
@@ -155,7 +156,7 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
 
 
 def apply_reads_only(subject: ControllerUnderTest) -> None:
-    """``apply`` does not modify its actions or the simulation."""
+    """``apply`` modifies neither the given actions nor the simulation."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(5), seed=6):
             given = 3 * action if isinstance(bound.controller.action_space, gym.spaces.Box) else action
@@ -169,14 +170,14 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 
 
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
-    """The record's needs are existing capabilities with levels."""
+    """Each of the record's ``needs`` is an existing capability with a level."""
     for capability, level in subject.record.needs.items():
         expect(capability in abilities(), f"it needs '{capability}', which is not a capability.")
         expect(isinstance(level, Level), f"the needed level of '{capability}' is {level!r}, not a Level.")
 
 
 def controllers_share_nothing(subject: ControllerUnderTest) -> None:
-    """A second controller that works in between does not affect the first."""
+    """A second controller that runs at the same time does not affect the first controller."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(8), seed=11)
         expected = [bound.step(action) for action in actions]
@@ -188,7 +189,7 @@ def controllers_share_nothing(subject: ControllerUnderTest) -> None:
 
 
 def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
-    """A reset only affects the environments of its mask."""
+    """A reset affects only the environments that its mask selects."""
     mask = np.arange(NUM_ENVS) == 0
     with subject.bind() as bound, subject.bind() as other, subject.bind() as fresh:
         history = bound.actions(subject.count(12), seed=4)
@@ -203,7 +204,7 @@ def reset_honours_the_mask(subject: ControllerUnderTest) -> None:
 
 
 def rows_equal_singles(subject: ControllerUnderTest) -> None:
-    """Environment i of a batch gets the same commands as a single environment with the same actions."""
+    """With the same actions, environment i of a batch receives the same commands as a single environment."""
     with subject.bind() as bound:
         actions = bound.actions(subject.count(25), seed=7)
         expected = [bound.step(action) for action in actions]
@@ -215,11 +216,12 @@ def rows_equal_singles(subject: ControllerUnderTest) -> None:
 
 
 def snapshots_continue(subject: ControllerUnderTest) -> None:
-    """A restored controller, with its simulation, continues exactly."""
+    """After a controller and its simulation are restored from snapshots, the commands repeat exactly."""
     with subject.bind() as bound:
         for action in bound.actions(subject.count(9), seed=8):
             bound.step(action)
-        state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()  # the latter must be a copy
+        # the controller's snapshot must already be a copy
+        state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()
         expect_rows(state[1], NUM_ENVS, "snapshot()")
         actions = bound.actions(subject.count(9), seed=9)
         expected = [bound.step(action) for action in actions]

@@ -1,4 +1,4 @@
-"""Checks of how a controller moves a robot."""
+"""Checks of the robot motion that a controller produces."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerU
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
-    """Different actions give different commands, even if only one element differs, and the robot moves."""
+    """Actions that differ in any element produce different commands, and the robot moves."""
     with subject.bind() as bound:
         space = bound.controller.action_space
         start = bound.robot.joint_positions.copy()
@@ -31,19 +31,20 @@ def actions_matter(subject: ControllerUnderTest) -> None:
 
 
 def _tells(bound: Bound, number: int) -> bool:
-    """Return whether the minimum and the maximum of one element of an action give different commands."""
+    """Return whether the minimum and the maximum of one action element produce different commands."""
     traces = [[bound.step(action) for _ in range(2)] for action in bound.extremes(number)]
     return not np.array_equal(traces[0], traces[1])
 
 
 @after("actions_matter")
 def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
-    """The command of a control step depends on the action of the same step; ``randomize`` adds delays."""
+    """The command in a control step depends on the action in the same step. Only ``randomize`` adds delays."""
     commands = []
     with subject.bind() as bound:
         for action in bound.opposites():
             bound.begin()
-            commands.append((bound.step(action), bound.robot.joint_positions.copy()))  # update() may have moved it
+            # if update() uses the action instead of apply(), only the positions differ
+            commands.append((bound.step(action), bound.robot.joint_positions.copy()))
     expect(
         difference(*commands) is not None,
         "the first command of an episode is the same for opposite actions, so it belongs to the previous step. Return "
@@ -85,7 +86,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
         bound.step(bound.constant(0.0))
         if (
             np.abs(bound.robot.joint_positions - start).max() < 0.02
-        ):  # otherwise the zero action refers to a fixed position
+        ):  # otherwise, the zero action commands a fixed position
             for _ in range(subject.count(12)):
                 bound.step(bound.constant(0.5 * space.high))
             led = bound.robot.joint_positions - start
@@ -99,9 +100,9 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
 
 
 def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
-    """For any action, commands and the robot stay within the joint limits.
+    """For any action, the commands and the joint positions stay within the joint limits.
 
-    A position command changes by at most the joint's velocity limit in a step.
+    In each control step, a position command changes by no more than the joint's velocity limit allows.
     """
     with subject.bind() as bound:
         space, robot = bound.controller.action_space, bound.robot

@@ -23,7 +23,7 @@ from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 NUM_ENVS = 3
 
 _PHYSICS_TIMESTEP = 0.002  # [s]
-_CONTROL_TIMESTEP = 0.04  # [s] if the record does not define it
+_CONTROL_TIMESTEP = 0.04  # [s], if the record does not define a control timestep
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 
 
@@ -37,7 +37,7 @@ class Bound:
     decimation: int
 
     def step(self, action: Any) -> Floats:
-        """Apply actions and advance by one control step; return the command."""
+        """Apply the actions, advance by one control step, and return the command."""
         command = np.array(self.controller.apply(action))
         self.robot.command(command)
         self.advance()
@@ -51,24 +51,24 @@ class Bound:
             self.simulation.step(self.decimation)
 
     def begin(self, mask: Mask | None = None) -> None:
-        """Begin an episode like an environment."""
+        """Begin an episode by resetting the simulation and the controller, as an environment does."""
         self.simulation.reset(mask)
         self.controller.reset(mask)
 
     def actions(self, steps: int, seed: int) -> list[Any]:
-        """Draw actions for all environments; row i does not depend on the number of environments."""
+        """Draw random actions for all environments. Row i does not depend on the number of environments."""
         space = self.controller.action_space
         drawn = [draw_actions(space, steps, seed=1000 * seed + i) for i in range(self.simulation.num_envs)]
         dtype = np.float64 if isinstance(space, gym.spaces.Box) else np.int64
         return [np.stack(rows).astype(dtype) for rows in zip(*drawn, strict=True)]
 
     def constant(self, value: Any) -> Floats:
-        """Return a constant action for all environments, float64."""
+        """Return the same float64 action for all environments."""
         shape = (self.simulation.num_envs, *(self.controller.action_space.shape or ()))
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
 
     def extremes(self, number: int) -> Iterator[Floats]:
-        """Yield actions with the minimum and the maximum of one element, each at the beginning of an episode."""
+        """Begin two episodes, and yield an action with one element at its minimum, then at its maximum."""
         space = self.controller.action_space
         assert isinstance(space, gym.spaces.Box)
         for bounds in (space.low, space.high):
@@ -78,7 +78,7 @@ class Bound:
             yield self.constant(action)
 
     def opposites(self) -> tuple[Floats, Floats]:
-        """Return two different actions: the minimum and the maximum, or two random ones.
+        """Return two different actions: the minimum and the maximum of a Box space, or two random actions.
 
         Raises:
             Inconclusive: The action space contains only one action.
@@ -96,7 +96,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class ControllerUnderTest:
-    """A controller, by its record."""
+    """The record of a controller, with the simulator, the robot and the keyword arguments for its checks."""
 
     record: ControllerRecord
     simulator: SimulatorRecord
@@ -109,16 +109,16 @@ class ControllerUnderTest:
         return self.record.control_timestep or _CONTROL_TIMESTEP
 
     def count(self, steps: int) -> int:
-        """Return the number of control steps for a check; fewer, but at least 3, if they are longer than usual."""
+        """Return ``steps``, or a smaller number of at least 3 if the control timestep is longer than the default."""
         return min(steps, max(3, round(steps * _CONTROL_TIMESTEP / self.control_timestep)))
 
     @contextmanager
     def bind(
         self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS, *, reverse: bool = False
     ) -> Iterator[Bound]:
-        """Bind a new controller to a new simulation. It is closed at the end of the ``with`` block.
+        """Bind a new controller to a new simulation, which is closed at the end of the ``with`` block.
 
-        With ``reverse``, it is bound to a group of all joints in reverse order.
+        If ``reverse`` is True, the controller is bound to a group of all joints in reverse order.
 
         Raises:
             ConfigurationError: The controller cannot control the robot.

@@ -1,4 +1,4 @@
-"""Checks of an environment ID, of FRobs or of any other package."""
+"""Conformance checks for the environments of FRobs and other packages."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from frobs_devkit.testing.environment import (
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
 CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, vector, randomization, pictures)
-"""All checks of an environment, in the order in which they run."""
+"""All environment checks, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")
-"""Ending of IDs whose task ``frobs migrate`` could not translate."""
+"""Pattern for the IDs of environments whose task ``frobs migrate`` could not translate."""
 
 
 def check_env(id: str, **kwargs: Any) -> list[Check]:
-    """Return the checks of an environment ID.
+    """Return the conformance checks for an environment ID.
 
-    Nothing is created until a check runs. Checks of features that only environments of FRobs have (``snapshot``, reward
-    terms, …) are not applicable to others. For an ID that ends in ``Skeleton-v0``, an inconclusive check reports that
-    its task is a stand-in.
+    No environment is created until a check runs. Checks of FRobs-specific features, such as ``snapshot`` and reward
+    terms, do not apply to environments of other packages. If the ID ends in ``Skeleton-v0``, an additional inconclusive
+    check reports that the environment's task is only a placeholder.
 
     Args:
-        id: A Gymnasium ID, also in the self-importing form ``"frobs_core:frobs/Irb120Reach-v0"``.
-        **kwargs: Keywords of the environment: ``simulator=``, ``controller=``, …
+        id: A Gymnasium ID, optionally with a module to import, as in ``"frobs_core:frobs/Irb120Reach-v0"``.
+        **kwargs: Keyword arguments of the environment, such as ``simulator=`` and ``controller=``.
     """
     checks = collect(EnvUnderTest(id, kwargs), map(_if_able, CHECKS))
     if SKELETON.search(id):
@@ -52,7 +52,7 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
 
 
 def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest], None]:
-    """Return a check that is not applicable if it needs abilities that the simulator does not claim."""
+    """Return a check that raises NotApplicable if the simulator does not claim a required ability."""
 
     @wraps(function)
     def check(subject: EnvUnderTest) -> None:

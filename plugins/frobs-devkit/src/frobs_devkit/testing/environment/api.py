@@ -1,4 +1,4 @@
-"""Checks of an environment from outside: third-party checkers, spec, keywords, other processes."""
+"""Checks of an environment's public API: third-party checkers, spec, keyword arguments and other processes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ sys.stdout.buffer.write(b"observations:" + pickle.dumps(observations))
 
 @after("spaces_hold")
 def gymnasium_checker(subject: EnvUnderTest) -> None:
-    """Gymnasium's environment checker reports nothing, not even a warning."""
+    """Gymnasium's environment checker reports no errors and no warnings."""
     subject.require_pause()
     with closing(subject.make()) as env:
         _without_a_warning(lambda: gymnasium_check_env(env.unwrapped, skip_render_check=True))
@@ -46,7 +46,7 @@ def gymnasium_checker(subject: EnvUnderTest) -> None:
 
 @after("spaces_hold")
 def stable_baselines3_checker(subject: EnvUnderTest) -> None:
-    """The environment checker of stable-baselines3 reports nothing, not even a warning."""
+    """The environment checker of Stable-Baselines3 reports no errors and no warnings."""
     subject.require_pause()
     if importlib.util.find_spec("stable_baselines3") is None:
         raise Inconclusive("stable-baselines3 is not installed: pip install stable-baselines3")
@@ -57,7 +57,7 @@ def stable_baselines3_checker(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def spec_pickles(subject: EnvUnderTest) -> None:
-    """An environment's spec can be pickled, and then creates the same environment."""
+    """An environment's spec can be pickled, and the unpickled spec creates the same environment."""
     subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=3)
@@ -68,7 +68,7 @@ def spec_pickles(subject: EnvUnderTest) -> None:
 
 
 def close_twice(subject: EnvUnderTest) -> None:
-    """Closing twice has no effect, before and after a reset."""
+    """Closing an environment a second time has no effect, both before and after a reset."""
     for resets in (0, 1):
         env = subject.make()
         if resets:
@@ -83,7 +83,7 @@ def close_twice(subject: EnvUnderTest) -> None:
 
 
 def unknown_keyword_refused(subject: EnvUnderTest) -> None:
-    """An unknown keyword is rejected by name."""
+    """An unknown keyword argument raises an error that contains the argument's name."""
     with closing(subject.make()) as env:
         require_ours(env)
     with expect_raises(UnknownParameterError, "make(no_such_parameter=1)", naming="no_such_parameter"):
@@ -92,7 +92,7 @@ def unknown_keyword_refused(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def fresh_process(subject: EnvUnderTest) -> None:
-    """A process that only imported Gymnasium can create the environment, and gets the same observations."""
+    """A process that imports only Gymnasium can create the environment and receives the same observations."""
     subject.require_pause()
     with closing(subject.make()) as env:
         actions = draw_actions(env.action_space, 5, seed=11)

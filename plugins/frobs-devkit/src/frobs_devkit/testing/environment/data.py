@@ -1,4 +1,4 @@
-"""Checks of returned data: spaces, finite numbers, memory, constant elements."""
+"""Checks of returned data: spaces, finite numbers, shared memory and constant elements."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _SEEDS = range(20)
 
 
 def spaces_hold(subject: EnvUnderTest) -> None:
-    """Observations match their space's dtype and shape; rewards are numbers, terminations are bool; also in a batch."""
+    """Observations match their spaces, rewards are numbers, and ``terminated`` and ``truncated`` are bool.
+
+    This applies to single environments and to batches.
+    """
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
             _expect_member(env.observation_space, observation, f"step {k}")
@@ -44,7 +47,7 @@ def spaces_hold(subject: EnvUnderTest) -> None:
 
 
 def values_finite(subject: EnvUnderTest) -> None:
-    """All numbers of observation, reward and info are finite."""
+    """All numbers in observations, rewards and infos are finite."""
     with closing(subject.make()) as env:
         for k, observation, result in _returned(env):
             parts: dict[str, Any] = {"the observation": observation}
@@ -58,7 +61,7 @@ def values_finite(subject: EnvUnderTest) -> None:
 
 
 def observations_share_no_memory(subject: EnvUnderTest) -> None:
-    """A returned observation is never overwritten, in the single environment and in the batch."""
+    """Neither a single environment nor a batch overwrites an observation that it has returned."""
     with closing(subject.make()) as env:
         _expect_own_memory((observation for _, observation, _ in _returned(env)), "the environment")
     with closing(subject.make_vec(2, AutoresetMode.SAME_STEP)) as env:
@@ -66,11 +69,10 @@ def observations_share_no_memory(subject: EnvUnderTest) -> None:
 
 
 def observation_elements_vary(subject: EnvUnderTest) -> None:
-    """No element of the observation is constant in random episodes; goals differ between episodes.
+    """No observation element is constant over random episodes, and goals differ between episodes.
 
-    An element of the desired goal may be constant if that of the achieved goal varies, because both have the same
-    shape: the height of goals on a floor, for example. At least one element of the desired goal must differ between
-    episodes.
+    An element of the desired goal may be constant if the same element of the achieved goal varies. For example, all
+    goals on a floor have the same height. At least one element of the desired goal must differ between episodes.
     """
     seen: dict[str, list[np.ndarray[Any, Any]]] = {}
     first: dict[str, list[np.ndarray[Any, Any]]] = {}
@@ -100,12 +102,12 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
 
 
 def _constant_elements(rows: np.ndarray[Any, Any]) -> list[list[int]]:
-    """Return the indices of the elements that are equal in all rows (k, …)."""
+    """Return the indices of the elements that have the same value in all rows (k, …)."""
     return np.argwhere((rows == rows[0]).all(axis=0)).tolist()
 
 
 def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
-    """Return the columns that, according to the task, only change once the agent achieves something."""
+    """Return the observation columns of the task's ``late_terms``, which may stay constant in random episodes."""
     base: Any = env.unwrapped
     if not hasattr(base, "observations"):
         return set()
@@ -115,7 +117,7 @@ def _late_columns(env: gym.Env[Any, Any]) -> set[int]:
 
 
 def _returned(env: gym.Env[Any, Any], steps: int = _STEPS, seed: int = 0) -> Iterator[tuple[int, Any, Any]]:
-    """Yield the step, the observation and the other returned values over random episodes."""
+    """Play random episodes, and yield the step number, the observation and the other values returned by ``step``."""
     observation, _ = env.reset(seed=seed)
     yield 0, observation, None
     for k, action in enumerate(draw_actions(env.action_space, steps, seed), start=1):

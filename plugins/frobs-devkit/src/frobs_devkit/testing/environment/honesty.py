@@ -1,4 +1,4 @@
-"""Checks that returned values belong to the current step, and that episodes end for the stated reason."""
+"""Checks that returned values belong to the current step and that episodes end for the reported reason."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FOREIGN = ("is_success", "episode", "final_obs", "final_info", "TimeLimit.trunc
 
 
 def step_shows_its_action(subject: EnvUnderTest) -> None:
-    """Two opposite actions from one state give different observations and rewards in the same step."""
+    """Opposite actions in the same state result in different observations and rewards in that step."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
@@ -37,7 +37,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
-                for before in draw_actions(space, 2, seed):  # delayed values show these actions, which are equal
+                for before in draw_actions(space, 2, seed):  # delayed values would depend on these identical actions
                     env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
                 rewards |= {steps[-1][1], float(env.step(action)[1])}
@@ -52,7 +52,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
 
 
 def ends_have_their_reason(subject: EnvUnderTest) -> None:
-    """Episodes are truncated after exactly ``max_episode_steps``, and terminated exactly when the task reports it."""
+    """Episodes are truncated after exactly ``max_episode_steps``, and terminated if and only if the task ends them."""
     with closing(subject.make()) as env:
         limit = env.spec.max_episode_steps if env.spec else None
         if not limit or limit > _LONGEST:
@@ -97,7 +97,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
 
 
 def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
-    """An info only contains ``is_success`` and keys that begin with ``frobs/``."""
+    """All info keys begin with ``frobs/``, except ``is_success`` and the standard keys of wrappers."""
     with closing(subject.make()) as env:
         require_ours(env)
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]

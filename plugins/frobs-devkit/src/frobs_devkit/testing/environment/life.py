@@ -1,4 +1,4 @@
-"""Checks of an environment's life cycle: time, steps that need a reset, rejected actions, reset options."""
+"""Checks of an environment's life cycle: time, required resets, rejected actions and reset options."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST = 400
 
 
 def time_advances(subject: EnvUnderTest) -> None:
-    """Each step advances the time by exactly ``control_timestep``, and a reset sets it to 0."""
+    """Each step advances the time by exactly ``control_timestep``, and a reset sets the time to 0."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
@@ -38,7 +38,7 @@ def time_advances(subject: EnvUnderTest) -> None:
 
 
 def step_needs_reset(subject: EnvUnderTest) -> None:
-    """A step before the first reset, or after the end of an episode, raises ResetNeededError."""
+    """A step before the first reset or after the end of an episode raises ResetNeededError."""
     with closing(subject.make()) as wrapped:
         require_ours(wrapped)
         env = wrapped.unwrapped
@@ -62,7 +62,10 @@ def step_needs_reset(subject: EnvUnderTest) -> None:
 
 
 def bad_actions_refused(subject: EnvUnderTest) -> None:
-    """Actions of the wrong shape, outside a discrete space or not finite only raise InvalidActionError."""
+    """Actions of the wrong shape, outside a discrete space or not finite raise InvalidActionError.
+
+    A rejected action has no other effect.
+    """
     subject.require_pause()
     with closing(subject.make()) as wrapped:
         require_ours(wrapped)
@@ -86,7 +89,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
 
 
 def reset_options_hold(subject: EnvUnderTest) -> None:
-    """A reset applies its options for joints and goal, and rejects unknown options."""
+    """A reset applies the options that the task declares and rejects unknown options."""
     with closing(subject.make()) as env:
         require_ours(env)
         with expect_raises(UnknownParameterError, "reset(options={'no_such_option': …})"):
@@ -116,7 +119,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
 
 
 def options_hold_by_row(subject: EnvUnderTest) -> None:
-    """If some environments of a batch are reset, each uses its own row of an option."""
+    """If only some environments of a batch are reset, each of them uses its own row of a reset option."""
     subject.require_pause()
     with closing(subject.make()) as single:
         require_ours(single)
@@ -136,7 +139,7 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
 
 
 def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
-    """Return two values of an option with which episodes begin differently; None if no tested value is accepted."""
+    """Return two accepted values of an option that make episodes begin differently, or None if the search fails."""
     accepted: list[tuple[Any, Any]] = []
     for seed in (1, 2):
         goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
@@ -156,7 +159,7 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
 
 
 def _changes_the_beginning(env: Any, name: str) -> bool | None:
-    """Return whether an option changes how an episode begins; None if no tested value is accepted."""
+    """Return whether an option changes the start of an episode, or None if no tested value is accepted."""
     robot, task = inside(env).robot, inside(env).task
 
     def begin(seed: int, options: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -187,7 +190,7 @@ def _goal(observation: Any) -> Any:
 
 
 def _some_joint_positions(robot: Any) -> Any:
-    """Return joint positions near home, inside the limits, (dof,)."""
+    """Return joint positions near home and within the limits, (dof,)."""
     off_home = robot.home[0] + 0.05 * np.where(np.arange(robot.dof) % 2, 1.0, -1.0)
     return np.clip(off_home, robot.position_lower[0], robot.position_upper[0])
 

@@ -1,4 +1,4 @@
-"""Checks of joint groups, several robots and observation terms: each uses its own part of action or observation."""
+"""Checks that joint groups, robots and observation terms use their own parts of actions and observations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, requi
 
 
 def actions_move_their_joints(subject: EnvUnderTest) -> None:
-    """Each part of an action only affects its own joint group; joints without a controller stay at home."""
+    """Each part of an action affects only its own joint group, and joints without a controller stay at home."""
     with closing(subject.make()) as env:
         require_ours(env)
         control, space = inside(env).control, env.action_space
@@ -23,7 +23,7 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
             raise NotApplicable("one controller moves all joints")
 
         def commands(action: Floats) -> dict[str, float]:
-            """Return the command of each joint in the first step of an episode."""
+            """Return the command of each joint for an action in the first step of an episode."""
             env.reset(seed=0)
             rows = control.commands(action[None].astype(np.float64))
             return {
@@ -41,7 +41,7 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
             columns = slice(start, start + controller.action_space.shape[0])
             start = columns.stop
             changed = set()
-            for value in (0.5, -0.5):  # a joint at a limit, such as an open gripper, only moves in one direction
+            for value in (0.5, -0.5):  # a joint at its limit, such as an open gripper's, moves in only one direction
                 action = np.zeros(space.shape)
                 action[columns] = value
                 changed |= {joint for joint, command in commands(action).items() if command != rest[joint]}
@@ -58,7 +58,7 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
 
 
 def terms_fill_their_columns(subject: EnvUnderTest) -> None:
-    """Each observation term fills its own columns with its current value, in order and without gaps."""
+    """Each observation term writes its current value to its own columns, and the columns have no gaps."""
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:

@@ -19,7 +19,7 @@ _SIZE = (96, 128)
 
 @after("same_seed_repeats")
 def render_draws(subject: EnvUnderTest) -> None:
-    """``render()`` returns an image of the configured size that is not empty, and has no side effects."""
+    """``render()`` returns a non-empty image of the configured size and has no side effects."""
     with closing(subject.make()) as env:
         ours = is_ours(env)
         if "rgb_array" not in env.metadata.get("render_modes", ()):
@@ -38,7 +38,7 @@ def render_draws(subject: EnvUnderTest) -> None:
 
 
 class _Rendering(gym.Wrapper[Any, Any, Any, Any]):
-    """Renders after every step."""
+    """A wrapper that renders after every step."""
 
     def step(self, action: Any) -> Any:
         result = self.env.step(action)

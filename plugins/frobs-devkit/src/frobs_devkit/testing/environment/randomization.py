@@ -1,4 +1,4 @@
-"""Checks that randomization and imperfect sensors are determined by the seed and included in snapshots."""
+"""Checks that randomization and imperfect sensors depend only on the seed and are included in snapshots."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 
 @after("disabled_equals_single")
 def randomized_equals_single(subject: EnvUnderTest) -> None:
-    """With everything randomized, each environment of a batch equals a single one, even if reset at different times."""
+    """With everything randomized, batched and single environments are identical, even after masked resets."""
     vector.disabled_equals_single(_randomize_everything(subject))
 
 
 @after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
-    """With everything randomized, a restored snapshot continues exactly, and a seeded reset discards all history."""
+    """With everything randomized, a restored batch continues exactly, and a seeded reset discards all history."""
     randomized = _randomize_everything(subject)
     state.snapshot_continues(randomized)
     seeding.reset_forgets_history(randomized)
 
 
 def _randomize_everything(subject: EnvUnderTest) -> EnvUnderTest:
-    """Return the environment with all supported randomization, unless it already uses randomization."""
+    """Return the subject with all supported randomization, or unchanged if it already uses randomization."""
     with closing(subject.make()) as env:
         require_ours(env)
         if inside(env).randomization is not None:
@@ -71,7 +71,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
 
 @after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
-    """With imperfections in all sensors, a batch equals single environments, and restored snapshots continue."""
+    """With imperfect sensors, batched and single environments are identical, and a restored batch continues exactly."""
     with closing(subject.make()) as env:
         require_ours(env)
         there = inside(env).robot.robot.sensors

@@ -22,14 +22,14 @@ from frobs_devkit.testing.environment.subject import (
 )
 
 _STEPS = 120
-_NEAR_STEPS = 5  # starting next to a goal that is achieved at the beginning
-_PATHS, _PATH = 8, 25  # number of held actions, and of steps for each
+_NEAR_STEPS = 5  # number of steps in episodes that start at their goal
+_PATHS, _PATH = 8, 25  # number of actions, and number of steps for which each action is held
 _TERM = "frobs/reward/"
 _EXPERT_EPISODES = 5
 
 
 def success_in_every_step(subject: EnvUnderTest) -> None:
-    """``info["is_success"]`` is in every step, and is a float, 0.0 or 1.0."""
+    """The info of every step contains ``is_success``, which is the float 0.0 or 1.0."""
     with closing(subject.make()) as env:
         ours, steps = is_ours(env), _steps(env)
     told = [info["is_success"] for _, _, info in steps if "is_success" in info]
@@ -41,7 +41,7 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
 
 
 def success_comes_and_goes(subject: EnvUnderTest) -> None:
-    """Success is not constant; an already achieved goal counts as success; and the expert of the task succeeds."""
+    """Success is not constant, an achieved goal counts as success, and the task's expert succeeds."""
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
@@ -50,7 +50,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
             reached = achieved_goal(env, observation)
-            with suppress(FrobsError, ValueError):  # if it is not a valid goal
+            with suppress(FrobsError, ValueError):  # the achieved goal may not be a valid desired goal
                 env.reset(seed=8, options={"goal": reached})
                 success = bool(task.is_success()[0])
                 expect(success or not of_goals, f"no success, although the goal {reached} is achieved.")
@@ -64,7 +64,11 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
 
 
 def _success_of_expert(env: Any) -> float:
-    """Return 1.0 if the expert of the task succeeds in one of a few episodes, 0.0 if it cannot use the controllers."""
+    """Return 1.0 if the task's expert succeeds, or 0.0 if the expert does not support the controllers.
+
+    Raises:
+        CheckFailure: The expert does not succeed in any of several episodes.
+    """
     try:
         expert = load_expert(inside(env))
     except ConfigurationError:
@@ -84,7 +88,7 @@ def _success_of_expert(env: Any) -> float:
 
 
 def terms_sum_to_reward(subject: EnvUnderTest) -> None:
-    """The reward terms of a step add up to its reward."""
+    """The reward terms of each step add up to the step's reward."""
     with closing(subject.make()) as env:
         require_ours(env)
         steps = _steps(env)
@@ -94,18 +98,18 @@ def terms_sum_to_reward(subject: EnvUnderTest) -> None:
     for k, (_, reward, info) in enumerate(steps, start=1):
         missing = sorted(names - info.keys())
         expect(not missing, f"step {k}: the info does not contain {missing}, which other steps have.")
-        if "frobs/diverged" not in info:  # its reward is 0, whatever the terms are
+        if "frobs/diverged" not in info:  # the reward of a diverged step is 0, regardless of its terms
             total = sum(info[name] for name in sorted(names))
             expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
 
 
 def compute_reward_equals_step(subject: EnvUnderTest) -> None:
-    """``compute_reward`` of a step's goals equals the step's reward, and supports batches of goals."""
+    """``compute_reward`` returns the same reward as ``step`` for the same goals, and accepts batches of goals."""
     with closing(subject.make()) as env:
         steps = _steps(env)
         if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
             raise NotApplicable("not goal-conditioned")
-        with suppress(FrobsError, ValueError, TypeError):  # if the achieved goal is not a valid goal
+        with suppress(FrobsError, ValueError, TypeError):  # the achieved goal may not be a valid desired goal
             steps += _steps(env, {"goal": steps[-1][0]["achieved_goal"].astype(np.float64)}, _NEAR_STEPS)
         if not observes_truly(env, "achieved_goal", "desired_goal"):
             raise NotApplicable("the goals are observed with noise or delay, but the reward uses the true ones")
@@ -134,7 +138,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
 
 
 def approaching_pays(subject: EnvUnderTest) -> None:
-    """On the same path, the reward is higher if the goal is at the end of the path than if it is behind the robot."""
+    """A motion toward a goal earns a higher reward than the same motion away from a goal."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)
@@ -162,7 +166,7 @@ def approaching_pays(subject: EnvUnderTest) -> None:
 
 
 def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
-    """Return an action, and the achieved goal or the tool position before and after holding it, (k,) each."""
+    """Hold an action, and return the action and the goal or tool positions before and after the motion, (k,) each."""
     observation, _ = env.reset(seed=5)
     start = achieved_goal(env, observation)
     for _ in range(_PATH):
@@ -173,8 +177,8 @@ def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
 
 
 def _rewards(env: Any, action: Any, goal: Any) -> tuple[list[float], bool] | None:
-    """Return the rewards while an action is held, and whether the goal was reached; None if the goal is rejected."""
-    if not any(_accepts(env, part) for part in (goal, goal[:2])):  # in space, or on the floor
+    """Hold an action, and return the rewards and whether the goal was reached, or None if the goal is rejected."""
+    if not any(_accepts(env, part) for part in (goal, goal[:2])):  # goals are positions in space or on the floor
         return None
     rewards, reached = [], False
     for _ in range(_PATH):
@@ -187,7 +191,7 @@ def _rewards(env: Any, action: Any, goal: Any) -> tuple[list[float], bool] | Non
 
 
 def _accepts(env: Any, goal: Any) -> bool:
-    """Begin an episode with a goal, and return whether the task accepts it."""
+    """Begin an episode with a goal, and return whether the task accepts the goal."""
     try:
         env.reset(seed=5, options={"goal": goal})
     except (FrobsError, ValueError):
@@ -198,7 +202,7 @@ def _accepts(env: Any, goal: Any) -> bool:
 def _steps(
     env: Any, options: dict[str, Any] | None = None, count: int = _STEPS
 ) -> list[tuple[Any, float, dict[str, Any]]]:
-    """Play random episodes; return (observation, reward, info) of each step."""
+    """Play random episodes, and return (observation, reward, info) for each step."""
     env.reset(seed=8, options=options)
     steps = []
     for action in draw_actions(env.action_space, count, seed=8):

@@ -1,4 +1,4 @@
-"""Plays random actions and compares the results."""
+"""Functions that play random actions and compare the results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from frobs_devkit.testing.compare import expect_same
 
 @dataclass(frozen=True)
 class Transition:
-    """Copies of the values that a step returned, and a reset if it ended the episode. Of infos, only the numbers."""
+    """Copies of the values returned by a step and, if the step ended the episode, by the reset that follows.
+
+    Infos contain only scalar numbers.
+    """
 
     observation: Any
     reward: float
@@ -33,7 +36,7 @@ class Transition:
 
 
 def draw_actions(space: gym.Space[Any], steps: int, seed: int) -> list[Any]:
-    """Draw actions that only depend on the space and the seed."""
+    """Draw random actions that depend only on the space and the seed."""
     own = deepcopy(space)
     own.seed(seed)
     return [own.sample() for _ in range(steps)]
@@ -46,7 +49,7 @@ def numbers(info: Mapping[str, Any]) -> dict[str, float]:
 
 
 def advance(env: gym.Env[Any, Any], action: Any) -> Transition:
-    """Step once, and reset if the episode ended."""
+    """Step the environment once, and reset it if the episode ended."""
     observation, reward, terminated, truncated, info = env.step(action)
     observation, info = deepcopy(observation), numbers(info)
     if not (terminated or truncated):
@@ -64,7 +67,7 @@ def advance(env: gym.Env[Any, Any], action: Any) -> Transition:
 
 
 def play(env: gym.Env[Any, Any], seed: int, actions: Sequence[Any]) -> tuple[Any, list[Transition]]:
-    """Reset with a seed and play actions over as many episodes as necessary; also return the first observation."""
+    """Reset with a seed, play all actions over one or more episodes, and return the first observation and all steps."""
     first = deepcopy(env.reset(seed=seed)[0])
     return first, [advance(env, action) for action in actions]
 
@@ -72,14 +75,14 @@ def play(env: gym.Env[Any, Any], seed: int, actions: Sequence[Any]) -> tuple[Any
 def expect_same_play(
     expected: tuple[Any, Sequence[Transition]], actual: tuple[Any, Sequence[Transition]], what: str
 ) -> None:
-    """Raise CheckFailure unless two plays are bit-identical."""
+    """Raise CheckFailure unless two sequences of recorded steps are bit-identical."""
     expect_same(expected[0], actual[0], f"{what}: the first observation")
     for k, (a, b) in enumerate(zip(expected[1], actual[1], strict=True), start=1):
         expect_same_transition(a, b, f"{what}, step {k}")
 
 
 def expect_same_transition(a: Transition, b: Transition, what: str) -> None:
-    """Raise CheckFailure unless two steps are bit-identical."""
+    """Raise CheckFailure unless two recorded steps are bit-identical."""
     expect_same(a.observation, b.observation, f"{what}: the observation")
     expect(a.reward == b.reward, f"{what}: the reward is {b.reward!r} instead of {a.reward!r}.")
     ends = ((a.terminated, a.truncated), (b.terminated, b.truncated))

@@ -18,7 +18,7 @@ _SEEDS = (0, 1, 2, 3, 10, 1234, 2**31)
 
 
 def same_seed_repeats(subject: EnvUnderTest) -> None:
-    """The same seed and actions give bit-identical results over several episodes, also in another environment."""
+    """The same seed and actions give bit-identical results over several episodes, even in a second environment."""
     subject.require_pause()
     with closing(subject.make()) as env, closing(subject.make()) as other:
         actions = draw_actions(env.action_space, 130, seed=5)
@@ -35,7 +35,7 @@ def seeds_differ(subject: EnvUnderTest) -> None:
 
 
 def episodes_differ(subject: EnvUnderTest) -> None:
-    """Consecutive episodes begin differently: a reset without a seed continues the random numbers."""
+    """Consecutive episodes begin differently, because a reset without a seed continues the random number sequence."""
     with closing(subject.make()) as env:
         first = {0: deepcopy(env.reset(seed=7)[0])}
         for episode in range(1, 5):
@@ -46,7 +46,7 @@ def episodes_differ(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def reset_forgets_history(subject: EnvUnderTest) -> None:
-    """A reset with a seed equals a new environment, whatever happened before."""
+    """After a reset with a seed, an environment behaves like a new environment, regardless of its history."""
     subject.require_pause()
     with closing(subject.make()) as env:
         space = env.action_space
@@ -66,7 +66,7 @@ def reset_forgets_history(subject: EnvUnderTest) -> None:
 
 
 def _expect_distinct(observations: dict[int, Any], message: str) -> None:
-    """Reject two equal observations. For whole numbers, of which there are few, only reject that all are equal."""
+    """Raise CheckFailure if any two observations are equal or, for integer observations, if all are equal."""
     items = list(observations.items())
     equal = [(a, b) for i, (a, x) in enumerate(items) for b, y in items[i + 1 :] if difference(x, y) is None]
     few = all(leaf.dtype.kind not in "fc" for leaf in leaves(items[0][1]).values())

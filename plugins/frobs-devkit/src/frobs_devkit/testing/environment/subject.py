@@ -1,4 +1,4 @@
-"""The environment to check, as an ID with keywords, from which each check creates its own."""
+"""The environment to check: an ID and keyword arguments, from which each check creates a new environment."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frobs_devkit.testing.checks import NotApplicable
 
 @dataclass(frozen=True, eq=False)
 class EnvUnderTest:
-    """An environment ID with keywords."""
+    """An environment ID with keyword arguments."""
 
     id: str
     kwargs: Mapping[str, Any] = field(default_factory=dict)
@@ -32,13 +32,13 @@ class EnvUnderTest:
 
     @property
     def self_importing_id(self) -> str:
-        """The ID with the module that registers it, if known."""
+        """The ID, prefixed with the module that registers it if the module is known."""
         ours = self.bare_id in registry.environments() or self.bare_id.startswith("frobs/")
         return f"frobs_core:{self.bare_id}" if ours and ":" not in self.id else self.id
 
     @property
     def spec(self) -> EnvSpec:
-        """The registered spec; imports the module of a self-importing ID."""
+        """The registered spec. Accessing the spec imports the module that registers the ID, if known."""
         module = self.self_importing_id.rpartition(":")[0]
         if module:
             importlib.import_module(module)
@@ -46,13 +46,13 @@ class EnvUnderTest:
 
     @property
     def simulator(self) -> SimulatorRecord | None:
-        """Record of its simulator; None for environments of other packages, or an unknown simulator."""
+        """The simulator's record, or None if the environment is from another package or the simulator is unknown."""
         chosen = {**self.spec.kwargs, **self.kwargs}.get("simulator")
         record = plugins.records("simulator").get(chosen) if isinstance(chosen, str) else chosen
         return record if isinstance(record, SimulatorRecord) else None
 
     def require_pause(self) -> None:
-        """Raise NotApplicable if the simulator is paced, in a check that repeats a motion exactly."""
+        """Raise NotApplicable if the simulator is paced and thus cannot repeat a motion exactly."""
         if self.simulator is not None and self.simulator.is_paced:
             raise NotApplicable(f"simulator '{self.simulator.name}' is paced, so motions are not exactly repeatable")
 
@@ -64,10 +64,10 @@ class EnvUnderTest:
         return gym.make(self.self_importing_id, disable_env_checker=True, **{**self.kwargs, **kwargs})
 
     def make_vec(self, num_envs: int, mode: AutoresetMode, **kwargs: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
-        """Create the native batch, or Gymnasium's own vector environment if there is none.
+        """Create the native batch, or Gymnasium's ``SyncVectorEnv`` if the environment has no native batch.
 
         Raises:
-            NotApplicable: The simulator is paced, so there are no batches.
+            NotApplicable: The simulator is paced and thus does not support batches.
         """
         if self.simulator is not None and self.simulator.is_paced:
             raise NotApplicable(f"simulator '{self.simulator.name}' is paced, so there are no batches")
@@ -77,7 +77,7 @@ class EnvUnderTest:
         return gym.make_vec(self.self_importing_id, num_envs, **keywords, **{**self.kwargs, **kwargs})
 
     def _has_batch(self) -> bool:
-        """Whether the ID has a native batch with selectable autoreset, which other packages may lack."""
+        """Return whether the environment has a native batch with a selectable autoreset mode."""
         entry_point = self.spec.vector_entry_point
         if entry_point is None:
             return False
@@ -87,18 +87,18 @@ class EnvUnderTest:
 
 
 def inside(env: Any) -> Any:
-    """Return the unwrapped environment, with the attributes of environments of FRobs."""
+    """Return the unwrapped environment, for access to attributes that only FRobs environments have."""
     return env.unwrapped
 
 
 def observes_truly(env: Any, *keys: str) -> bool:
-    """Whether the given keys of a dictionary observation have neither noise nor delay."""
+    """Return whether the given keys of a dictionary observation are free of noise and delay."""
     randomization = getattr(env.unwrapped, "randomization", None)
     return randomization is None or not randomization.observed_keys & set(keys)
 
 
 def achieved_goal(env: Any, observation: Any) -> Any:
-    """Return a goal that is currently reached, (k,) or (num_envs, k): the achieved goal, or the tool's position [m]."""
+    """Return the achieved goal or, if the observation has no goals, the tool position [m], (k,) or (num_envs, k)."""
     if isinstance(observation, dict) and "achieved_goal" in observation:
         return np.array(observation["achieved_goal"], np.float64)
     tools = inside(env).robot.frame_pose("tcp")[0].copy()
@@ -106,11 +106,11 @@ def achieved_goal(env: Any, observation: Any) -> Any:
 
 
 def is_ours(env: Any) -> bool:
-    """Whether an environment, single or vector, consists of a simulator, a robot, a controller and a task of FRobs."""
+    """Return whether a single or vector environment is a FRobs environment, which contains a simulation."""
     return hasattr(env.unwrapped, "simulation")
 
 
 def require_ours(env: Any) -> None:
-    """Raise NotApplicable for environments of other packages, in a check of guarantees that only FRobs gives."""
+    """Raise NotApplicable unless the environment is a FRobs environment."""
     if not is_ours(env):
         raise NotApplicable("only for environments of FRobs")

@@ -1,4 +1,4 @@
-"""Checks that environment *i* of a batch is bit-identical to the single environment with its seed."""
+"""Checks that each environment of a batch is bit-identical to a single environment with the same seed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SEED = 20
 
 @after("same_seed_repeats")
 def same_step_equals_single(subject: EnvUnderTest) -> None:
-    """With same-step autoreset, each environment of a batch of 7 equals the single one with its seed."""
+    """With same-step autoreset, each environment of a batch is identical to a single environment with the same seed."""
     singles = _play_singles(subject)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -44,9 +44,12 @@ def same_step_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats", "same_step_equals_single")
 def next_step_equals_single(subject: EnvUnderTest) -> None:
-    """The same with next-step autoreset. The step that resets has reward 0 and no end, and ignores its action."""
+    """With next-step autoreset, each environment of a batch is identical to a single environment with the same seed.
+
+    The step that resets an environment ignores its action, and returns reward 0 without termination or truncation.
+    """
     singles = _play_singles(subject)
-    position = [0] * NUM_ENVS  # step of each environment in its own recording
+    position = [0] * NUM_ENVS  # current step of each environment in its own recording
     ended: list[Transition | None] = [None] * NUM_ENVS
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.NEXT_STEP)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -75,7 +78,7 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats", "same_step_equals_single")
 def disabled_equals_single(subject: EnvUnderTest) -> None:
-    """The same without autoreset, if environments of the batch are reset with a mask at different times."""
+    """Without autoreset, each environment of a batch is identical to a single environment, even after masked resets."""
     singles = _Singles(subject, reset_after=lambda i: 9 + 4 * i)
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.DISABLED)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -95,7 +98,7 @@ def disabled_equals_single(subject: EnvUnderTest) -> None:
 
 @after("same_seed_repeats")
 def threads_agree(subject: EnvUnderTest) -> None:
-    """One and two threads give bit-identical results."""
+    """A batch with one thread and a batch with two threads give bit-identical results."""
     with closing(subject.make()) as single:
         require_ours(single)
     plays = []
@@ -110,7 +113,7 @@ def threads_agree(subject: EnvUnderTest) -> None:
 
 
 class _Singles:
-    """Recordings of single environments, as ``gym.make`` returns them, with the seeds of the batch."""
+    """Recordings of single environments that ``gym.make`` creates, with the same seeds as the batch."""
 
     def __init__(self, subject: EnvUnderTest, reset_after: Any = None) -> None:
         self.plays: list[list[Transition]] = []
@@ -135,7 +138,7 @@ class _Singles:
                 length, reset_after = (
                     0,
                     STEPS + 1,
-                )  # only once; afterwards this environment is out of phase with the others
+                )  # reset only once, which puts this environment out of phase with the others
             play.append(transition)
         return play
 
@@ -160,7 +163,7 @@ class _Singles:
 
 @lru_cache(maxsize=1)
 def _play_singles(subject: EnvUnderTest) -> _Singles:
-    """Return the recordings to compare with, shared by two consecutive checks, because they take most of the time."""
+    """Return the recordings of single environments, cached for two consecutive checks because recording is slow."""
     return _Singles(subject)
 
 

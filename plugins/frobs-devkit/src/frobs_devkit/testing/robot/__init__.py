@@ -1,4 +1,4 @@
-"""Checks of a robot: its description, and its behavior in each simulator."""
+"""Conformance checks for a robot's description and for its behavior in each simulator."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from frobs_devkit.testing.robot import description, sensors, standing
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 
 DESCRIPTION_CHECKS = (*checks_of(description), sensors.sensors_are_fixed, sensors.lidars_look_around_once)
-"""All checks of a robot that do not need a simulator."""
+"""All robot checks that do not need a simulator."""
 
 SIMULATION_CHECKS = (*checks_of(standing), sensors.sensors_read)
-"""All checks of a robot in a simulator."""
+"""All robot checks that run in a simulator."""
 
 
 def check_robot(robot: str | Robot | RobotRecord, simulators: Sequence[str] | None = None) -> list[Check]:
-    """Return the checks of a robot.
+    """Return the conformance checks for a robot.
 
     Args:
-        robot: Name of the robot, a description, or a record that is not installed yet.
-        simulators: Simulators to build it in; None: all that can be imported.
+        robot: Name of an installed robot, a robot description, or the record of a robot that is not installed yet.
+        simulators: Names of the simulators for the checks. Defaults to all simulators that can be imported.
 
     Raises:
         UnknownNameError: The robot or a simulator does not exist.

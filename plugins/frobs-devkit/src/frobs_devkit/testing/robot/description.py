@@ -30,8 +30,8 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
-_LIGHT = 0.02  # fraction of the robot's mass; lighter links need no collision shape
-_NEAR = 0.01  # [m]: maximum distance of a tcp from the tool
+_LIGHT = 0.02  # fraction of the robot's mass, below which a link needs no collision shape
+_NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
 
 
 def model_has_joints(subject: RobotUnderTest) -> None:
@@ -43,7 +43,7 @@ def model_has_joints(subject: RobotUnderTest) -> None:
 
 
 def limits_are_stated(subject: RobotUnderTest) -> None:
-    """All joints that are not continuous have finite position limits; velocity and effort limits are positive."""
+    """All non-continuous joints have finite position limits, and all velocity and effort limits are positive."""
     missing = []
     for joint in subject.model.actuated_joints:
         limits = joint.limits
@@ -61,18 +61,18 @@ def limits_are_stated(subject: RobotUnderTest) -> None:
 
 
 def limits_are_in_radians(subject: RobotUnderTest) -> None:
-    """Position limits are plausible in radians; 'frobs doctor robot' shows details."""
+    """Position limits are plausible in radians. The command 'frobs doctor robot' shows the details."""
     facts = joint_facts(subject.model, home_positions(subject.model, {}))
     _expect_none(joint_findings(subject.model, facts), "limits-in-degrees")
 
 
 def home_is_inside_limits(subject: RobotUnderTest) -> None:
-    """Home only contains actuated joints, and each is inside its limits."""
+    """The home position contains only actuated joints, and each joint is within its limits."""
     home_positions(subject.model, subject.robot.home)
 
 
 def tcp_moves(subject: RobotUnderTest) -> None:
-    """The tool center point is a link, and the joints move it (except for a wheeled robot's wheels)."""
+    """The tool center point is a link that moves with the joints, except on a wheeled robot."""
     model = subject.model
     tcp = subject.robot.tcp or default_tcp(model)
     names = [link.name for link in model.links]
@@ -95,14 +95,14 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         on_chain = tcp in [joint.parent for joint in joint_path(model, name)]
         expect(
             not on_chain
-            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # an additional joint may belong to a gripper
+            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # one additional joint may belong to a gripper
             f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which carries them; choose a "
             "link at the chain's end.",
         )
 
 
 def tcp_is_the_tool(subject: RobotUnderTest) -> None:
-    """If a link with a tool's name is fixed to the tool center point's link, their origins coincide."""
+    """If a link named like a tool is fixed to the tool center point's link, the origins of both links coincide."""
     robot, model = subject.robot, subject.model
     tcp = robot.tcp or default_tcp(model)
     if usual_rank(tcp) or robot.base == "wheeled":
@@ -140,12 +140,12 @@ def inertias_are_possible(subject: RobotUnderTest) -> None:
 
 
 def masses_fit_shapes(subject: RobotUnderTest) -> None:
-    """Masses and inertias are plausible for the links' shapes; 'frobs doctor robot' shows details."""
+    """Masses and inertias are plausible for the links' shapes. The command 'frobs doctor robot' shows the details."""
     _expect_none(body_findings(subject.model), "absurd-mass", "far-center", "too-large", "turned-inertia")
 
 
 def moving_links_touch(subject: RobotUnderTest) -> None:
-    """All moving links with visuals and mass have a collision shape; otherwise they pass through everything."""
+    """All moving links with visuals and significant mass have a collision shape, so that they can touch objects."""
     if not any(link.collisions for link in subject.model.links):
         raise Inconclusive("no link has a collision shape, so the robot passes through everything")
     inertials = {link.name: link.inertial for link in subject.model.links if link.inertial is not None}
@@ -155,19 +155,19 @@ def moving_links_touch(subject: RobotUnderTest) -> None:
 
 
 def _expect_none(findings: Iterable[Finding], *codes: str) -> None:
-    """Raise CheckFailure if the doctor has a finding with one of these codes that affects the robot's behavior."""
+    """Raise CheckFailure if any finding with one of the codes is more severe than a note."""
     odd = [one for one in findings if one.code in codes and one.severity is not Severity.NOTE]
     expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
 
 
 def notes_are_none(subject: RobotUnderTest) -> None:
-    """Reading the model file did not require repairs or ignore elements."""
+    """The model file can be read without repairing or ignoring elements."""
     notes = [str(note) for note in subject.model.notes if note.fault]
     expect(not notes, f"reading {subject.model.path.name}: {'; '.join(notes)}.")
 
 
 def gains_are_positive(subject: RobotUnderTest) -> None:
-    """All joints have damping; all joints except a wheeled robot's wheels have stiffness."""
+    """All joints have a damping gain and, unless the robot is wheeled, a stiffness gain."""
     gains, model = subject.gains, subject.model
     for owner in (gains.stiffness, gains.damping):
         unknown = (
@@ -184,7 +184,7 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
 
 
 def parts_exist(subject: RobotUnderTest) -> None:
-    """Base, friction and differential drive refer to existing parts and have possible values."""
+    """Base, friction and differential drive have valid values and refer to existing links and joints."""
     robot, model = subject.robot, subject.model
     expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
     links = [link.name for link in model.links]
@@ -222,8 +222,8 @@ def fingers_close(subject: RobotUnderTest) -> None:
 
 
 def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float | None:
-    """Return the mean distance between the parts that some joints move [m]; None if there are fewer than two parts."""
-    fingers: dict[str, list[Floats]] = {}  # centers of the links beyond each joint
+    """Return the mean distance [m] between the parts that the given joints move, or None for fewer than two parts."""
+    fingers: dict[str, list[Floats]] = {}  # centers of the links that each joint moves
     for link in model.links:
         leaders = [(joint.name, model.leader(joint)) for joint in joint_path(model, link.name)]
         first = next((name for name, leader in leaders if leader is not None and leader.joint in joints), None)
@@ -238,7 +238,7 @@ def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float |
 
 
 def end_effectors_attach(subject: RobotUnderTest) -> None:
-    """If attached to an arm, a tool keeps its masses, home, tool center point, and open and closed positions."""
+    """A tool that is attached to an arm keeps its mass, home, tool center point, and open and closed positions."""
     tool, model = subject.robot, subject.model
     if not tool.end_effectors or tool.groups or model.format != "urdf":
         raise NotApplicable("the robot is not a tool that can be attached")

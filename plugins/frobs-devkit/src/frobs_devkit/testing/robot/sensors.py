@@ -14,7 +14,7 @@ from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 
 
 def sensors_are_fixed(subject: RobotUnderTest) -> None:
-    """Sensors are valid descriptions and fixed to existing links."""
+    """All sensor descriptions are valid, and all sensors are fixed to existing links."""
     links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
         expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, which is not a Sensor.")
@@ -33,13 +33,13 @@ def lidars_look_around_once(subject: RobotUnderTest) -> None:
 
 
 def sensors_read(subject: RobotUnderTest) -> None:
-    """At home on an empty floor, all readings are in range, no ray is blind, and no bumper is closed."""
+    """At home on an empty floor, all readings are in range, no lidar ray is blocked, and no bumper is pressed."""
     assert subject.simulator is not None
     links, capabilities = {link.name for link in subject.model.links}, subject.simulator.capabilities
     sensors = {
         name: _without_faults(sensor)
         for name, sensor in subject.robot.sensors.items()
-        if links >= set(sensor.frames)  # sensors_are_fixed reports the others
+        if links >= set(sensor.frames)  # sensors_are_fixed reports sensors on unknown links
     }
     if not sensors:
         raise NotApplicable("the robot has no sensors")

@@ -17,12 +17,12 @@ from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 _SLIP, _SLIP_TURNING = (
     0.2,
     0.45,
-)  # fraction of its speed that a base may lose, straight ahead and when wheels are dragged sideways
-_SAG = 0.05  # [rad or m] maximum deflection by gravity
+)  # fractions of the speed that a base may lose when it drives straight ahead, and when it turns
+_SAG = 0.05  # [rad or m], maximum deflection caused by gravity
 
 
 def frames_agree(subject: RobotUnderTest) -> None:
-    """The simulator's link poses equal those of the model file, for joint positions within the limits."""
+    """For joint positions within the limits, the simulator's link poses match the model file."""
     with subject.build() as (_, robot):
         model = subject.model
         expect(robot.joint_names == model.joint_names, f"joint_names is {robot.joint_names}, not {model.joint_names}.")
@@ -35,7 +35,7 @@ def frames_agree(subject: RobotUnderTest) -> None:
 
 
 def home_is_held(subject: RobotUnderTest) -> None:
-    """If commanded to home, the robot stays there for a second under gravity; a wheeled robot does not move."""
+    """Under gravity, a robot that is commanded to home stays there for 1 s, and a wheeled robot does not move."""
     with subject.build() as (sim, robot):
         if subject.robot.base == "floating":
             raise NotApplicable("a floating base falls")
@@ -53,7 +53,7 @@ def home_is_held(subject: RobotUnderTest) -> None:
 
 
 def joints_follow(subject: RobotUnderTest) -> None:
-    """Each joint reaches a command near home; the wheels of a wheeled robot turn in the commanded direction."""
+    """Each joint reaches a commanded position near home, and wheels turn in the commanded direction."""
     if subject.robot.base == "floating":
         raise NotApplicable("a floating base falls")
     wheeled = subject.robot.base == "wheeled"
@@ -82,7 +82,7 @@ def joints_follow(subject: RobotUnderTest) -> None:
 
 
 def wheels_drive_as_described(subject: RobotUnderTest) -> None:
-    """A differential drive moves according to its wheels, their separation and their radius."""
+    """A differential drive moves as its wheel velocities, wheel separation and wheel radius predict."""
     drive = subject.robot.differential_drive
     if drive is None:
         raise NotApplicable("the robot has no differential drive")
@@ -99,7 +99,7 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
             command[:, left] = (linear - 0.5 * angular * drive.separation) / drive.wheel_radius
             command[:, right] = (linear + 0.5 * angular * drive.separation) / drive.wheel_radius
             robot.command(command)
-            sim.step(round(0.5 / TIMESTEP))  # accelerate
+            sim.step(round(0.5 / TIMESTEP))  # let the robot accelerate
             pos, ahead = _pos_and_ahead(robot)
             sim.step(round(1.0 / TIMESTEP))
             pos_after, ahead_after = _pos_and_ahead(robot)
@@ -113,13 +113,13 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
 
 
 def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
-    """Return the position of the base [m] and its x axis in the world, (3,) each."""
+    """Return the base's position [m] and x axis in the world frame, (3,) each."""
     pos, quat = robot.base_pose
     return pos[0].copy(), quat_rotate(quat, np.array([[1.0, 0.0, 0.0]]))[0]
 
 
 def home_is_free(subject: RobotUnderTest) -> None:
-    """At home, no two links touch that are not neighbors."""
+    """In the home position, links that are not neighbors do not touch."""
     if not subject.robot.self_collision:
         raise NotApplicable("the robot's links do not collide with each other")
     with subject.build() as (sim, _robot):

@@ -1,4 +1,4 @@
-"""The robot to check, and a simulator to build it in."""
+"""The robot to check, and the simulator in which it is built."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ TIMESTEP = 0.002
 
 @dataclass(frozen=True)
 class RobotUnderTest:
-    """A robot and the simulator to build it in."""
+    """A robot and the simulator in which it is built."""
 
     source: Robot | RobotRecord
     simulator: SimulatorRecord | None = None
 
     @cached_property
     def robot(self) -> Robot:
-        """Description, loaded by the first check, so that a broken entry point only makes checks fail."""
+        """The robot's description. The first check loads it, so that a broken entry point results in a failed check."""
         return self.source if isinstance(self.source, Robot) else self.source.load()
 
     @property
@@ -36,12 +36,12 @@ class RobotUnderTest:
 
     @property
     def gains(self) -> DriveGains:
-        """The gains of the description, or the computed ones."""
+        """The gains in the robot's description, or default gains computed from the model."""
         return self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
 
     @contextmanager
     def build(self, scene: Scene | None = None) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build and reset a simulation of one robot. It is closed at the end of the ``with`` block."""
+        """Build and reset a simulation of one robot, and close the simulation at the end of the ``with`` block."""
         assert self.simulator is not None
         placement = Placement(robot=self.robot, model=self.model, command_mode=CommandMode.POSITION)
         scene = scene or Scene()

@@ -1,4 +1,4 @@
-"""Checks of a simulator, with small robots and scenes of the kit."""
+"""Conformance checks for a simulator, with small robots and scenes from the kit."""
 
 from __future__ import annotations
 
@@ -37,17 +37,18 @@ CHECKS = checks_of(
     pictures,
     parameters,
 )
-"""All checks of a simulator, in the order in which they run."""
+"""All simulator checks, in the order in which they run."""
 
 
 def check_simulator(simulator: str | SimulatorRecord) -> list[Check]:
-    """Return the checks of a simulator.
+    """Return the conformance checks for a simulator.
 
-    Capabilities that the record claims are checked: almost to machine precision if it claims ``exact``, within a few
-    percent if it claims ``approximate``. :attr:`Report.verified_capabilities` lists those that were verified.
+    The checks cover all capabilities that the record claims. The tolerance is close to machine precision for the level
+    ``exact``, and a few percent for the level ``approximate``. :attr:`Report.verified_capabilities` lists the
+    capabilities that the checks have verified.
 
     Args:
-        simulator: Name of the simulator, or a record that is not installed yet.
+        simulator: Name of an installed simulator, or the record of a simulator that is not installed yet.
 
     Raises:
         UnknownNameError: The simulator does not exist.

@@ -31,7 +31,7 @@ _HAMMER = Body(
     twist=_TWIST,
     mass=0.7,
 )
-"""Its center of mass is 19 cm from its origin, and its axes of inertia differ from those of its frame."""
+"""A body whose center of mass is 19 cm from its origin and whose principal axes differ from its frame axes."""
 
 
 _BOX = Body(
@@ -42,12 +42,12 @@ _BOX = Body(
     ),
     mass=1.0,
 )
-"""It is at the place where the check of attachments fixes it to a ball at :data:`TILTED`."""
+"""A box at the pose in which ``attachments_hold`` attaches it to a ball at :data:`TILTED`."""
 
 
 @verifies("teleport")
 def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
-    """A free body starts with the twist of the scene, and its twist can be written; other bodies have no twist."""
+    """Free bodies start with the twist from the scene and accept a written twist. Other bodies reject a twist."""
     with subject.build(
         bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
     ) as (sim, _):
@@ -74,7 +74,7 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
 @verifies("wrench")
 @after("wrenches_push")
 def compound_bodies_move(subject: SimulatorUnderTest) -> None:
-    """A body of two shapes rotates about its center of mass; its pose and twist refer to its origin."""
+    """A body with two shapes rotates about its center of mass, but its pose and twist refer to its origin."""
     inertial = _HAMMER.inertial
     assert inertial is not None
     turn = matrix_from_quat(np.array(TILTED.quat_wxyz))
@@ -104,7 +104,7 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
 
 @verifies("attachments")
 def attachments_hold(subject: SimulatorUnderTest) -> None:
-    """A body that is fixed to a link or another body keeps its relative pose while that moves."""
+    """A body that is attached to a moving link or a moving body keeps its relative pose."""
     hammer = replace(_HAMMER, pose=Pose((0.6, 0.3, 0.9), _QUARTER_TURN), twist=AT_REST, collides=False)
     bodies = {"hammer": hammer, "ball": replace(BALL, pose=TILTED), "box": replace(_BOX, twist=_TWIST)}
     attachments = {
@@ -135,14 +135,14 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
 
 
 def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return the position (n, 3) [m] and quat_wxyz (n, 4) of a pose in a frame."""
+    """Return a pose relative to a frame, as position (n, 3) [m] and quat_wxyz (n, 4)."""
     back = quat_conjugate(frame[1])
     return quat_rotate(back, pose[0] - frame[0]), quat_multiply(back, pose[1])
 
 
 @verifies("wrench")
 def props_give_way(subject: SimulatorUnderTest) -> None:
-    """A drawer opens against the damping of its joint when its handle is pulled, and otherwise rests."""
+    """A drawer opens against its joint damping when its handle is pulled, and otherwise stays at rest."""
     model = str(Path(__file__).with_name("urdf") / "kit_drawer.urdf")
     prop = Prop(model=model, pose=Pose((1.0, 0.0, 0.0), _QUARTER_TURN))
     pull, mass, damping, steps = 4.0, 2.5, 8.0, 100
@@ -155,7 +155,7 @@ def props_give_way(subject: SimulatorUnderTest) -> None:
         for _ in range(steps):
             sim.apply_wrench("drawer/handle", np.array([[0.0, pull, 0.0]]), np.zeros((1, 3)), mask)
             sim.step(1)
-            speed = (speed + TIMESTEP * pull / mass) / (1.0 + TIMESTEP * damping / mass)  # damping is implicit
+            speed = (speed + TIMESTEP * pull / mass) / (1.0 + TIMESTEP * damping / mass)  # with implicit damping
             position += TIMESTEP * speed
         expected = np.where(mask, position, 0.0)
         tolerance = 0.02 * position
@@ -168,7 +168,7 @@ def props_give_way(subject: SimulatorUnderTest) -> None:
 
 @verifies("rays")
 def every_shape_is_met(subject: SimulatorUnderTest) -> None:
-    """Rays hit all colliding shapes of a body, including meshes, and pass shapes that do not collide."""
+    """Rays hit all colliding shapes of a body, including meshes, and pass through shapes that do not collide."""
     with TemporaryDirectory() as folder:
         wedge = Path(folder, "wedge.stl")
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
@@ -189,7 +189,7 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def frictions_brake(subject: SimulatorUnderTest) -> None:
-    """Torsional and rolling friction slow down a ball on the floor; a simulator may reject them."""
+    """Torsional and rolling friction slow down a ball on the floor, unless the simulator rejects such friction."""
     lying = replace(BALL, pose=Pose((0.0, 2.0, 0.05)))
     inertia, load = 0.4 * 0.5 * 0.05**2, 0.5 * 9.81
     spinning = replace(lying, twist=((0.0, 0.0, 0.0), (0.0, 0.0, 20.0)))

@@ -15,7 +15,7 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
-_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm deep in the rover's left wheel
+_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm into the rover's left wheel
 _MASS = 2.0  # [kg]
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=_MASS)
 _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5**0.5, 0.0, 0.0)))
@@ -23,7 +23,7 @@ _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5*
 
 @verifies("contacts")
 def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
-    """The side of a contact can be a robot, one of its links, or anything; links are distinguished."""
+    """A side of a contact can be a robot, a single link or any object, and different links are distinguished."""
     contacts = {
         "left": Contact(first="robot/left_wheel", second="floor"),
         "robot": Contact(first="robot"),
@@ -38,7 +38,7 @@ def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
-    """A contact with anything excludes exactly what it ignores: the floor, a body, a robot."""
+    """A contact with any object excludes exactly the floor, bodies and robots that ``ignore`` lists."""
     contacts = {
         "anything": Contact(first="robot/left_wheel"),
         "except the floor": Contact(first="robot/left_wheel", ignore=("floor",)),
@@ -57,7 +57,7 @@ def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
-    """After a reset, the environments of the mask have no contacts until the next step."""
+    """After a reset, the environments that the mask selects report no contacts until the next step."""
     contacts = {"standing": Contact(first="robot/left_wheel", second="floor")}
     with _standing_rover(subject, contacts=contacts) as (sim, _):
         sim.step(20)
@@ -74,7 +74,7 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
-    """``step_with`` reports the contacts of all its physics steps, not only those of the last."""
+    """``step_with`` reports the contacts during all its physics steps, not only during the last step."""
     if not subject.level("teleport"):
         raise NotApplicable("the simulator does not claim 'teleport'")
     on_floor = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
@@ -95,7 +95,7 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
 @verifies("contacts")
 @after("contacts_end_with_a_reset")
 def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None:
-    """``contact_resultant`` is the force on the first side in the world frame: weight, and friction under a push."""
+    """``contact_resultant`` returns the force on a contact's first side in the world frame, including friction."""
     contacts = {
         "box": Contact(first="box", second="floor"),
         "floor": Contact(first="floor", second="box"),
@@ -112,7 +112,8 @@ def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None
             what = f"contact_resultant('{name}') of a box on the floor [N]"
             expect_close(sign * weight, sim.contact_resultant(name), tolerance, what)
             if name != "floor":
-                low = sim.contact_force(name).min() > weight.max() / 9.0  # at most four corners and their center
+                # the box touches the floor at no more than four corners and their center
+                low = sim.contact_force(name).min() > weight.max() / 9.0
                 expect(low, f"contact_force('{name}') of a box on the floor is {sim.contact_force(name)} N.")
         if subject.level("wrench"):
             push = np.array([3.0, 1.0, 0.0]) * (1.0 + np.arange(n))[:, None] / n

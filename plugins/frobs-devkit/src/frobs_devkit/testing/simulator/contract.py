@@ -1,4 +1,4 @@
-"""Checks of the formal contract: shapes and dtypes, read-only arrays, rejected names."""
+"""Checks of the formal simulation contract: shapes, dtypes, read-only arrays and rejected names."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WALL, Simulat
 
 
 def capabilities_are_known(subject: SimulatorUnderTest) -> None:
-    """The record contains known capabilities with levels, and its entry point is a subclass of Simulation."""
+    """The record contains only known capabilities with levels, and its entry point is a subclass of Simulation."""
     for name, level in subject.record.capabilities.items():
         expect(name in abilities(), f"'{name}' is not a capability; available: {', '.join(abilities())}.")
         expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, not a Level.")
@@ -48,7 +48,7 @@ def abilities_are_declared(subject: SimulatorUnderTest) -> None:
 
 
 def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
-    """Every array is (num_envs, …) float64, masks are bool, and returned arrays cannot modify the simulation."""
+    """Arrays are float64 of shape (num_envs, …), contacts are bool, and changing a returned array has no effect."""
     contacts = {"ball": Contact(first="ball")} if subject.level("contacts") else {}
     with subject.build(bodies={"ball": BALL}, contacts=contacts, num_threads=1) as (sim, robot):
         n, dof = sim.num_envs, robot.dof
@@ -78,7 +78,7 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def writes_broadcast(subject: SimulatorUnderTest) -> None:
-    """Written values have one row for each environment of the mask, in order, or one row for all of them."""
+    """Written values have one row for each selected environment, in order, or a single row for all environments."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_joint_state(np.array([0.2, -0.3]), np.array([[0.1, 0.4]]))
@@ -96,7 +96,7 @@ def writes_broadcast(subject: SimulatorUnderTest) -> None:
 
 
 def robots_stand_apart(subject: SimulatorUnderTest) -> None:
-    """In a scene of two robots each has its own handle, follows its own commands, and has its own place."""
+    """In a scene with two robots, each robot has its own handle and pose, and follows its own commands."""
     placements = {
         "robot": Placement(robot=ARM, model=model_of("kit_arm"), command_mode=CommandMode.POSITION),
         "other": Placement(
@@ -120,7 +120,7 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def static_bodies_stay(subject: SimulatorUnderTest) -> None:
-    """Static bodies reject writes; a body that does not collide falls through the floor."""
+    """Static bodies reject writes, and bodies that do not collide fall through the floor."""
     ghost = type(BALL)(geometry=BALL.geometry, pose=Pose(pos=(0.0, 2.0, 0.1)), mass=0.5, collides=False)
     with subject.build(bodies={"wall": WALL, "ghost": ghost}, num_threads=1) as (sim, _):
         sim.step(150)
@@ -130,7 +130,7 @@ def static_bodies_stay(subject: SimulatorUnderTest) -> None:
 
 
 def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
-    """Unknown bodies, contacts and targets raise UnknownNameError; a wrong number of command rows raises an error."""
+    """Unknown bodies, contacts and targets raise UnknownNameError, and too many command rows raise an error."""
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
         if subject.level("contacts"):
@@ -149,7 +149,7 @@ def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
-    """``frame_velocity`` of a floating robot includes its base's twist and predicts the next step."""
+    """For a floating robot, ``frame_velocity`` includes the base's twist and predicts the motion in the next step."""
     with subject.build(FLOATING, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_base_twist(spread(-0.4, 0.4, (n, 3)), spread(-0.6, 0.6, (n, 3), seed=1))
@@ -161,7 +161,7 @@ def frames_of_floating_bases_move(subject: SimulatorUnderTest) -> None:
 
 @verifies("snapshot")
 def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
-    """A snapshot consists of new arrays with a row for each environment, and includes commands and their modes."""
+    """A snapshot contains new arrays with one row per environment, including the commands and command modes."""
     with subject.build(LIFT, mode=CommandMode.VELOCITY, gravity=(0.0, 0.0, 0.0), num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.command(np.tile([0.2, -0.8], (n, 1)) * (1 + np.arange(n)[:, None]))
@@ -178,7 +178,7 @@ def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
 
 
 def rows_of_a_single(subject: SimulatorUnderTest) -> None:
-    """A simulation of one environment has one row in every array, and accepts masks."""
+    """A simulation of one environment returns arrays with one row and accepts masks."""
     if subject.num_envs == 1:
         raise NotApplicable("every other check builds one environment")
     with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):

@@ -1,4 +1,4 @@
-"""Checks of the drive law against its closed form, and of held commands."""
+"""Checks of the drive law against its closed-form solution, and of the commands that drives hold."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ _GRAVITY = 9.81
 
 @verifies("drive")
 def drives_follow_positions(subject: SimulatorUnderTest) -> None:
-    """Free motion under position commands follows (M + h·Kd)·a = Kp·(q* − q) − Kd·q̇ − b in each step."""
+    """Under position commands, unsaturated joints follow (M + h·Kd)·a = Kp·(q* − q) − Kd·q̇ − b in each step."""
     return _expect_law(subject, CommandMode.POSITION, (0.05, 0.4))
 
 
 @verifies("drive")
 def drives_saturate(subject: SimulatorUnderTest) -> None:
-    """A saturated joint gets its effort limit, M·a = ±limit − b; the clipped explicit effort determines when."""
+    """A joint follows M·a = ±limit − b in each step in which the explicitly computed effort exceeds the limit."""
     return _expect_law(subject, CommandMode.POSITION, (0.4, 3.0), saturates=True)
 
 
 @verifies("drive")
 def drives_follow_velocities(subject: SimulatorUnderTest) -> None:
-    """Velocity commands v* act as Kd·v* without a spring."""
+    """A velocity command v* produces the effort Kd·(v* − q̇), without a stiffness term."""
     return _expect_law(subject, CommandMode.VELOCITY, (0.3, 2.0))
 
 
 @verifies("drive")
 def drives_apply_efforts(subject: SimulatorUnderTest) -> None:
-    """Effort commands are applied unchanged, up to the limit, and returned as joint_efforts."""
+    """Effort commands are clipped to the effort limit, applied, and returned as ``joint_efforts``."""
     return _expect_law(subject, CommandMode.EFFORT, (35.0, 9.0), saturates=True, reads_effort=True)
 
 
 @verifies("drive")
 def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
-    """A command with a row for each physics step equals single commands, and its last row is held."""
+    """A command with one row per physics step acts like a sequence of commands, and its last row is held."""
     _require_steps(subject)
     traces = []
     rows = np.stack([np.linspace(0.0, 0.1, 6), np.linspace(0.5, -0.5, 6)], axis=-1)  # (6, dof)
@@ -63,7 +63,7 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
 
 @verifies("drive")
 def commands_are_kept(subject: SimulatorUnderTest) -> None:
-    """A command is copied when it is given: writing to its array later has no effect."""
+    """A command is copied, so later changes to the command's array have no effect."""
     with subject.build(LIFT) as (sim, robot):
         command = np.full((sim.num_envs, 2), 0.1)
         robot.command(command)
@@ -76,7 +76,7 @@ def commands_are_kept(subject: SimulatorUnderTest) -> None:
 
 @verifies("drive")
 def a_new_mode_holds(subject: SimulatorUnderTest) -> None:
-    """After set_command_mode the robot holds its position, or is at rest, until the next command."""
+    """After ``set_command_mode``, the robot holds its position or stays at rest until the next command."""
     with subject.build(LIFT, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
         robot.command(np.full((sim.num_envs, 2), 0.3))
         sim.step(600)
@@ -90,7 +90,7 @@ def a_new_mode_holds(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def wheels_roll(subject: SimulatorUnderTest) -> None:
-    """A wheeled robot moves at the velocity of its wheels times their radius."""
+    """A wheeled robot's speed equals the angular velocity of its wheels times the wheel radius."""
     with subject.build(ROVER, mode=CommandMode.VELOCITY, pose=Pose(pos=(0.0, 0.0, 0.051))) as (sim, robot):
         robot.command(np.full((sim.num_envs, 2), 6.0))
         sim.step(500)
@@ -100,7 +100,7 @@ def wheels_roll(subject: SimulatorUnderTest) -> None:
 
 
 def _require_steps(subject: SimulatorUnderTest) -> None:
-    """Raise NotApplicable if the current physics step of the world is unknown."""
+    """Raise NotApplicable if the simulator is paced, because paced runs differ in their physics steps."""
     if subject.record.is_paced:
         raise NotApplicable("the simulator is paced, so runs differ in their physics steps")
 

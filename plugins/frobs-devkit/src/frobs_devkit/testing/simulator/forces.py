@@ -25,11 +25,11 @@ _GRAVITY = 9.81  # [m/s²]
 @verifies("force_torque")
 @after("frames_are_current")
 def weights_are_measured(subject: SimulatorUnderTest) -> None:
-    """A force-torque sensor reads the weight of everything that it carries, about its origin and in its frame."""
+    """At rest, a force-torque sensor measures the weight of the links that it carries, in the sensor's frame."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
         turned = np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None]
         robot.command(robot.home + turned)
-        sim.step(2000)  # until it is at rest
+        sim.step(2000)  # until the robot is at rest
         sim.step(5)
         for sensor, frame in (("elbow", "fore"), ("wrist", "tool")):
             read = sim.sensor_wrench("robot", sensor)
@@ -42,7 +42,7 @@ def weights_are_measured(subject: SimulatorUnderTest) -> None:
 @verifies("force_torque")
 @after("frames_are_current", "frame_velocity_is_current")
 def inertia_is_measured(subject: SimulatorUnderTest) -> None:
-    """In motion, a sensor reads the change of momentum of everything that it carries, minus its weight."""
+    """In motion, a force-torque sensor measures the force that supports and accelerates the links that it carries."""
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
         robot.command(robot.home + np.array([[1.0, 0.4]]) * (1.0 + np.arange(sim.num_envs)[:, None]) / sim.num_envs)
         sim.step(10)
@@ -57,7 +57,7 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
 @verifies("force_torque")
 @after("contacts_are_those_of_all_steps")
 def pushes_are_measured(subject: SimulatorUnderTest) -> None:
-    """A force-torque sensor reads pushes on the links that it carries, over all physics steps, until a reset."""
+    """A force-torque sensor measures pushes on its links over all physics steps, and a reset clears the reading."""
     if not subject.level("wrench"):
         raise NotApplicable("the simulator does not claim 'wrench'")
     with subject.build(_SENSING, pose=TILTED, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
@@ -80,7 +80,7 @@ def pushes_are_measured(subject: SimulatorUnderTest) -> None:
 
 
 def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:
-    """Contacts and force-torque sensors that the record does not declare raise CapabilityError."""
+    """Reading contacts or force-torque sensors raises CapabilityError if the record does not declare the capability."""
     with subject.build(_SENSING) as (sim, _):
         if not subject.level("force_torque"):
             with expect_raises(CapabilityError, "sensor_wrench of a simulator without 'force_torque'"):
@@ -91,7 +91,7 @@ def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:
 
 
 def _weight(robot: RobotHandle, sensor: str, frame: str) -> Floats:
-    """Return the wrench that carries the links of a sensor at rest, (num_envs, 6), in its frame."""
+    """Return the wrench that supports a sensor's links at rest, in the sensor's frame, (num_envs, 6)."""
     links = {link.name: link for link in robot.model.links}
     origin, wrench = robot.frame_pose(frame)[0], np.zeros((robot.num_envs, 6))
     for name in _BEYOND[sensor]:
@@ -105,7 +105,7 @@ def _weight(robot: RobotHandle, sensor: str, frame: str) -> Floats:
 
 
 def _momentum(robot: RobotHandle, sensor: str) -> Floats:
-    """Return the momentum of the links of a sensor, (num_envs, 3) [kg·m/s] in the world."""
+    """Return the linear momentum of a sensor's links in the world frame, (num_envs, 3) [kg·m/s]."""
     total = np.zeros((robot.num_envs, 3))
     for link in robot.model.links:
         if link.name in _BEYOND[sensor] and link.inertial is not None:
@@ -116,7 +116,7 @@ def _momentum(robot: RobotHandle, sensor: str) -> Floats:
 
 
 def _in_frame(robot: RobotHandle, frame: str, wrench: Floats) -> Floats:
-    """Convert a wrench, (num_envs, 6), from the axes of the world to those of a link."""
+    """Rotate a wrench, (num_envs, 6), from the world's axes to a link's axes."""
     back = quat_conjugate(robot.frame_pose(frame)[1])
     return np.concatenate([quat_rotate(back, wrench[:, :3]), quat_rotate(back, wrench[:, 3:])], axis=1)
 
@@ -129,7 +129,7 @@ def _expect_wrench(subject: SimulatorUnderTest, expected: Floats, read: Floats, 
 
 
 def _expect_kept(subject: SimulatorUnderTest, sim: Simulation, held: Floats) -> None:
-    """Raise CheckFailure unless a snapshot contains the sensors' readings."""
+    """Raise CheckFailure unless a restored snapshot includes the sensors' readings."""
     if subject.level("snapshot"):
         snapshot = sim.snapshot()
         sim.step(100)

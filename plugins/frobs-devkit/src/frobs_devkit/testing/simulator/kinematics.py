@@ -1,4 +1,4 @@
-"""Checks that frames, Jacobians and limits agree with the model file and are current."""
+"""Checks that frames, Jacobians and limits match the model file and are up to date."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TOLERANCE = 1e-8
 
 
 def joints_are_the_files(subject: SimulatorUnderTest) -> None:
-    """Joint names, order, home and limits agree with the model file, with one row for each environment."""
+    """Joint names, order, home, limits and gains match the robot's files, with one row for each environment."""
     with subject.build() as (sim, robot):
         model = robot.model
         expect(robot.joint_names == model.joint_names, f"joint_names is {robot.joint_names}, not {model.joint_names}.")
@@ -42,7 +42,7 @@ def joints_are_the_files(subject: SimulatorUnderTest) -> None:
 
 
 def frames_are_current(subject: SimulatorUnderTest) -> None:
-    """Immediately after a step or a write, frames agree with the joint positions, quaternions scalar first."""
+    """Immediately after a step or write, frame poses match the joint positions, with scalar-first quaternions."""
     with subject.build(pose=TILTED) as (sim, robot):
         for frame in ("tcp", "upper", "base"):
             _expect_frame(robot, frame, "after a reset")
@@ -74,7 +74,7 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
 
 
 def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> None:
-    """``frame_jacobian`` is the derivative of ``frame_pose``: linear rows first, both in the world's axes."""
+    """``frame_jacobian`` is the derivative of ``frame_pose`` in world axes, with the linear rows first."""
     with subject.build(pose=TILTED) as (sim, robot):
         robot.command(robot.home + spread(-0.5, 0.5, (sim.num_envs, 2)))
         sim.step(40)
@@ -86,13 +86,13 @@ def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> None:
                 offset = h * np.eye(2)[joint]
                 ahead, behind = robot.frame_pose(frame, q + offset), robot.frame_pose(frame, q - offset)
                 turn = quat_multiply(ahead[1], quat_conjugate(behind[1]))
-                twist = 2.0 * turn[:, 1:] * np.sign(turn[:, :1])  # a small rotation vector, in the world
+                twist = 2.0 * turn[:, 1:] * np.sign(turn[:, :1])  # small rotation vector in the world frame
                 slope = np.concatenate([ahead[0] - behind[0], twist], axis=1) / (2.0 * h)
                 expect_close(slope, jacobian[:, :, joint], 1e-6, f"frame_jacobian('{frame}'), column {joint}")
 
 
 def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
-    """Immediately after a step, ``frame_velocity`` is the Jacobian times the joint velocities."""
+    """Immediately after a step, ``frame_velocity`` equals the frame's Jacobian times the joint velocities."""
     with subject.build(pose=TILTED) as (sim, robot):
         fastest = 0.0
         for k in range(4):
@@ -108,7 +108,7 @@ def frame_velocity_is_current(subject: SimulatorUnderTest) -> None:
 
 
 def unknown_frames_refused(subject: SimulatorUnderTest) -> None:
-    """A frame that is not a link raises UnknownNameError."""
+    """A frame name that does not belong to a link raises UnknownNameError."""
     with subject.build() as (_, robot):
         for call in (robot.frame_pose, robot.frame_velocity, robot.frame_jacobian):
             with expect_raises(UnknownNameError, f"{call.__name__}('no_such_link')"):
@@ -117,7 +117,7 @@ def unknown_frames_refused(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def bases_are_placed(subject: SimulatorUnderTest) -> None:
-    """A written base pose can be read back and moves all frames; other environments than the mask's do not change."""
+    """A written base pose can be read back, moves all frames, and affects only the environments of the mask."""
     with subject.build() as (sim, robot):
         mask = np.arange(sim.num_envs) == 0
         before = [part.copy() for part in robot.base_pose]

@@ -1,4 +1,4 @@
-"""Checks of how a simulator translates robots' model files, and how it reports this."""
+"""Checks of how a simulator translates robot model files and reports the translation."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numb
 
 
 def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
-    """``translation`` has a row for each kind of element of a robot, and describes all that are not kept."""
+    """``translation`` lists each kind of model element and describes how elements that are not kept are treated."""
     cls = subject.record.load()
     for robot in (ARM, LIFT, ROVER, GRIPPER, PILE):
         model = model_of(robot.model)
@@ -40,7 +40,7 @@ def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def mimics_follow(subject: SimulatorUnderTest) -> None:
-    """A mimic joint follows its leader: at home, when the leader is placed, and while it moves."""
+    """A mimic joint follows its leading joint after a reset, after written positions, and during motion."""
     with subject.build(GRIPPER) as (sim, robot):
         n = sim.num_envs
         for positions in (np.zeros((n, 1)), np.linspace(-0.4, 0.4, n)[:, None]):
@@ -63,7 +63,7 @@ def _expect_followed(robot: RobotHandle, tolerance: float, which: str) -> None:
 
 
 def overlaps_are_told(subject: SimulatorUnderTest) -> None:
-    """``overlaps`` reports overlapping links with their depth, except neighbors."""
+    """``overlaps`` reports all overlapping links that are not neighbors, with the depth of the overlap."""
     with subject.build(PILE, num_envs=1) as (sim, _):
         found = sim.overlaps()
         if found is None:
@@ -86,7 +86,7 @@ def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
-    """A broken mesh raises a ModelFileError with the file name; no process or temporary file remains."""
+    """A broken mesh raises a ModelFileError with the file name, and leaves no processes or temporary files behind."""
     model = model_of(ARM.model)
     first, *others = model.links
     for (name, content), num_envs in zip(_BROKEN.items(), (subject.num_envs, 1), strict=True):
@@ -106,7 +106,7 @@ def broken_meshes_are_refused(subject: SimulatorUnderTest) -> None:
 
 @contextmanager
 def _folder_for_temporary_files() -> Iterator[Path]:
-    """Let this process and its children use a separate folder for temporary files."""
+    """Use a separate folder for the temporary files of this process and its child processes."""
     kept, variable = tempfile.tempdir, os.environ.get("TMPDIR")
     with tempfile.TemporaryDirectory() as folder:
         tempfile.tempdir = os.environ["TMPDIR"] = folder

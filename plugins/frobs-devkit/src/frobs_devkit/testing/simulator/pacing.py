@@ -1,4 +1,4 @@
-"""Checks of a paced simulator: its world runs by itself, its steps wait, and its resets drive home."""
+"""Checks of a paced simulator: its world runs on its own, steps wait for the world, and resets drive the robot home."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from frobs_devkit.testing.checks import CheckFailure, Inconclusive, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies
 
-_SLACK = 0.2  # [s] that a busy machine may take longer
+_SLACK = 0.2  # [s], additional time that a busy machine may need
 
 
 @verifies("real_time")
 def paced_worlds_are_single(subject: SimulatorUnderTest) -> None:
-    """A paced simulator has a pacer, and does not claim that its world can pause or that there are several."""
+    """A paced simulator has a pacer and does not claim the capabilities ``pause`` and ``batched``."""
     for ability in ("pause", "batched"):
         expect(not subject.level(ability), f"the record claims both 'real_time' and '{ability}'.")
     with subject.build() as (sim, _):
@@ -25,7 +25,7 @@ def paced_worlds_are_single(subject: SimulatorUnderTest) -> None:
 
 @verifies("real_time")
 def steps_wait_for_the_world(subject: SimulatorUnderTest) -> None:
-    """A step returns when the world has advanced by its duration, and ``time`` is the world's time."""
+    """A step returns after the world has advanced by the step's duration, and ``time`` is the world's time."""
     with subject.build() as (sim, _):
         expect_close(np.zeros(1), sim.time, 0.0, "time after a reset [s]")
         sim.step(10)
@@ -42,7 +42,7 @@ def steps_wait_for_the_world(subject: SimulatorUnderTest) -> None:
 
 @verifies("real_time")
 def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
-    """The world follows a command without steps."""
+    """The robot follows a command between steps, because the world does not wait for steps."""
     with subject.build() as (sim, robot):
         robot.command(robot.home + 0.5)
         sim.step(1)
@@ -58,7 +58,7 @@ def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
 
 @verifies("real_time")
 def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
-    """A late step increases the pacer's ``missed`` and ``lateness`` and advances ``time``; a reset clears them."""
+    """A late step increases ``time`` and the pacer's ``missed`` and ``lateness``, which a reset sets back to 0."""
     duration, pause = 10 * TIMESTEP, 0.2
     with subject.build() as (sim, _):
         pacer = _pacer(sim)
@@ -69,7 +69,7 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
         waited = time.monotonic() - start
         sim.step(10)
         late, count = pacer.lateness - lateness, pacer.missed - missed
-        least = pause - 2 * duration  # the previous step may have returned late, by less than a deadline
+        least = pause - 2 * duration  # the previous step may have returned late by less than one deadline
         expect(late >= least, f"a step that was called {waited:.3f} s after the last adds {late:.3f} s to 'lateness'.")
         expect(count >= least / duration, f"a step {late:.3f} s after its deadline adds {count} to 'missed'.")
         expect_close(before + (1 + count) * duration, sim.time[0], 1e-6, "time after a step that missed deadlines [s]")
@@ -79,7 +79,7 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
 
 @verifies("real_time")
 def resets_drive_home(subject: SimulatorUnderTest) -> None:
-    """A reset takes as long as the joints need, and returns when the robot holds still at home."""
+    """A reset takes as long as the joints need to move home, and returns when the robot is at rest at home."""
     with subject.build() as (sim, robot):
         robot.command(robot.home + 1.2)
         sim.step(500)

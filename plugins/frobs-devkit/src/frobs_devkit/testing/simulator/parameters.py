@@ -1,4 +1,4 @@
-"""Checks that physical parameters affect the motion of their environment, and survive resets."""
+"""Checks that physical parameters affect the motion in their own environment and persist across resets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=
 
 @verifies("randomize_gravity")
 def gravity_shows(subject: SimulatorUnderTest) -> None:
-    """A ball falls with the gravity of its own environment."""
+    """In each environment, a ball falls according to the environment's own gravity."""
     with subject.build(bodies={"ball": BALL}, floor=False) as (sim, _):
         n = sim.num_envs
         expect_close(np.tile([0.0, 0.0, -9.81], (n, 1)), sim.parameter("gravity"), 1e-12, "gravity of the scene")
@@ -37,7 +37,7 @@ def gravity_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_mass")
 @after("wrenches_push")
 def mass_shows(subject: SimulatorUnderTest) -> None:
-    """A body reacts to forces and torques according to the mass of its own environment, which scales its inertia."""
+    """In each environment, a body's own mass determines its reaction to forces and also scales its inertia."""
     if not subject.level("wrench"):
         _only_written(subject, "mass", "ball", np.array([0.5]), np.array([0.8]))
         return
@@ -59,7 +59,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_gains")
 def gains_show(subject: SimulatorUnderTest) -> None:
-    """Stiffness and damping of an environment's own drives affect its joints."""
+    """In each environment, the drives use the environment's own stiffness and damping."""
     with subject.build(LIFT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         kp = np.array([1500.0, 3.0]) * (1.0 + 0.3 * np.arange(n)[:, None])  # (num_envs, dof)
@@ -80,7 +80,7 @@ def gains_show(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_joint_damping")
 def joint_damping_shows(subject: SimulatorUnderTest) -> None:
-    """A freely moving joint is slowed down by the damping of its own environment."""
+    """In each environment, the environment's own joint damping slows down a freely moving joint."""
     with subject.build(LIFT, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         damping = np.stack([np.zeros(n), 0.05 + 0.05 * np.arange(n)], axis=-1)
@@ -94,7 +94,7 @@ def joint_damping_shows(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_friction")
 def friction_shows(subject: SimulatorUnderTest) -> None:
-    """A pushed box slides over the floor according to the friction of its own environment."""
+    """In each environment, a pushed box slides across the floor according to the environment's own friction."""
     if not subject.level("wrench"):
         _only_written(subject, "friction", "box", np.array([1.0]), np.array([0.3]))
         return
@@ -123,7 +123,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_size")
 @after("wrenches_push", "gravity_shows")
 def sizes_show(subject: SimulatorUnderTest) -> None:
-    """A body has the size of its own environment and keeps its mass."""
+    """In each environment, a body has the environment's own size and keeps its mass."""
     pillar = Body(
         shapes=(
             Shape(Box((0.1, 0.1, 0.2)), Pose((0.0, 0.0, 0.1))),
@@ -163,7 +163,7 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_mass")
 def parameters_stay(subject: SimulatorUnderTest) -> None:
-    """Written parameters survive a reset and only change the environments of the mask; unknown names raise errors."""
+    """Written parameters affect only the environments of the mask and survive a reset. Unknown names raise errors."""
     with subject.build(bodies={"ball": BALL}) as (sim, _):
         n = sim.num_envs
         sim.write_parameter("mass", "ball", np.array([0.9]), np.arange(n) == 0)
@@ -178,7 +178,7 @@ def parameters_stay(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_mass")
 def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
-    """The motion only depends on the last written mass, not on earlier ones."""
+    """The motion depends only on the mass that was written last, not on earlier masses."""
     ends = []
     for masses in ((1.9,), (1.1, 0.2, 3.3, 1.9)):
         with subject.build() as (sim, robot):
@@ -194,7 +194,7 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_gains")
 def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
-    """A drive keeps its target when its gains change; after a reset or a restore it holds home with the new gains."""
+    """Drives keep their targets when their gains change, and hold home with the new gains after resets."""
     with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         told = robot.home + 0.2
@@ -228,7 +228,7 @@ def _write(sim: Simulation, name: str, target: str, values: Floats) -> None:
 
 
 def _only_written(subject: SimulatorUnderTest, name: str, target: str, before: Floats, after: Floats) -> None:
-    """Check only that the value is stored, because there are no wrenches to push with."""
+    """Check only that the value is stored, for simulators that cannot apply wrenches."""
     with subject.build(bodies={target: replace(BALL, mass=0.5)}) as (sim, _):
         expect_close(before.repeat(sim.num_envs), sim.parameter(name, target), 1e-12, f"{name} in the scene")
         _write(sim, name, target, after.repeat(sim.num_envs))

@@ -23,12 +23,12 @@ _SIZE = (48, 64)
 
 @verifies("cameras")
 def pictures_are_true(subject: SimulatorUnderTest) -> None:
-    """A red box is rendered at its place, in red, with its own segmentation number; a rolled camera rotates it."""
+    """A red box has the correct place, color and segmentation number, and a rolled camera rotates the image."""
     cameras = {"front": _CAMERA, "rolled": _ROLLED}
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras=cameras, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
         try:
-            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres covers it
+            shown = [one for one in sim.render_modalities if one != "depth"]  # depth_is_in_metres checks depth images
             drawn = {modality: sim.render(mask, "front", _SIZE, modality)[0] for modality in shown}
             rolled = _red(sim.render(mask, "rolled", _SIZE)[0])
         except RenderingUnavailableError as error:
@@ -57,7 +57,7 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
 @verifies("cameras")
 @after("pictures_are_true")
 def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
-    """A fast image shows the same objects at the same places as a full one, in any size, for each environment."""
+    """For each environment and image size, a fast image shows the same objects in the same places as a full image."""
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras={"front": _CAMERA}) as (sim, _):
         n = sim.num_envs
         if subject.level("teleport"):
@@ -78,7 +78,7 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                     expect_close(wanted, shown, 2.0, what)
             if subject.level("teleport"):
                 rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
-                lower = np.diff(rows) > 2.0  # each box is lower than that of the previous environment
+                lower = np.diff(rows) > 2.0  # each box is lower than the previous environment's box
                 expect(lower.all(), f"red boxes at different heights are rendered at the rows {rows}.")
             for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
                 some = sim.render(mask, "front", _SIZE, fast=True)

@@ -1,4 +1,4 @@
-"""Small robots for checks of simulators and controllers; their models are in the folder ``urdf``."""
+"""Small robots for checks of simulators and controllers, with model files in the folder ``urdf``."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ ARM = Robot(
         )
     },
 )
-"""Two revolute joints with arbitrarily rotated axes and origins, without shapes, so it cannot touch anything.
+"""An arm with two revolute joints, whose axes and origins are rotated arbitrarily.
 
-Gripper controllers can use them as two fingers.
+The arm has no shapes and thus no contacts. Gripper controllers can use its joints as two fingers.
 """
 
 LIFT = Robot(
@@ -32,16 +32,19 @@ LIFT = Robot(
     tcp="table",
     gains=DriveGains(stiffness={"lift": 2000.0, "turn": 4.0}, damping={"lift": 150.0, "turn": 0.3}),
 )
-"""A table that is lifted and rotated. Its two joints are not coupled, so the drive law has a closed form."""
+"""A table with a lifting joint and a turning joint.
+
+The two joints are not coupled, so the drive law has a closed-form solution.
+"""
 
 LIFT_INERTIA = (3.0, 0.03)
-"""Inertia at the joints of :data:`LIFT` [kg, kg·m²]."""
+"""Mass moved by the lifting joint of :data:`LIFT`, and moment of inertia moved by the turning joint [kg, kg·m²]."""
 
 LIFT_WEIGHT = (3.0, 0.0)
-"""Weight at the joints of :data:`LIFT`, per gravitational acceleration [kg, kg·m²]."""
+"""Gravitational loads on the joints of :data:`LIFT`, divided by the gravitational acceleration [kg, kg·m]."""
 
 LIFT_EFFORT_LIMIT = (200.0, 5.0)
-"""Effort limits of :data:`LIFT` [N, N·m]."""
+"""Effort limits of the joints of :data:`LIFT` [N, N·m]."""
 
 ROVER = Robot(
     model="kit_rover",
@@ -58,23 +61,26 @@ ROVER = Robot(
         max_angular_velocity=2.0,
     ),
 )
-"""Two driven wheels and two sliding feet."""
+"""A rover with two driven wheels and two sliding feet."""
 
 GRIPPER = Robot(model="kit_gripper", name="kit_gripper", tcp="tip")
-"""A finger whose tip is only a frame, and one that mimics it: −2 times its angle plus 0.1 rad."""
+"""A gripper with a finger, whose tip is a massless link, and a follower.
+
+The follower's angle is −2 times the finger's angle plus 0.1 rad.
+"""
 
 PILE = Robot(model="kit_pile", name="kit_pile", tcp="c")
-"""Three balls of 0.1 m: two pairs of neighbors; a and c overlap by :data:`PILE_DEPTH`."""
+"""A chain of the balls a, b and c with a radius of 0.1 m, in which a and c overlap by :data:`PILE_DEPTH`."""
 
 PILE_DEPTH = 0.05
-"""[m]"""
+"""Depth of the overlap between the balls a and c of :data:`PILE` [m]."""
 
 
 @lru_cache
 def model_of(name: str) -> RobotModel:
-    """Return the model of one of the kit's robots, read from its file.
+    """Read and return the model file of one of the kit's robots.
 
     Args:
-        name: ``Robot.model`` of the robot.
+        name: Value of ``Robot.model``, such as ``"kit_arm"``.
     """
     return load_model(Path(__file__).with_name("urdf") / f"{name}.urdf")

@@ -1,4 +1,4 @@
-"""Checks of a running simulation: time, reproducibility, batches, divergence, closing."""
+"""Checks of a running simulation: time, reproducibility, batches, divergence and closing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from frobs_devkit.testing.simulator.subject import (
 
 
 def time_counts_steps(subject: SimulatorUnderTest) -> None:
-    """``time`` is the number of steps since the reset times ``physics_timestep``."""
+    """``time`` equals the number of physics steps since the last reset, multiplied by ``physics_timestep``."""
     if subject.record.is_paced:
         raise NotApplicable("the simulator is paced; steps_wait_for_the_world checks its time")
     with subject.build() as (sim, _):
@@ -34,7 +34,7 @@ def time_counts_steps(subject: SimulatorUnderTest) -> None:
 
 @verifies("determinism")
 def motion_repeats(subject: SimulatorUnderTest) -> None:
-    """The same commands give the same motion in a new simulation, after a reset, and with 1 and 2 threads."""
+    """The same commands produce the same motion in a new simulation, after a reset, and with one or two threads."""
     traces = []
     for threads in (1, 2):
         with subject.build(bodies={"ball": BALL}, num_threads=threads) as (sim, robot):
@@ -48,7 +48,7 @@ def motion_repeats(subject: SimulatorUnderTest) -> None:
 
 @verifies("batched")
 def rows_equal_singles(subject: SimulatorUnderTest) -> None:
-    """Environment i of a batch moves like a single simulation with the same commands."""
+    """With the same commands, environment i of a batch moves like a simulation with a single environment."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
         expected = move(sim, robot, 8)
@@ -108,10 +108,10 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
 
 
 def close_twice(subject: SimulatorUnderTest) -> None:
-    """Closing twice has no effect."""
+    """Closing a simulation a second time has no effect."""
     try:
         with subject.build() as (sim, _):
-            sim.close()  # and again at the end of the block
+            sim.close()  # the end of the block closes the simulation again
     except Exception as error:
         raise CheckFailure(
             f"the second close() raises {type(error).__name__}: {error}; it must have no effect."

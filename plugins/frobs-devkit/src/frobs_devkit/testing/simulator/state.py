@@ -28,7 +28,7 @@ FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", g
 
 @verifies("teleport")
 def joints_are_placed(subject: SimulatorUnderTest) -> None:
-    """Written joint states can be read back and only change the environments of the mask."""
+    """Written joint states can be read back and affect only the environments of the mask."""
     with subject.build() as (sim, robot):
         n = sim.num_envs
         q, v = spread(-1, 1, (n, 2)), spread(-1, 1, (n, 2), seed=1)
@@ -44,7 +44,7 @@ def joints_are_placed(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> None:
-    """A floating base keeps a written twist and falls according to the closed form; a fixed base rejects a twist."""
+    """A floating base keeps a written twist and falls as gravity predicts, and a fixed base rejects a twist."""
     with subject.build(FLOATING, pose=TILTED, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
@@ -66,7 +66,7 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> None:
 
 
 def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
-    """A reset returns exactly the environments of its mask to home, at rest, at time 0, with holding drives."""
+    """A reset affects only the environments of its mask, sets the time to 0, and makes the robot hold still at home."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
         robot.command(robot.home + 0.4)
@@ -81,7 +81,7 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
         expect_close(robot.home[0], robot.joint_positions[0], near, "joint_positions of the reset environment")
         expect_close(np.zeros(2), robot.joint_velocities[0], near, "joint_velocities of the reset environment")
         expect_close(0.0, sim.time[0], 0.0, "time of the reset environment [s]")
-        if not subject.record.is_paced:  # otherwise bodies are not moved back
+        if not subject.record.is_paced:  # a paced simulator does not move bodies back
             place = np.array(BALL.pose.pos)
             expect_close(place, sim.bodies["ball"].pose[0][0], 1e-12, "position of the ball after its reset [m]")
         sim.reset()
@@ -91,7 +91,7 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
 
 @verifies("snapshot")
 def snapshots_continue(subject: SimulatorUnderTest) -> None:
-    """A restored simulation continues exactly, also in another simulation with the same configuration."""
+    """The motion continues exactly after a restore, even in another simulation with the same configuration."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         move(sim, robot, 3)
         snapshot = deepcopy(sim.snapshot())

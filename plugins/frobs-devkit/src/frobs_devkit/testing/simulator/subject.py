@@ -1,4 +1,4 @@
-"""The simulator to check, with which each check builds its own small simulation."""
+"""The simulator to check, from which each check builds a small simulation."""
 
 from __future__ import annotations
 
@@ -23,40 +23,43 @@ TIMESTEP = 0.002
 """Duration of one physics step [s]."""
 
 TILTED = Pose(pos=(0.2, -0.1, 0.4), quat_wxyz=(0.8, 0.36, -0.16, 0.4525483399593904))
-"""Pose of a robot in which any wrong order of quaternion components becomes visible."""
+"""A pose whose quaternion reveals a wrong order of components."""
 
 BALL = Body(geometry=Sphere(0.05), pose=Pose(pos=(0.0, 2.0, 1.0)), mass=0.5)
-"""A free ball, far above the floor."""
+"""A free ball far above the floor."""
 
 BAR = Body(geometry=Box((1.0, 0.1, 0.1)), pose=Pose(pos=(0.0, -3.0, 1.0)), kinematic=True)
 """A kinematic bar along its x axis."""
 
 WALL = Body(geometry=Box((0.2, 4.0, 4.0)), pose=Pose(pos=(2.0, 0.0, 1.0)))
-"""Its near face is the plane x = 1.9 m."""
+"""A wall whose near face is in the plane x = 1.9 m."""
 
 
 @dataclass(frozen=True)
 class SimulatorUnderTest:
-    """A simulator, by its record."""
+    """The record of a simulator, with methods that build simulations for its checks."""
 
     record: SimulatorRecord
 
     def level(self, capability: str) -> Level:
-        """Level at which it claims a capability."""
+        """Return the level at which the simulator claims a capability."""
         return self.record.capabilities.get(capability, Level.UNSUPPORTED)
 
     def tolerance(self, capability: str, exact: float = 1e-9, approximate: float = 0.02) -> float:
-        """Return the tolerance of a number, according to the simulator's claim."""
+        """Return the numerical tolerance for the level at which the simulator claims a capability."""
         return exact if self.level(capability) == Level.EXACT else approximate
 
     @property
     def at_home(self) -> float:
-        """Tolerance of a joint at home after a reset [rad or m, rad/s or m/s]; a paced simulator drives there."""
+        """Tolerance of joint positions [rad or m] and joint velocities [rad/s or m/s] at home after a reset.
+
+        The tolerance is larger for a paced simulator, because its resets drive the joints home.
+        """
         return 0.05 if self.record.is_paced else 1e-12
 
     @property
     def num_envs(self) -> int:
-        """3, or 1 if the simulator only supports one environment."""
+        """Number of environments for the checks: 3, or 1 if the simulator does not support batches."""
         return 3 if self.level("batched") else 1
 
     @contextmanager
@@ -71,7 +74,7 @@ class SimulatorUnderTest:
         num_threads: int = 0,
         **scene: Any,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build and reset a simulation of one robot. It is closed at the end of the ``with`` block."""
+        """Build and reset a simulation of one robot, and close the simulation at the end of the ``with`` block."""
         placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
         whole = Scene(bodies=bodies or {}, **scene)
         made: Simulation = self.record.load()(
@@ -90,7 +93,7 @@ SimulatorCheck: TypeAlias = Callable[[SimulatorUnderTest], None]
 
 
 def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
-    """Mark a check as verifying a capability. It does not apply to simulators that do not claim it."""
+    """Return a decorator for checks that verify a capability and apply only to simulators that claim it."""
 
     def decorate(function: SimulatorCheck) -> SimulatorCheck:
         @wraps(function)
@@ -106,12 +109,12 @@ def verifies(capability: str) -> Callable[[SimulatorCheck], SimulatorCheck]:
 
 
 def spread(low: float, high: float, shape: tuple[int, ...], seed: int = 0) -> Floats:
-    """Draw numbers that differ between environments but are the same in each run."""
+    """Draw uniformly distributed numbers that differ between rows but are the same in each run."""
     return np.random.default_rng(seed).uniform(low, high, shape)
 
 
 def state_of(sim: Simulation, robot: RobotHandle) -> dict[str, Floats]:
-    """Return the readable state of the joints, the tool and the bodies, as copies."""
+    """Return copies of the joint states, the time, the tool position and the body states."""
     state: dict[str, Any] = {
         "positions": robot.joint_positions,
         "velocities": robot.joint_velocities,
@@ -127,7 +130,10 @@ def state_of(sim: Simulation, robot: RobotHandle) -> dict[str, Floats]:
 def move(
     sim: Simulation, robot: RobotHandle, steps: int, seed: int = 0, rows: int | None = None, row: int | None = None
 ) -> dict[str, Floats]:
-    """Command random positions. Pass ``row`` and ``rows`` if a single environment represents one of a batch."""
+    """Command random joint positions for several steps, and return the resulting state.
+
+    Pass ``rows`` and ``row`` if the simulation's single environment represents one row of a batch.
+    """
     for k in range(steps):
         drawn = spread(-0.6, 0.6, (rows or sim.num_envs, 2), seed=seed + k)
         robot.command(robot.home + (drawn if row is None else drawn[[row]]))
@@ -136,7 +142,7 @@ def move(
 
 
 def expect_state(subject: SimulatorUnderTest, expected: dict[str, Floats], found: dict[str, Floats], what: str) -> None:
-    """Raise CheckFailure unless two states are equal; bit-identical if the simulator claims exact determinism."""
+    """Raise CheckFailure unless two states are close, or bit-identical if the simulator claims exact determinism."""
     for name, array in expected.items():
         if subject.level("determinism") == Level.EXACT:
             expect_same(array, found[name], f"{what}: {name}")

@@ -1,4 +1,4 @@
-"""Checks of the rest of the scene: bodies, rays, contacts, wrenches, cameras."""
+"""Checks of scene features: bodies, rays, contacts, wrenches and cameras."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _QUARTER_TURN = np.array([[0.5**0.5, 0.0, 0.0, 0.5**0.5]])  # about z
 
 @verifies("teleport")
 def bodies_are_placed(subject: SimulatorUnderTest) -> None:
-    """A body starts at the scene's pose and can be moved by writing, only in the environments of the mask."""
+    """A body starts at the scene's pose, and a written pose moves it only in the environments of the mask."""
     with subject.build(bodies={"ball": replace(BALL, pose=TILTED), "bar": BAR}) as (sim, _):
         n = sim.num_envs
         ball = sim.bodies["ball"]
@@ -48,7 +48,7 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
 
 @verifies("rays")
 def rays_measure(subject: SimulatorUnderTest) -> None:
-    """Rays return the distance to a wall and to a moved and rotated body, and ``max_range`` if they hit nothing."""
+    """Rays return the distance to a wall or to a moved and rotated body, or ``max_range`` if they hit nothing."""
     tolerance = subject.tolerance("rays", exact=1e-6)
     with subject.build(bodies={"wall": WALL, "bar": BAR}) as (sim, _):
         n = sim.num_envs
@@ -69,7 +69,7 @@ def rays_measure(subject: SimulatorUnderTest) -> None:
 
 @verifies("rays")
 def lidars_measure(subject: SimulatorUnderTest) -> None:
-    """A lidar rotates with its link, counterclockwise, keeps its range, and does not detect its own robot."""
+    """A lidar rotates with its link, scans counterclockwise, respects its range, and does not detect its own robot."""
     lidar = Lidar(frame="hull", rays=3, angle_min=-0.5 * np.pi, angle_max=0.5 * np.pi, range_min=0.2, range_max=6.0)
     bodies = {"wall": WALL, "bar": replace(BAR, pose=Pose(pos=(0.0, -3.0, 0.05)))}
     seeing = replace(ROVER, sensors={"scan": lidar})
@@ -93,7 +93,10 @@ def lidars_measure(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_are_told(subject: SimulatorUnderTest) -> None:
-    """A declared contact and its force are reported for the whole step and per environment; others raise an error."""
+    """Declared contacts and their forces are reported for the whole step and for each environment.
+
+    Undeclared contacts raise UnknownNameError.
+    """
     contacts = {"landed": Contact(first="ball", second="floor"), "any": Contact(first="floor")}
     with subject.build(bodies={"ball": _ON_FLOOR}, contacts=contacts) as (sim, _):
         n = sim.num_envs
@@ -121,7 +124,7 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
 
 @verifies("wrench")
 def wrenches_push(subject: SimulatorUnderTest) -> None:
-    """A wrench on a body or a link changes its velocity by F·t/m and τ·t/I during exactly one step."""
+    """A wrench acts for exactly one step, and changes the velocity of a body or link by F·t/m and τ·t/I."""
     tolerance = subject.tolerance("wrench", exact=1e-6)
     force, torque = np.array([[1.0, -0.5, 0.3]]), np.array([[1e-3, 2e-3, -1e-3]])
     built = subject.build(LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False)
@@ -142,7 +145,7 @@ def wrenches_push(subject: SimulatorUnderTest) -> None:
 
 @verifies("cameras")
 def cameras_see(subject: SimulatorUnderTest) -> None:
-    """Every modality has its shape and dtype, with one non-empty image for each environment of the mask."""
+    """Every modality has the correct shape and dtype, with one non-empty image for each selected environment."""
     shapes = {"rgb": (np.uint8, 3), "depth": (np.float32, 1), "segmentation": (np.int32, 1)}
     with subject.build(bodies={"wall": WALL, "bar": BAR}) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
@@ -166,7 +169,7 @@ def cameras_see(subject: SimulatorUnderTest) -> None:
 
 @verifies("cameras")
 def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
-    """A camera measures the distance of a wall, from the world and from a link; a marker is rendered in front of it."""
+    """Cameras in the world and on a link measure the distance to a wall, and render a marker in front of the wall."""
     cameras = {
         "world": Camera(pos=(0.0, 1.0, 1.0), target=(2.0, 1.0, 1.0)),
         "link": Camera(pos=(0.1, 0.0, 1.0), target=(1.0, 0.0, 1.0), frame="robot/base"),
@@ -187,7 +190,7 @@ def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
 
 
 def contradictions_are_refused(subject: SimulatorUnderTest) -> None:
-    """An inconsistent scene, or one that refers to missing objects, raises a ConfigurationError."""
+    """A scene that is inconsistent or refers to missing objects raises a ConfigurationError."""
     camera = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), frame="robot/no_such_link")
     upright = Camera(pos=(1.0, 0.0, 0.0), target=(0.0, 0.0, 0.0), up=(2.0, 0.0, 0.0))
     scenes: dict[str, dict[str, Any]] = {

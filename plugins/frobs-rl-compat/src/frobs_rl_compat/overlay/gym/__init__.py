@@ -1,6 +1,6 @@
-"""The ``gym`` of 'frobs legacy run': gym 0.21's names and API, implemented with Gymnasium.
+"""The ``gym`` package for 'frobs legacy run': gym 0.21's names and API, implemented with Gymnasium.
 
-``reset`` returns only the observation, and ``step`` four values.
+``reset`` returns only the observation, and ``step`` returns four values.
 """
 
 from gym import envs, error, logger, spaces, utils, wrappers

@@ -1,4 +1,4 @@
-"""Gymnasium's spaces, also under gym's module names, such as ``gym.spaces.box``, which old model files contain."""
+"""Gymnasium's spaces, including gym's submodules such as ``gym.spaces.box``, which old model files refer to."""
 
 import sys
 from importlib import import_module

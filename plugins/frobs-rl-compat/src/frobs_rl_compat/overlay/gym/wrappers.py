@@ -1,4 +1,4 @@
-"""Gymnasium's wrappers by name, with old gym's API."""
+"""Gymnasium's wrappers under the same names, but with old gym's API."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,4 +1,4 @@
-"""The ``moveit_commander`` of 'frobs legacy run', for processes that cannot import MoveIt's."""
+"""Stand-in for MoveIt's ``moveit_commander``, which 'frobs legacy run' uses if MoveIt is not installed."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ __all__ = [
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing, because there is no C++ node. The commanders start a node if the process has none."""
+    """Do nothing, because there is no C++ node. Each commander starts a ROS node if the process has none."""
     del args
 
 

@@ -1,1 +1,1 @@
-"""ros_control's controllers, and the manager that loads, starts and stops them."""
+"""Controllers of ros_control and the manager that loads, starts and stops controllers."""

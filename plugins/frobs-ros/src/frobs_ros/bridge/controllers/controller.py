@@ -1,4 +1,4 @@
-"""The base class of ros_control controllers, which publish states or command joints."""
+"""Base class of ros_control controllers, which publish states or command joints."""
 
 from __future__ import annotations
 
@@ -23,17 +23,19 @@ INTERFACES = {
 
 
 class Controller(Component):
-    """Base class of controllers. Except for the constructor and topic callbacks, all methods run in the loop's thread.
+    """Base class of controllers.
+
+    Except for the constructor and topic callbacks, all methods run in the simulation thread.
 
     Args:
-        topic: Namespace of its topics: that of the robot, followed by the controller's name.
-        parameters: Its parameters on the parameter server.
-        interface: Claimed interface of its joints; None: nothing.
-        rate: Publishing rate [Hz]; 0: never.
+        topic: Namespace of the controller's topics: the robot's namespace followed by the controller's name.
+        parameters: The controller's parameters from the ROS parameter server.
+        interface: Joint interface that the controller claims, or None if the controller only reads states.
+        rate: Publishing rate [Hz], or 0 to disable publishing.
 
     Attributes:
-        joints: Names of the joints that it commands.
-        columns: (k,) indices of these joints in the robot's joint arrays.
+        joints: Names of the joints that the controller commands.
+        columns: (k,) indices of the commanded joints in the robot's joint arrays.
     """
 
     def __init__(
@@ -46,16 +48,16 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """Handle of the robot, which changes when the world changes."""
+        """Handle of the robot, which is replaced when the simulation is rebuilt."""
         assert self.model.robot is not None
         return self.model.robot
 
     def claim(self, joints: Sequence[str]) -> None:
-        """Set the joints that it commands.
+        """Set the joints that the controller commands.
 
         Raises:
-            UnknownNameError: The robot has no such joint.
-            ConfigurationError: The list is empty, or a joint does not have the interface.
+            UnknownNameError: One of the names is not an actuated joint of the robot.
+            ConfigurationError: The list is empty, or a joint does not provide the controller's interface.
         """
         if not joints:
             raise ControllerError(self.topic, "has no joints.")
@@ -74,39 +76,39 @@ class Controller(Component):
         self.columns = np.array([self.model.joints[name] for name in joints], np.intp)
 
     def positions(self) -> Floats:
-        """Positions (k,) of its joints [rad or m]."""
+        """Return the (k,) positions of the commanded joints [rad or m]."""
         found: Floats = self.robot.joint_positions[0, self.columns]
         return found
 
     def velocities(self) -> Floats:
-        """Velocities (k,) of its joints [rad/s or m/s]."""
+        """Return the (k,) velocities of the commanded joints [rad/s or m/s]."""
         found: Floats = self.robot.joint_velocities[0, self.columns]
         return found
 
     def command(self, values: Floats) -> None:
-        """Command its joints to follow (k,) values in its interface."""
+        """Set the (k,) targets of the joints: positions, velocities or efforts, depending on the interface."""
         self.model.drive.targets[self.columns] = values
 
     def start(self, world: World) -> None:
-        """Take over the joints, which hold their state until a command arrives."""
+        """Take control of the joints and hold their current state until a command arrives."""
         if self.interface is not None:
             for column in self.columns.tolist():
                 self.model.drive.set_mode(column, self.interface, self.robot)
         self._next_ns = world.time_ns
 
     def stop(self, world: World) -> None:
-        """Release the joints, which hold their state."""
+        """Release the joints, leaving the current position, zero velocity or zero effort as their targets."""
         if self.interface is not None:
             for column in self.columns.tolist():
                 self.model.drive.set_mode(column, self.model.drive.modes[column], self.robot)
 
     def reset(self, world: World) -> None:
-        """Reset the controller, because the robot is back at its spawn pose."""
+        """Restart the controller after the robot was reset to its spawn pose."""
         self.start(world)
         self._last_stamp_ns = -1
 
 
 def listed(parameters: Mapping[str, Any], *names: str) -> list[str]:
-    """Return the names in the first existing parameter of several, which may be one name or a list."""
+    """Return the first parameter in ``names`` that is set, as a list. A single string becomes a list with one name."""
     given: Any = next((parameters[name] for name in names if name in parameters), [])
     return [given] if isinstance(given, str) else [str(name) for name in given]

@@ -1,4 +1,4 @@
-"""diff_drive_controller/DiffDriveController: drives two wheels, and publishes odometry."""
+"""The controller diff_drive_controller/DiffDriveController, which drives wheels and publishes odometry."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from frobs_ros.errors import ControllerError
 
 
 class DiffDriveController(Driving, Controller):
-    """Follows ``cmd_vel``, and publishes ``odom`` and its transform.
+    """Controller that follows twists from ``cmd_vel`` and publishes odometry on ``odom`` and as a transform.
 
-    The wheels' separation and radius are required parameters; ros_control can also measure them in the robot's file.
+    The parameters ``wheel_separation`` and ``wheel_radius`` are required, although ros_control can also derive both
+    values from the robot's file.
 
     Args:
-        parameters: ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius`` and their multipliers,
-            ``linear/x`` and ``angular/z`` limits, ``cmd_vel_timeout``, ``publish_rate``, ``base_frame_id``,
-            ``odom_frame_id``, ``enable_odom_tf``.
+        parameters: Supported keys are ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius``, the
+            multipliers of both lengths, limits in ``linear/x`` and ``angular/z``, ``cmd_vel_timeout``,
+            ``publish_rate``, ``base_frame_id``, ``odom_frame_id`` and ``enable_odom_tf``.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any]) -> None:
@@ -54,7 +55,7 @@ class DiffDriveController(Driving, Controller):
         self.listen(driver, f"{topic}/cmd_vel", f"{topic}/odom", frames, tf)
 
     def start(self, world: World) -> None:
-        """Take over the wheels."""
+        """Take control of the wheels."""
         super().start(world)
         self._driver.start(world)
         self._last_stamp_ns = -1

@@ -1,4 +1,4 @@
-"""A requested trajectory: validated, in the controller's order of joints."""
+"""Requested trajectories, validated and converted to the controller's joint order."""
 
 from __future__ import annotations
 
@@ -18,8 +18,11 @@ class Points:
     """Waypoints of a trajectory.
 
     Attributes:
-        start: [s] in simulated time; None: immediately.
-        times: (m,) [s] from the start, increasing, > 0; positions, velocities and accelerations are (m, k).
+        start: Start in simulated time [s], or None to start immediately.
+        times: (m,) increasing, nonnegative times from the start [s].
+        positions: (m, k) [rad or m]
+        velocities: (m, k) [rad/s or m/s], or None if the message contains no velocities.
+        accelerations: (m, k) [rad/s² or m/s²], or None if the message contains no accelerations or no velocities.
     """
 
     start: float | None
@@ -33,14 +36,14 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
     """Read and validate a trajectory_msgs/JointTrajectory.
 
     Args:
-        trajectory: Message with at least one point.
-        joints: Joints of the controller, in the order of the result.
-        held: (k,) positions of joints that the message does not contain [rad or m].
+        trajectory: Message that contains at least one trajectory point.
+        joints: Names of the controller's joints, in the column order of the returned arrays.
+        held: (k,) positions to use for joints that the message omits [rad or m].
         partial: Whether the message may omit joints.
 
     Raises:
-        UnknownNameError: The message contains a joint that the controller does not have.
-        ConfigurationError: The message omits a joint, or contains invalid numbers.
+        UnknownNameError: The message contains a joint that the controller does not command.
+        ConfigurationError: The message omits a required joint, repeats a joint, or contains invalid numbers.
     """
     names = list(trajectory.joint_names)
     for name in names:

@@ -1,4 +1,4 @@
-"""Controllers that follow the last received command, for one joint or several."""
+"""Controllers that follow the latest command for a single joint or a group of joints."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class Commanded(Controller):
-    """Follows the topic ``command``: a Float64 for one joint, a Float64MultiArray for a group.
+    """Controller that follows ``command``, a Float64 topic for one joint or a Float64MultiArray topic for a group.
 
     Args:
         parameters: ``joint``, or ``joints`` for a group.
-        interface: Claimed interface, and meaning of the numbers.
+        interface: Joint interface that the controller claims: position, velocity or effort.
     """
 
     def __init__(
@@ -47,15 +47,15 @@ class Commanded(Controller):
         self.own(rospy.Subscriber(f"{topic}/command", kind, self._take, queue_size=1, tcp_nodelay=True))
 
     def _take(self, message: Any) -> None:
-        """Store the received command, in rospy's thread."""
+        """Store a received command. Called in a rospy thread."""
         values = np.atleast_1d(np.asarray(message.data, np.float64))
         if values.shape != (len(self.joints),) or not np.isfinite(values).all():
             LOG.error("%s/command: %s; it takes %d finite numbers", self.topic, values.tolist(), len(self.joints))
-        elif self._runs:  # commands before the start are ignored
+        elif self._runs:  # commands that arrive before the controller starts are ignored
             self._wanted = values
 
     def start(self, world: World) -> None:
-        """Take over the joints."""
+        """Take control of the joints."""
         super().start(world)
         self._wanted, self._runs = None, True
 
@@ -65,7 +65,7 @@ class Commanded(Controller):
         super().stop(world)
 
     def before(self, world: World, steps: int) -> None:
-        """Set the joints' targets to the last command."""
+        """Set the joints' targets to the latest command."""
         wanted, self._wanted = self._wanted, None
         if wanted is None:
             return
@@ -76,14 +76,14 @@ class Commanded(Controller):
 
 
 class Regulated(Commanded):
-    """Follows positions or velocities with a PID controller that runs in every physics step.
+    """Controller that follows position or velocity commands with a PID loop in every physics step.
 
-    A single joint has its gains in ``pid``, each joint of a group in ``<joint>/pid``. A single joint publishes
-    ``state``.
+    For a single joint, the parameter ``pid`` contains the gains, and the topic ``state`` is published. For a group, the
+    parameter ``<joint>/pid`` contains the gains of each joint.
 
     Args:
         parameters: ``joint`` or ``joints``, and gains.
-        follows: Meaning of the received numbers.
+        follows: Whether the commands are positions or velocities.
     """
 
     def __init__(
@@ -112,11 +112,11 @@ class Regulated(Commanded):
         self._message = JointControllerState
 
     def most_steps(self, world: World) -> int | None:
-        """One step, because the controller requires the state."""
+        """Return 1, because the controller requires the state in each physics step."""
         return 1
 
     def start(self, world: World) -> None:
-        """Take over the joints, with their current state as the target."""
+        """Take control of the joints, with their current positions or zero velocity as the target."""
         super().start(world)
         self._pid.reset()
         self._last_stamp_ns = -1
@@ -135,7 +135,7 @@ class Regulated(Commanded):
         self.command(self._effort)
 
     def _error(self) -> Floats:
-        """Return target minus position, the shorter way for continuous joints."""
+        """Return target minus position, wrapped to [-π, π) for continuous joints."""
         error = self._target - self.positions()
         turned: Floats = np.where(self._turns, (error + np.pi) % (2.0 * np.pi) - np.pi, error)
         return turned

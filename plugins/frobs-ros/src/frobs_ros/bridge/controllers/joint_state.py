@@ -1,4 +1,4 @@
-"""joint_state_controller/JointStateController: publishes the joint states."""
+"""The controller joint_state_controller/JointStateController, which publishes joint states."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from frobs_ros.bridge.world import World
 
 
 class JointStateController(Controller):
-    """Publishes positions, velocities and efforts on the robot's ``joint_states``, sorted by name as ros_control does.
+    """Controller that publishes positions, velocities and efforts on the robot's topic ``joint_states``.
 
-    If the robot's file has transmissions, only their joints are published, else all joints.
+    The joints are sorted by name, as in ros_control. If the robot's file contains transmissions, only joints with a
+    transmission are published. Otherwise, all actuated joints are published.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any]) -> None:

@@ -21,11 +21,11 @@ _STRICT = 2
 
 
 class ControllerManager(Component):
-    """Loads, starts, stops and lists the controllers of one robot.
+    """Controller manager that loads, starts, stops and lists the controllers of one robot.
 
     Args:
-        namespace: Namespace of its topics and parameters, with a leading slash: ``"/robot"``, or empty.
-        find_parameters: Function that returns the parameter-server value of a name, or None.
+        namespace: Namespace of the robot's topics and parameters, such as ``"/robot"``, or an empty string.
+        find_parameters: Function that returns the value of a named ROS parameter, or None if the parameter is not set.
     """
 
     def __init__(self, bridge: Bridge, model: Model, namespace: str, find_parameters: Callable[[str], Any]) -> None:
@@ -58,11 +58,11 @@ class ControllerManager(Component):
         return [self.controllers[name] for name, state in self._states.items() if state == "running"]
 
     def load(self, name: str) -> None:
-        """Create a controller from its parameters on the parameter server.
+        """Create a controller from its parameters on the ROS parameter server.
 
         Raises:
-            ConfigurationError: It is loaded already, has no type, or a parameter is invalid.
-            UnknownNameError: The type or a joint does not exist.
+            ConfigurationError: The controller is already loaded, its type is not set, or a parameter is invalid.
+            UnknownNameError: The controller type or a joint does not exist.
         """
         if name in self.controllers:
             raise ControllerError(name, "is loaded already.")
@@ -84,8 +84,8 @@ class ControllerManager(Component):
         """Remove a controller.
 
         Raises:
-            UnknownNameError: It is not loaded.
-            ConfigurationError: It is running.
+            UnknownNameError: The controller is not loaded.
+            ConfigurationError: The controller is running.
         """
         if name not in self.controllers:
             raise UnknownNameError("loaded controller", name, self.controllers)
@@ -95,18 +95,18 @@ class ControllerManager(Component):
         del self._types[name], self._states[name]
 
     def switch(self, start: list[str], stop: list[str], strict: bool) -> None:
-        """Stop and start controllers in one step.
+        """Stop some controllers and start others at the same time.
 
         Args:
             start: Names of controllers to start.
             stop: Names of controllers to stop.
-            strict: Whether a controller that cannot be started or stopped rejects the whole call; otherwise it is
-                ignored.
+            strict: Whether to reject the whole call if a controller cannot be started or stopped. Otherwise, such
+                controllers are ignored.
 
         Raises:
-            UnknownNameError: ``strict``, and a controller is not loaded.
-            ConfigurationError: Two controllers would claim the same joint; or ``strict``, and one is already in that
-                state.
+            UnknownNameError: ``strict`` is True, and a controller is not loaded.
+            ConfigurationError: Two controllers would claim the same joint, or ``strict`` is True and a controller is
+                already in the requested state.
         """
         ending = [name for name in stop if self._may(name, "running", strict, "is not running")]
         restarted = set(ending)
@@ -133,23 +133,23 @@ class ControllerManager(Component):
             controller.before(world, steps)
 
     def most_steps(self, world: World) -> int | None:
-        """Return how many steps the running controllers can look ahead."""
+        """Return the maximum number of steps until the running controllers' next update, or None for no limit."""
         found = [most for controller in self.running if (most := controller.most_steps(world)) is not None]
         return min(found, default=None)
 
     def due_ns(self) -> int | None:
-        """Return the next publishing time of the running controllers."""
+        """Return the time at which a running controller publishes next [ns], or None if no controller publishes."""
         return min((due for controller in self.running if (due := controller.due_ns()) is not None), default=None)
 
     def publish(self, world: World) -> None:
-        """Publish the states of controllers that are due."""
+        """Publish the state of each running controller that is due."""
         for controller in self.running:
             due = controller.due_ns()
             if due is not None and due <= world.time_ns:
                 controller.publish(world)
 
     def after(self, world: World) -> None:
-        """Let the running controllers read the state after the steps."""
+        """Let the running controllers read the state after the physics steps."""
         for controller in self.running:
             controller.after(world)
 
@@ -159,7 +159,7 @@ class ControllerManager(Component):
             controller.reset(world)
 
     def close(self) -> None:
-        """Withdraw the services and remove the controllers."""
+        """Shut down the services and remove all controllers."""
         self._offers.close()
         for controller in self.controllers.values():
             controller.close()
@@ -167,7 +167,10 @@ class ControllerManager(Component):
         self._states.clear()
 
     def _may(self, name: str, state: str | None, strict: bool, complaint: str) -> bool:
-        """Return whether a controller can be switched; if ``strict``, raise an error instead of returning False."""
+        """Return whether a controller can be switched.
+
+        If ``strict`` is True, raise an error instead of returning False.
+        """
         if name not in self.controllers:
             if strict:
                 raise UnknownNameError("loaded controller", name, self.controllers)

@@ -1,4 +1,4 @@
-"""A PID controller for several joints, with the parameters of ros_control."""
+"""PID controller for several joints that uses the parameters of ros_control."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from frobs_core.errors import ConfigurationError
 
 
 class Pid:
-    """Proportional, integral and derivative gains, (k,) each.
+    """PID controller for k joints.
+
+    A limit on the integral term is symmetric and always prevents windup, so ``i_min`` and ``antiwindup`` are ignored.
 
     Args:
-        parameters: Parameters of each joint: ``p``, ``i``, ``d``, ``i_clamp`` or ``i_max`` and ``i_min``,
-            ``antiwindup``.
+        parameters: Parameters of each joint: ``p``, ``i``, ``d``, and ``i_clamp`` or ``i_max``, where 0 means no limit.
+        where: Description of the controller for error messages.
 
     Raises:
         ConfigurationError: A joint has no gains, or a gain is not a number.
@@ -40,17 +42,17 @@ class Pid:
 
         Args:
             error: (k,) target minus value.
-            error_rate: (k,) derivative of the error, per second.
+            error_rate: (k,) time derivative of the error.
             timestep: [s] since the last call.
         """
         self._sum = self._sum + error * timestep
         integral = self.i * self._sum
         limited = np.where(self.clamp > 0.0, np.clip(integral, -self.clamp, self.clamp), integral)
-        # The sum is clamped to its limits.
+        # Limit the stored sum, too, so that the integral term does not wind up.
         self._sum = np.divide(limited, self.i, out=np.zeros_like(limited), where=self.i != 0.0)
         command: Floats = self.p * error + limited + self.d * error_rate
         return command
 
     def reset(self) -> None:
-        """Clear the integral and the last error."""
+        """Clear the integral."""
         self._sum[:] = 0.0

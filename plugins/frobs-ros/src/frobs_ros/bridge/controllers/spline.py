@@ -1,4 +1,4 @@
-"""A joint trajectory as polynomials of time, like in joint_trajectory_controller."""
+"""Joint trajectories as piecewise polynomials of time, as in joint_trajectory_controller."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from frobs_core.arrays import Floats
 
 
 class Spline:
-    """Waypoints joined by linear, cubic or quintic polynomials: the highest degree that both ends define.
+    """Trajectory through waypoints with linear, cubic or quintic segments, depending on the given derivatives.
 
     Args:
         times: (m,) [s], increasing; m ≥ 1.
         positions: (m, k) [rad or m]
-        velocities: (m, k) [rad/s or m/s]; None: linear.
-        accelerations: (m, k) [rad/s² or m/s²]; None: at most cubic.
+        velocities: (m, k) [rad/s or m/s], or None for linear segments.
+        accelerations: (m, k) [rad/s² or m/s²], or None for linear or cubic segments.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Spline:
             coefficients[3] = (2.0 * (p0 - p1) / spans + v0 + v1) / spans**2
         else:
             v0, v1, a0, a1 = velocities[:-1], velocities[1:], accelerations[:-1], accelerations[1:]
-            # The remainder after motion with constant a0, in position, velocity and acceleration at the end.
+            # Position, velocity and acceleration at the end, minus those of a motion with constant acceleration a0.
             d = p1 - p0 - v0 * spans - 0.5 * a0 * spans**2
             dv, da = v1 - v0 - a0 * spans, a1 - a0
             coefficients[1], coefficients[2] = v0, 0.5 * a0
@@ -49,7 +49,10 @@ class Spline:
         return float(self.times[-1])
 
     def sample(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return positions, velocities and accelerations, (n, k) each, at times (n,) [s]; at rest beyond the ends."""
+        """Return the (n, k) positions, velocities and accelerations at (n,) ``times`` [s].
+
+        Before the start and after the end, the position is constant and the velocity and acceleration are 0.
+        """
         if len(self.times) == 1:
             still = np.broadcast_to(self._last, (len(times), len(self._last)))
             return still.copy(), np.zeros(still.shape), np.zeros(still.shape)

@@ -1,4 +1,4 @@
-"""Tolerances between a robot and its trajectory, from the parameters and the goal of an action."""
+"""Trajectory tolerances, which are read from the controller's parameters and from action goals."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ import numpy as np
 from frobs_core.arrays import Floats
 
 SETTLING = 0.5
-"""[s] minimum settling time at the end of a trajectory: FRobs's drives move masses, while Gazebo sets positions."""
+"""Minimum settling time at the end of a trajectory [s].
+
+FRobs drives must accelerate masses, whereas Gazebo sets joint positions directly.
+"""
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of (k,) joints; 0: no tolerance check.
+    """Trajectory tolerances of k joints, where 0 disables a check.
 
     Attributes:
-        path: [rad or m] during the motion.
-        goal: [rad or m] at the end.
-        goal_velocity: [rad/s or m/s] at the end.
-        goal_time: [s] after the end for reaching the goal.
+        path: (k,) position tolerances during the motion [rad or m].
+        goal: (k,) position tolerances at the end [rad or m].
+        goal_velocity: (k,) velocity tolerances at the end [rad/s or m/s].
+        goal_time: Time allowed after the end of the trajectory for reaching the goal [s].
     """
 
     path: Floats
@@ -32,7 +35,7 @@ class Tolerances:
 
     @classmethod
     def from_parameters(cls, joints: Sequence[str], parameters: Mapping[str, Any]) -> Tolerances:
-        """Read the parameter ``constraints`` of a controller."""
+        """Read the tolerances from a controller's parameter ``constraints``."""
         constraints = parameters.get("constraints", {})
         of_joints = [constraints.get(joint, {}) for joint in joints]
         stopped = float(constraints.get("stopped_velocity_tolerance", 0.01))
@@ -44,7 +47,10 @@ class Tolerances:
         )
 
     def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
-        """Return the tolerances with a FollowJointTrajectoryGoal's changes: 0 keeps, a negative value removes one."""
+        """Return the tolerances after the changes that a FollowJointTrajectoryGoal requests.
+
+        For a joint, 0 keeps the current tolerance, and a negative value disables the check.
+        """
         path, end, speed = self.path.copy(), self.goal.copy(), self.goal_velocity.copy()
         for tolerance in goal.path_tolerance:
             if tolerance.name in joints:

@@ -1,4 +1,4 @@
-"""JointTrajectoryController: follows trajectories from a topic or an action."""
+"""The controller JointTrajectoryController, which follows trajectories from a topic or an action."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class TrajectoryController(Controller):
-    """Follows trajectories from ``command`` and the action ``follow_joint_trajectory``, and publishes ``state``.
+    """Controller that follows trajectories from the topic ``command`` and the action ``follow_joint_trajectory``.
 
-    With the position interface the drives also get the target velocity, so that they do not lag. With the velocity and
-    effort interfaces a PID controller with ``gains/<joint>`` follows the trajectory, with ``velocity_ff/<joint>``.
+    The controller publishes its state on the topic ``state``. With the position interface, the drives also receive the
+    target velocity, which prevents lag. With the velocity and effort interfaces, a PID controller with the gains
+    ``gains/<joint>`` and the feedforward gain ``velocity_ff/<joint>`` follows the trajectory.
 
     Args:
-        parameters: ``joints``, ``constraints``, ``gains``, ``state_publish_rate``, ``allow_partial_joints_goal``.
+        parameters: Supported keys are ``joints``, ``constraints``, ``gains``, ``velocity_ff``, ``state_publish_rate``
+            and ``allow_partial_joints_goal``.
     """
 
     def __init__(self, model: Model, topic: str, parameters: Mapping[str, Any], interface: CommandMode) -> None:
@@ -58,15 +60,16 @@ class TrajectoryController(Controller):
         self._message = JointTrajectoryControllerState
         self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
         self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
-        # With a rate of 0 actionlib starts no timer, which would use simulated time and die when it goes back.
+        # With a rate of 0, actionlib does not start its timer, which would fail when simulated time jumps back.
         rospy.set_param("/gazebo/actionlib_status_frequency", 0)
         name, kind = f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction
         self._server = ActionServer(name, kind, goal_cb=self._accept, cancel_cb=self._cancel, auto_start=False)
-        self._server.status_timer = SimpleNamespace(shutdown=lambda: None)  # actionlib stops its timer at the end
+        # When the action server stops, it shuts down this timer.
+        self._server.status_timer = SimpleNamespace(shutdown=lambda: None)
         self._server.start()
 
     def _take(self, trajectory: Any) -> None:
-        """Accept a trajectory from the topic, in rospy's thread. A trajectory without points stops the robot."""
+        """Accept a trajectory from the topic. A trajectory without points stops the robot. Called in a rospy thread."""
         if not self._runs:
             LOG.error("%s/command: the controller is not running; the trajectory is ignored", self.topic)
             return
@@ -78,7 +81,7 @@ class TrajectoryController(Controller):
         self._inbox.put((points, None))
 
     def _accept(self, handle: Any) -> None:
-        """Accept or reject a goal of the action, in rospy's thread."""
+        """Accept or reject an action goal. Called in a rospy thread."""
         from control_msgs.msg import FollowJointTrajectoryResult as Result
 
         goal = handle.get_goal()
@@ -105,12 +108,12 @@ class TrajectoryController(Controller):
         self._inbox.put((points, handle))
 
     def _cancel(self, handle: Any) -> None:
-        """Cancel an active goal, in rospy's thread."""
+        """Cancel the active action goal. Called in a rospy thread."""
         if self._goal is not None and handle == self._goal:
             self._inbox.put((None, None))
 
     def start(self, world: World) -> None:
-        """Take over the joints, and hold them."""
+        """Take control of the joints and hold their current positions."""
         super().start(world)
         self._end_goal(None, "")
         self._empty_inbox()
@@ -120,18 +123,18 @@ class TrajectoryController(Controller):
         self._runs = True
 
     def stop(self, world: World) -> None:
-        """Release the joints, and cancel an active goal."""
+        """Release the joints and cancel the active goal."""
         self._runs = False
         self._end_goal(None, "the controller was stopped")
         self._empty_inbox()
         super().stop(world)
 
     def most_steps(self, world: World) -> int | None:
-        """One step with a PID controller, which requires the state; otherwise any number."""
+        """Return 1 with a PID controller, which requires the state in each physics step, and None otherwise."""
         return None if self._pid is None else 1
 
     def before(self, world: World, steps: int) -> None:
-        """Set the joints' targets: one row for each physics step."""
+        """Set the joints' targets for each of the next physics steps."""
         now = world.time_ns / NANO
         while not self._inbox.empty():
             self._begin(*self._inbox.get(), now)
@@ -144,7 +147,7 @@ class TrajectoryController(Controller):
         self._desired = positions[-1], velocities[-1], accelerations[-1]
         if self._pid is None:
             stiffness, damping = (gain[0, self.columns] for gain in self.robot.drive_gains())
-            # The drive law brakes by Kd·q̇; this further lead makes it Kd·(q̇ − v).
+            # The drive law contains the damping Kd·q̇. Adding Kd/Kp·v to the target changes the damping to Kd·(q̇ − v).
             ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
             self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
         else:
@@ -152,7 +155,7 @@ class TrajectoryController(Controller):
             self.command(self._forward * velocities[0] + self._pid(error, rate, world.timestep))
 
     def after(self, world: World) -> None:
-        """Check the progress of the goal."""
+        """Check whether the active goal has been reached or a tolerance is violated."""
         self._now = world.time_ns / NANO
         if self._goal is None:
             return
@@ -174,7 +177,7 @@ class TrajectoryController(Controller):
             self._end_goal(Result.GOAL_TOLERANCE_VIOLATED, text)
 
     def _begin(self, points: Points | None, handle: Any, now: float) -> None:
-        """Follow another trajectory from now on, or hold the position."""
+        """Start following a new trajectory, or hold the current positions if ``points`` is None."""
         self._end_goal(None, "another trajectory was sent" if points else "cancelled")
         if points is None:
             self._hold()
@@ -213,7 +216,7 @@ class TrajectoryController(Controller):
             self._pid.reset()
 
     def _end_goal(self, code: int | None, text: str) -> None:
-        """Report the result of the goal to the client; None: canceled."""
+        """Report the active goal's result to the client, or report a cancellation if ``code`` is None."""
         from control_msgs.msg import FollowJointTrajectoryResult as Result
 
         goal, self._goal = self._goal, None
@@ -234,7 +237,7 @@ class TrajectoryController(Controller):
                 handle.set_canceled(text="the controller was restarted")
 
     def tell(self, world: World) -> None:
-        """Publish the state, and the goal's feedback."""
+        """Publish the controller's state and the feedback on the active goal."""
         if self._state.get_num_connections() == 0 and self._goal is None:
             return
         from control_msgs.msg import FollowJointTrajectoryFeedback
@@ -257,7 +260,7 @@ class TrajectoryController(Controller):
                 self._goal.publish_feedback(message)
 
     def close(self) -> None:
-        """Leave the ROS graph."""
+        """End the active goal and unregister all topics and the action."""
         self._end_goal(None, "the controller was unloaded")
         super().close()
         self._server.stop()

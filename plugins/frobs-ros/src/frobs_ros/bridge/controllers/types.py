@@ -1,4 +1,4 @@
-"""The supported controller types, by their ros_control names."""
+"""Supported controller types and their ros_control names."""
 
 from __future__ import annotations
 
@@ -38,4 +38,4 @@ TYPES: Mapping[str, Callable[[Model, str, Mapping[str, Any]], Controller]] = {
     "effort_controllers/JointTrajectoryController": partial(TrajectoryController, interface=EFFORT),
     "diff_drive_controller/DiffDriveController": DiffDriveController,
 }
-"""Functions that create a controller from the robot, the namespace of its topics, and its parameters."""
+"""Functions that create a controller of each type from the robot, the topic namespace and the parameters."""

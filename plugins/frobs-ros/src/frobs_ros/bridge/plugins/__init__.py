@@ -1,1 +1,1 @@
-"""Simple and common plugins of Gazebo that model files use."""
+"""Common Gazebo plugins that model files use."""

@@ -1,11 +1,12 @@
-"""libgazebo_ros_camera.so: images and camera_info.
+"""The plugin libgazebo_ros_camera.so, which publishes images and camera_info.
 
-Intrinsics are those of gazebo_ros: for an image of w by h pixels with the horizontal field of view a, the focal length is
-f = w / (2 tan(a/2)) in both directions, and the optical center is at ((w + 1)/2, (h + 1)/2). Images are drawn about the
-pixel coordinates ((w - 1)/2, (h - 1)/2), so the center in camera_info is one pixel off in each direction, as in Gazebo.
+The intrinsics match gazebo_ros. For an image of w by h pixels with the horizontal field of view a, the focal length is
+f = w / (2 tan(a/2)) in both directions, and the optical center is at ((w + 1)/2, (h + 1)/2). However, images are
+rendered with the optical center at ((w - 1)/2, (h - 1)/2), so the center in camera_info is off by one pixel in each
+direction, as in Gazebo.
 
-A camera looks along the x axis of its sensor element, with z up. The image follows the optical convention of ROS (x right,
-y down, z ahead). ``frameName`` is copied into the header and does not move the camera.
+A camera looks along the x axis of the sensor frame, with the z axis up. Images follow the optical convention of ROS
+(x right, y down, z forward). ``frameName`` is copied into the message header and does not move the camera.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ from frobs_ros.errors import GazeboElementError
 LOG = logging.getLogger("frobs.bridge")
 Pixels = npt.NDArray[np.uint8]
 
-_USUAL_RATE = 30.0  # [Hz] of a camera whose file names no rate; Gazebo would draw as often as it can
+_USUAL_RATE = 30.0  # default rate [Hz], whereas Gazebo renders as fast as possible by default
 _LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601
 _DISTORTION = ("distortionK1", "distortionK2", "distortionK3", "distortionT1", "distortionT2")
 
 
 class CameraTopics(Component):
-    """``sensor_msgs/Image`` and ``sensor_msgs/CameraInfo`` of a camera, both with the same stamp.
+    """Publisher of a camera's ``sensor_msgs/Image`` and ``sensor_msgs/CameraInfo``, which have the same time stamp.
 
     Args:
-        space: Namespace of its topics; empty, or begins with a slash.
+        space: Namespace of the topics, which is empty or begins with a slash.
 
     Raises:
-        ConfigurationError: A parameter is invalid, the plugin is not in a camera, or distortion is requested.
+        ConfigurationError: A parameter is invalid, the plugin does not belong to a camera, or distortion is requested.
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
@@ -69,7 +70,7 @@ class CameraTopics(Component):
         self._intrinsics = _intrinsics(self.lens, plugin)
 
     def tell(self, world: World) -> None:
-        """Render and publish, if there are subscribers."""
+        """Render and publish if there are subscribers."""
         if world.simulation is None or not any(publisher.get_num_connections() for publisher in self._topics):
             return
         from std_msgs.msg import Header
@@ -81,7 +82,7 @@ class CameraTopics(Component):
             self.publish_no_more()
 
     def _send(self, simulation: Simulation, header: Any) -> None:
-        """Publish on topics with subscribers."""
+        """Publish on the topics that have subscribers."""
         if self._image.get_num_connections():
             self._image.publish(self._image_message(header, self._colors(simulation)))
         self._send_info(self._info, header)
@@ -95,7 +96,7 @@ class CameraTopics(Component):
         return self.own(self._rospy.Publisher(name, kind, queue_size=2, tcp_nodelay=True))
 
     def _colors(self, simulation: Simulation) -> Pixels:
-        """Return an image, (h, w, 3) in rgb."""
+        """Return an RGB image (h, w, 3)."""
         drawn: Pixels = self._draw(simulation, "rgb")
         mean, deviation = self.lens.noise
         if not (mean or deviation):

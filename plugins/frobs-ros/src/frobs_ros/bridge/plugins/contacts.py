@@ -1,10 +1,11 @@
-"""libgazebo_ros_bumper.so: the parts that a link touches, and the force on the link.
+"""The plugin libgazebo_ros_bumper.so, which publishes the parts that a link touches and the contact forces.
 
-A message has one state for each link, or shape of a static model, that is touched, and for the ground plane. ``total_wrench``
-holds the mean force on the sensor's link over the last physics steps, friction included [N], in the axes of the world. Simulators
-report no single contact points, so ``wrenches``, ``contact_positions``, ``contact_normals`` and ``depths`` are empty, and
-the torque is 0. All collisions of the link count, whichever the ``<contact>`` element names. As in gazebo_ros,
-``frameName`` is written into the header and turns nothing.
+A message contains one state for each touched part: a link of a moving model, a shape of a static model, or the ground
+plane. ``total_wrench`` contains the mean force on the sensor's link over the last physics steps, including friction, in
+the world frame [N]. Simulators do not report individual contact points, so ``wrenches``, ``contact_positions``,
+``contact_normals`` and ``depths`` are empty, and the torque is 0. All collision shapes of the link are included,
+regardless of which shape the ``<contact>`` element names. As in gazebo_ros, ``frameName`` is copied into the message
+header but does not rotate the force.
 """
 
 from __future__ import annotations
@@ -17,17 +18,18 @@ from frobs_ros.bridge.plugins.drive import topic
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 
-_USUAL_RATE = 100.0  # [Hz] of a sensor without a rate; Gazebo would publish in each physics step
+_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes in each physics step by default
 
 
 class BumperTopic(Component):
-    """``gazebo_msgs/ContactsState`` of a contact sensor.
+    """Publisher of a contact sensor's ``gazebo_msgs/ContactsState``.
 
     Args:
-        space: Namespace of its topic; empty, or begins with a slash.
+        space: Namespace of the topic, which is empty or begins with a slash.
 
     Raises:
-        ConfigurationError: The plugin is in no contact sensor, or the model has no such link.
+        ConfigurationError: The plugin does not belong to a contact sensor.
+        UnknownNameError: The model does not contain the sensor's link.
     """
 
     def __init__(self, model: Model, plugin: Plugin, space: str) -> None:
@@ -46,7 +48,7 @@ class BumperTopic(Component):
         self._publisher = self.own(rospy.Publisher(name, ContactsState, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, if there are subscribers."""
+        """Publish if there are subscribers."""
         simulation = world.simulation
         if simulation is None or self._publisher.get_num_connections() == 0:
             return

@@ -1,7 +1,9 @@
-"""libgazebo_ros_openni_kinect.so and libgazebo_ros_depth_camera.so: depth images and point clouds beside the colors.
+"""Depth-camera plugins, which publish depth images and point clouds in addition to color images.
 
-Depth is measured along the view (z in the optical frame), not along the ray. A pixel that shows nothing, or that is not
-between ``pointCloudCutoff`` and ``pointCloudCutoffMax`` and nearer than ``<clip><far>``, is NaN in both.
+The plugins are libgazebo_ros_openni_kinect.so and libgazebo_ros_depth_camera.so. Depth is measured along the viewing
+direction (z in the optical frame), not along the ray through a pixel. In depth images and point clouds, a pixel is NaN
+if nothing is visible at this pixel, or if the depth is not between ``pointCloudCutoff`` and the smaller of
+``pointCloudCutoffMax`` and ``<clip><far>``.
 """
 
 from __future__ import annotations
@@ -20,16 +22,16 @@ from frobs_ros.bridge.plugins.cameras import CameraTopics, Pixels
 _POINT = np.dtype(
     {"names": ["x", "y", "z", "bgr"], "formats": ["<f4", "<f4", "<f4", "3u1"], "offsets": [0, 4, 8, 16], "itemsize": 32}
 )
-"""Memory of a point, as gazebo_ros has it: the color is in the lower three bytes of a float32."""
+"""Memory layout of a point as in gazebo_ros, with the color in the lower three bytes of a float32."""
 
 
 class DepthTopics(CameraTopics):
-    """The topics of a camera, a depth image (32FC1) [m] with its camera_info, and a ``sensor_msgs/PointCloud2``.
+    """Publisher of color images, depth images (32FC1) [m], their camera_info, and a ``sensor_msgs/PointCloud2``.
 
-    The cloud has a point for each pixel, (height, width), in the optical frame: x right, y down, z ahead [m].
+    The point cloud contains one point per pixel, (height, width), in the optical frame: x right, y down, z forward [m].
 
     Args:
-        space: Namespace of its topics; empty, or begins with a slash.
+        space: Namespace of the topics, which is empty or begins with a slash.
         most: Default of ``pointCloudCutoffMax`` [m].
 
     Raises:
@@ -63,7 +65,7 @@ class DepthTopics(CameraTopics):
                 self._cloud.publish(self._cloud_message(header, depth, self._draw(simulation, "rgb")))
 
     def _measure(self, simulation: Simulation) -> npt.NDArray[np.float32]:
-        """Return the depth of each pixel [m], (h, w)."""
+        """Return the (h, w) depth of each pixel [m]."""
         depth = self._draw(simulation, "depth")[..., 0]
         nothing = self._draw(simulation, "segmentation")[..., 0] < 0
         least, most = self._range

@@ -1,4 +1,4 @@
-"""libgazebo_ros_diff_drive.so and similar plugins: a differential drive without a controller manager."""
+"""Differential-drive plugins, such as libgazebo_ros_diff_drive.so, which require no controller manager."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from frobs_ros.errors import GazeboElementError
 
 @dataclass(frozen=True, kw_only=True)
 class DriveSettings:
-    """Topics and frames of a drive.
+    """Topics and frames of a differential drive.
 
     Attributes:
         child: Frame of the base.
         rate: Rate of the odometry [Hz].
-        truth: Whether odometry contains the true pose; otherwise the one computed from the wheels.
+        truth: Whether the odometry contains the true pose instead of a pose computed from the wheels.
     """
 
     command: str
@@ -39,7 +39,7 @@ def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, Dri
     """Read the parameters of libgazebo_ros_diff_drive.so.
 
     Raises:
-        UnknownNameError: The robot has no such joint.
+        UnknownNameError: A configured wheel joint does not exist in the robot.
         ConfigurationError: A parameter is invalid.
     """
     acceleration = plugin.number("wheelAcceleration", default=0.0)
@@ -65,7 +65,7 @@ def read_diff_drive(plugin: Plugin, model: Model, space: str) -> tuple[Base, Dri
 
 
 def read_kobuki(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSettings]:
-    """Read the parameters of libgazebo_ros_kobuki.so; see :func:`read_diff_drive`."""
+    """Read the parameters of libgazebo_ros_kobuki.so. See :func:`read_diff_drive`."""
     base = _base(
         plugin,
         model,
@@ -90,7 +90,7 @@ def read_kobuki(plugin: Plugin, model: Model, space: str) -> tuple[Base, DriveSe
 
 
 def topic(space: str, name: str) -> str:
-    """Return a topic's full name; names that begin with a slash are unchanged."""
+    """Return a topic's full name. A name that begins with a slash is returned unchanged."""
     return name if name.startswith("/") else f"{space}/{name}"
 
 
@@ -117,7 +117,7 @@ def _base(
         separation=separation,
         radius=radius,
         linear_acceleration=acceleration or math.inf,
-        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both rims at their limit
+        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both wheels accelerate at their limit
         timeout=timeout,
     )
 
@@ -134,7 +134,7 @@ class Drive(Driving):
         self._take_over(world)
 
     def where(self) -> tuple[Place, Motion]:
-        """Return the true pose and velocity, or those computed from the wheels."""
+        """Return the true pose and velocity, or the values computed from the wheels."""
         if not self._truth:
             return super().where()
         place = self._model.place()

@@ -1,18 +1,20 @@
-"""libgazebo_ros_imu.so and libgazebo_ros_imu_sensor.so: orientation, angular velocity and acceleration.
+"""The plugins libgazebo_ros_imu.so and libgazebo_ros_imu_sensor.so, which publish IMU measurements.
 
-The two plugins of gazebo_ros treat gravity differently, and so do these:
+The measurements are orientation, angular velocity and linear acceleration. As in gazebo_ros, the two plugins treat
+gravity differently:
 
-- ``gazebo_ros_imu`` (a plugin of the model) reports the acceleration of the link without gravity: at rest it reads 0.
-- ``gazebo_ros_imu_sensor`` (in a ``<sensor type="imu">``) reports the specific force, acceleration minus gravity: at rest
-  and upright it reads +9.8 m/s² along z.
+- ``gazebo_ros_imu`` (a plugin of the model) reports the link's acceleration without gravity, which is 0 at rest.
+- ``gazebo_ros_imu_sensor`` (in a ``<sensor type="imu">``) reports the specific force (acceleration minus gravity),
+  which is +9.8 m/s² along z for an upright sensor at rest.
 
-Both report the orientation in the world, and vectors in the frame of the sensor. The acceleration is the change of the
-sensor's velocity since the last message, divided by the time between them. ``rpyOffset`` turns the orientation about the
-axes of the world; with ``gazebo_ros_imu`` the vectors are reported in the turned frame. ``xyzOffset`` changes nothing, as
-in gazebo_ros. ``gaussianNoise`` is the standard deviation of each number, its square the diagonal of the covariances.
+Both plugins report the orientation in the world frame, and vectors in the sensor frame. The acceleration is the change
+of the sensor's velocity since the last message, divided by the elapsed time. ``rpyOffset`` rotates the reported
+orientation about the world axes. With ``gazebo_ros_imu``, vectors are also reported in this rotated frame.
+``xyzOffset`` has no effect, as in gazebo_ros. ``gaussianNoise`` is the standard deviation of the noise on each number,
+and the diagonal of each covariance matrix contains its square.
 
-One thing differs: gazebo_ros_imu rotates its vectors by the orientation of the link in place of the inverse, so that they
-are in the frame of the link only while it is level. Here they always are.
+Gazebo's gazebo_ros_imu rotates vectors by the link's orientation instead of the inverse, so its vectors are in the link
+frame only while the link is level. In the bridge, the vectors are in the link frame at any orientation.
 """
 
 from __future__ import annotations
@@ -33,23 +35,23 @@ from frobs_ros.bridge.poses import WORLD, Motion, Place
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import GazeboElementError
 
-_USUAL_RATE = 100.0  # [Hz] of a plugin without a rate; Gazebo would publish in each physics step
+_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes in each physics step by default
 
 
 @dataclass(frozen=True)
 class Mount:
-    """The pose of a sensor in a link."""
+    """Mounting pose of a sensor on a link."""
 
     model: Model
     link: str
     offset: Place = WORLD
 
     def place(self) -> Place:
-        """Return the pose in the world."""
+        """Return the sensor's pose in the world."""
         return self.offset.after(self.model.link_place(self.link))
 
     def motion(self) -> Motion:
-        """Return the velocity in the world."""
+        """Return the sensor's velocity in the world frame."""
         linear, angular = self.model.link_motion(self.link)
         lever = quat_rotate(self.model.link_place(self.link).quat_wxyz, self.offset.pos)
         return Motion(linear + np.cross(angular, lever), angular)
@@ -57,15 +59,15 @@ class Mount:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuSettings:
-    """How measurements are reported.
+    """Settings for publishing IMU measurements.
 
     Attributes:
-        rate: [Hz]
-        noise: Standard deviation of each number.
+        rate: Publishing rate [Hz].
+        noise: Standard deviation of the noise on each number.
         turn: Quaternion (wxyz) of ``rpyOffset``.
         turns_vectors: Whether ``turn`` also applies to angular velocity and acceleration.
         with_gravity: Whether gravity is subtracted from the acceleration.
-        relative: Whether the orientation is reported relative to the first one.
+        relative: Whether the orientation is reported relative to the initial orientation.
     """
 
     topic: str
@@ -82,7 +84,8 @@ def read_imu(plugin: Plugin, model: Model, space: str) -> tuple[Mount, ImuSettin
     """Read the parameters of libgazebo_ros_imu.so.
 
     Raises:
-        ConfigurationError: The model has no such link, or a parameter is not a number.
+        UnknownNameError: The model does not contain the link.
+        ConfigurationError: A parameter is not a number.
     """
     link = plugin.text("bodyName").rpartition("::")[2]
     return _mount(plugin, model, link, WORLD), ImuSettings(
@@ -100,7 +103,8 @@ def read_imu_sensor(plugin: Plugin, model: Model, space: str) -> tuple[Mount, Im
     """Read the parameters of libgazebo_ros_imu_sensor.so.
 
     Raises:
-        ConfigurationError: The plugin is not in a sensor, the model has no such link, or a parameter is not a number.
+        UnknownNameError: The model does not contain the sensor's link.
+        ConfigurationError: The plugin does not belong to a sensor, or a parameter is not a number.
     """
     sensor = plugin.sensor
     if sensor is None:
@@ -125,7 +129,10 @@ def _mount(plugin: Plugin, model: Model, link: str, offset: Place) -> Mount:
 
 
 class ImuTopic(Component):
-    """``sensor_msgs/Imu`` of a sensor. The first sample after a subscription has no acceleration and is skipped."""
+    """Publisher of a sensor's ``sensor_msgs/Imu``.
+
+    The first sample after a subscription is skipped, because the acceleration requires two samples.
+    """
 
     def __init__(self, mount: Mount, settings: ImuSettings) -> None:
         import rospy
@@ -139,7 +146,7 @@ class ImuTopic(Component):
         self._publisher = self.own(rospy.Publisher(settings.topic, Imu, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, if there are subscribers."""
+        """Publish if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             self._last = None
             return
@@ -158,7 +165,7 @@ class ImuTopic(Component):
         )
 
     def reset(self, world: World) -> None:
-        """Reset the sensor, because a jump of the model is not an acceleration."""
+        """Reset the sensor, so that resetting the model is not measured as an acceleration."""
         super().reset(world)
         self._last = None
 

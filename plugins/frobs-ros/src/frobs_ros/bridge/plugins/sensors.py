@@ -1,4 +1,4 @@
-"""Plugins that publish measurements: laser scanners, joint states, true poses."""
+"""Plugins that publish laser scans and the true poses of links."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_ros.bridge.world import World
 
 
 class Scan(Component):
-    """``sensor_msgs/LaserScan`` of a lidar; rays without a hit are inf, as in Gazebo.
+    """Publisher of a lidar's ``sensor_msgs/LaserScan``, in which rays without a hit are inf, as in Gazebo.
 
     Args:
         sensor: Name of the lidar.
@@ -45,7 +45,7 @@ class Scan(Component):
         self._frame = frame
 
     def tell(self, world: World) -> None:
-        """Publish, if there are subscribers."""
+        """Publish if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
         robot = self._model.robot
@@ -61,7 +61,7 @@ class Scan(Component):
 
 
 class Truth(Component):
-    """The true pose and twist of a link as ``nav_msgs/Odometry``: libgazebo_ros_p3d.so."""
+    """Publisher of a link's true pose and twist as ``nav_msgs/Odometry``, for libgazebo_ros_p3d.so."""
 
     def __init__(self, model: Model, link: str, topic: str, frame: str, rate: float) -> None:
         import rospy
@@ -72,7 +72,7 @@ class Truth(Component):
         self._publisher = self.own(rospy.Publisher(topic, Odometry, queue_size=1, tcp_nodelay=True))
 
     def tell(self, world: World) -> None:
-        """Publish, if there are subscribers."""
+        """Publish if there are subscribers."""
         if self._publisher.get_num_connections() == 0:
             return
         place = self._model.link_place(self._link)

@@ -1,4 +1,4 @@
-"""Conversion of SDF models: static ones become bodies, others a robot."""
+"""Conversion of SDF models: a static model becomes bodies, and any other model becomes a robot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SdfLink:
     """A link of an SDF model.
 
     Attributes:
-        place: Pose in its model.
+        place: Pose of the link in the model frame.
     """
 
     element: Element
@@ -38,15 +38,15 @@ class SdfLink:
 
 
 def describe_sdf(text: str) -> Description:
-    """Parse the single model of an SDF document.
+    """Parse the single model in an SDF document.
 
     Raises:
-        ModelFileError: There is not exactly one model, or an element is not supported.
+        ModelFileError: The document does not contain exactly one model, or an element is not supported.
     """
     return _describe(text, model_paths())
 
 
-@lru_cache(maxsize=32)  # the same models are often spawned again; these paths determine the files that it reads
+@lru_cache(maxsize=32)  # repeated spawns reuse the result unless the search paths change
 def _describe(text: str, paths: tuple[str, ...]) -> Description:
     del paths
     with tempfile.TemporaryDirectory() as folder:
@@ -153,7 +153,7 @@ def _frictions(link: SdfLink) -> list[float]:
 
 
 def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
-    """Return plugins and sensors in the format of a URDF: in ``<gazebo>`` elements."""
+    """Return plugins and sensors in ``<gazebo>`` elements, as in a URDF."""
     found = []
     for reference, holder, tags in [
         ("", model, ("plugin",)),

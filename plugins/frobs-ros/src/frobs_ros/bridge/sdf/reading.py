@@ -1,4 +1,4 @@
-"""Reading SDF elements: values are texts, and unsupported elements raise an error that names them."""
+"""Functions that read the values of SDF elements and reject unsupported elements."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def check(element: Element, read: Iterable[str], passed_over: Iterable[str] = ()
     Args:
         element: The element.
         read: Tags of supported children.
-        passed_over: Tags of children that are ignored.
+        passed_over: Tags of children to ignore.
 
     Raises:
-        ModelFileError: There is an unsupported child; the message names it and its line.
+        ModelFileError: A child is not supported. The error message contains the child's tag and line.
     """
     known = {*read, *passed_over}
     for child in element.children():
@@ -37,15 +37,15 @@ def check(element: Element, read: Iterable[str], passed_over: Iterable[str] = ()
 
 
 def text_of(element: Element, path: str, default: str = "") -> str:
-    """Return the text at a path below an element, stripped."""
+    """Return the stripped text at ``path`` within an element, or ``default`` if there is no text."""
     return (element.findtext(path) or default).strip()
 
 
 def numbers_of(element: Element, path: str, default: str) -> list[float]:
-    """Return the finite numbers at a path below an element, as many as in the default.
+    """Return the finite numbers at ``path`` within an element, or the numbers in ``default`` if there is no text.
 
     Raises:
-        ModelFileError: The text does not consist of that many numbers.
+        ModelFileError: The text and ``default`` do not contain the same number of finite values.
     """
     text = text_of(element, path, default) or default
     try:
@@ -58,7 +58,7 @@ def numbers_of(element: Element, path: str, default: str) -> list[float]:
 
 
 def number_of(element: Element, path: str, default: float) -> float:
-    """Return one number at a path below an element; ``inf`` is allowed.
+    """Return the number at ``path`` within an element, which may be ``inf``, or ``default`` if there is no text.
 
     Raises:
         ModelFileError: The text is not a number.
@@ -72,16 +72,16 @@ def number_of(element: Element, path: str, default: float) -> float:
 
 
 def says(element: Element, path: str, default: bool = False) -> bool:
-    """Return whether the text at a path is true."""
+    """Return whether the text at ``path`` is ``true`` or ``1``, or ``default`` if there is no text."""
     text = text_of(element, path).lower()
     return text in ("1", "true") if text else default
 
 
 def place_of(element: Element) -> Place:
-    """Return the ``<pose>`` of an element, relative to its parent.
+    """Return the ``<pose>`` of an element relative to the parent element.
 
     Raises:
-        ModelFileError: It is relative to another frame, or is not six numbers.
+        ModelFileError: The pose is relative to another frame or does not consist of six finite numbers.
     """
     pose = element.child("pose")
     if pose is None:
@@ -97,10 +97,10 @@ def place_of(element: Element) -> Place:
 
 
 def find_model(uri: str, element: Element) -> Path:
-    """Return the SDF file for ``model://name``, from ``GAZEBO_MODEL_PATH`` and ``~/.gazebo/models``.
+    """Find the SDF file of ``model://name`` in ``GAZEBO_MODEL_PATH`` or ``~/.gazebo/models``.
 
     Raises:
-        ModelFileError: The file does not exist, or the URI has another scheme.
+        ModelFileError: The file does not exist, or the URI does not begin with ``model://``.
     """
     if not uri.startswith("model://"):
         element.refuse(f"'{uri}': only model://NAME can be included; nothing is downloaded.")
@@ -122,15 +122,15 @@ def find_model(uri: str, element: Element) -> Path:
 
 
 def packages_of(file: Path) -> Packages:
-    """Return the locations of models and packages that a file refers to, and of meshes with ``model://``."""
+    """Return the search locations for models, packages and ``model://`` meshes that a file refers to."""
     return Packages(None, file)
 
 
 def open_sdf(text: bytes | str, file: Path) -> Element:
-    """Parse an SDF document and return ``<sdf>``.
+    """Parse an SDF document and return the ``<sdf>`` element.
 
     Raises:
-        ModelFileError: The document is invalid, or not SDF.
+        ModelFileError: The document is invalid or is not an SDF document.
     """
     root = parse_xml(text, file)
     if root.tag != "sdf":
@@ -140,5 +140,5 @@ def open_sdf(text: bytes | str, file: Path) -> Element:
 
 
 def model_paths() -> tuple[str, ...]:
-    """Return the environment variables that determine which models are found."""
+    """Return the values of the environment variables that determine which models are found."""
     return tuple(os.environ.get(name, "") for name in ("GAZEBO_MODEL_PATH", "ROS_PACKAGE_PATH", "HOME"))

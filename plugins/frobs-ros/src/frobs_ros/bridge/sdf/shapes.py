@@ -1,4 +1,4 @@
-"""Shapes of SDF."""
+"""Collision and visual shapes in SDF."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "plane")
-_THICKNESS = 0.1  # [m] of the box that replaces a plane, below its surface
+_THICKNESS = 0.1  # thickness [m] of the box that replaces a plane and lies below the plane's surface
 _GREY = (0.7, 0.7, 0.72, 1.0)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A collision or a visual of a link.
+    """A collision shape or a visual shape of a link.
 
     Attributes:
-        place: Pose in its link.
-        friction: Sliding friction coefficient; None: not given.
-        is_ground: Whether it is a plane at the origin of its link.
+        place: Pose of the shape in the link frame.
+        friction: Sliding friction coefficient, or None if the file does not specify friction.
+        is_ground: Whether the shape replaces a plane.
     """
 
     name: str
@@ -35,7 +35,9 @@ class Shape:
 
 
 def read_collision(element: Element) -> Shape:
-    """Read a ``<collision>``; from its surface only the friction, as the other numbers are specific to ODE.
+    """Read a ``<collision>`` element.
+
+    Only the friction in ``<surface>`` is used, because the other surface parameters are specific to ODE.
 
     Raises:
         ModelFileError: An element is not supported.
@@ -50,7 +52,7 @@ def read_collision(element: Element) -> Shape:
 
 
 def read_visual(element: Element) -> Shape:
-    """Read a ``<visual>``; from its material only the colors.
+    """Read a ``<visual>`` element. Only the colors in ``<material>`` are used.
 
     Raises:
         ModelFileError: An element is not supported.

@@ -1,4 +1,4 @@
-"""Conversion of an SDF model to a URDF, whose frames are at the joints instead of the links."""
+"""Conversion of an SDF model to a URDF, in which link frames are located at the joints."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[
     """Write the URDF of a model.
 
     Returns:
-        The URDF; the pose of each SDF link's frame in the URDF's link of that name; whether its base is fixed to the
-        world.
+        The URDF text, the pose of each SDF link frame relative to the URDF link of the same name, and whether the base
+        is fixed to the world.
 
     Raises:
         ModelFileError: A joint is not supported, or the joints do not form a tree.
@@ -43,7 +43,7 @@ def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[
             joint.refuse(
                 "a joint to the world must be fixed; add a base link to the model, and attach the joint to it."
             )
-    # A link's URDF frame is at its joint; the root's is the model's own, so that its pose is the model's.
+    # URDF link frames are at the joints. The root link uses the model frame, so that both have the same pose.
     frames = dict.fromkeys(links, WORLD)
     for joint in moving:
         child = text_of(joint, "child")

@@ -22,10 +22,10 @@ class WorldFile:
     """A parsed world file.
 
     Attributes:
-        floor: Whether there is a ground plane at z = 0.
+        floor: Whether the world has a ground plane at z = 0.
         gravity: [m/s²]
         timestep: Duration of a physics step [s].
-        max_update_rate: Physics steps per second [Hz]; 0: no limit.
+        max_update_rate: Maximum number of physics steps per second [Hz], or 0 for no limit.
         models: Description and pose of each model, by name.
     """
 
@@ -96,7 +96,7 @@ def _add(read: WorldFile, model: Element, name: str, static: bool | None, place:
 
 
 def _is_ground(model: Element) -> bool:
-    """Return whether a model is the ground plane of worlds that Gazebo saves."""
+    """Return whether a model is the ground plane that Gazebo writes into saved worlds."""
     shapes = [shape for collision in model.iter("collision") for shape in collision.iter("geometry")]
     flat = bool(shapes) and all(shape.find("plane") is not None for shape in shapes)
     poses = [(pose.text or "").split() for pose in model.iter("pose")]

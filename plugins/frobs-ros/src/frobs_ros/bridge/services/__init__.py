@@ -1,1 +1,1 @@
-"""The services of gazebo_ros, with the same responses as Gazebo."""
+"""Services of gazebo_ros, with the same responses as in Gazebo."""

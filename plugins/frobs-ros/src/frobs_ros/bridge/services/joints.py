@@ -24,7 +24,7 @@ def offer_joint_services(offers: Offers) -> None:
     offers.offer("get_joint_properties", GetJointProperties, lambda request: _get_properties(bridge, request))
     offers.offer("set_joint_properties", SetJointProperties, lambda request: _set_properties(bridge, request))
     offers.offer("apply_joint_effort", ApplyJointEffort, lambda request: _apply(bridge, request))
-    # Gazebo provides it under both names.
+    # Gazebo provides this service under both names.
     offers.offer("clear_joint_forces", JointRequest, lambda request: _clear(bridge, request))
     offers.offer("clear_joint_efforts", JointRequest, lambda request: _clear(bridge, request))
 

@@ -39,7 +39,10 @@ def offer_link_services(offers: Offers) -> None:
 
 
 def times(bridge: Bridge, request: Any) -> tuple[int, int | None]:
-    """Return start and end of a force [ns]: not before now, without an end if the duration is negative."""
+    """Return the start and end of a force [ns].
+
+    The start is never earlier than the current time. The end is None if the requested duration is negative.
+    """
     start = max(bridge.world.time_ns, request.start_time.to_nsec())
     length: int = request.duration.to_nsec()
     return start, None if length < 0 else start + length
@@ -65,7 +68,7 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def set_link_state(bridge: Bridge, state: Any) -> dict[str, Any]:
-    """Teleport a link with its whole model; only the root link can be teleported."""
+    """Teleport a model by setting the state of its root link. Other links cannot be teleported."""
     try:
         model, link = bridge.world.find_link(state.link_name)
     except UnknownNameError as error:
@@ -101,7 +104,7 @@ def _get_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     mass = float(bridge.world.simulation.parameter("mass", f"{model.key}/{name}")[0])
     scale = mass / link.inertial.mass if link.inertial.mass else 1.0
     centre = Place(place_of(link.inertial.origin).pos, np.array([1.0, 0.0, 0.0, 0.0]))
-    # As in Gazebo, the inertia is about the center of mass, in axes that are rotated as in the file.
+    # As in Gazebo, the inertia is about the center of mass, and its axes are oriented as in the model file.
     inertia = dict(zip(_INERTIA, (scale * value for value in link.inertial.inertia), strict=True))
     return done(
         "GetLinkProperties: got properties", com=write_pose(centre, Pose()), gravity_mode=True, mass=mass, **inertia
@@ -144,7 +147,8 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
         return failed(f"ApplyBodyWrench: reference_frame [{request.reference_frame}] not found. {error}")
     force = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.force))
     torque = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.torque))
-    if request.reference_frame not in ("", "world", "map", "/map"):  # otherwise Gazebo ignores the point
+    # In the world frame, Gazebo ignores the reference point.
+    if request.reference_frame not in ("", "world", "map", "/map"):
         described = _link(model, link)
         inertial = described.inertial if described is not None else None
         origin = place_of(inertial.origin).pos if inertial is not None else np.zeros(3)

@@ -1,4 +1,4 @@
-"""Services for models: spawning, deleting and teleporting them."""
+"""Services that spawn, delete, inspect and teleport models."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def offer_model_services(offers: Offers) -> None:
     )
 
     bridge = offers.bridge
-    # Gazebo's own plugin accepts both formats in either service, and clients rely on it.
+    # In Gazebo, either service accepts both formats, and clients rely on this behavior.
     offers.offer("spawn_urdf_model", SpawnModel, lambda request: _spawn(bridge, request))
     offers.offer("spawn_sdf_model", SpawnModel, lambda request: _spawn(bridge, request))
     offers.offer("delete_model", DeleteModel, lambda request: _delete(bridge, request))
@@ -39,10 +39,10 @@ def offer_model_services(offers: Offers) -> None:
 
 
 def describe_text(text: str) -> Description:
-    """Parse a model from a URDF, xacro or SDF.
+    """Parse a model from URDF, xacro or SDF text.
 
     Raises:
-        ModelFileError: The text has another format, or is invalid.
+        ModelFileError: The text is invalid or has an unsupported format.
     """
     return describe_sdf(text) if "<sdf" in text else describe_urdf(text)
 
@@ -100,7 +100,7 @@ def _get_state(bridge: Bridge, request: Any) -> dict[str, Any]:
 
 
 def set_model_state(bridge: Bridge, state: Any) -> dict[str, Any]:
-    """Teleport a model, and set its velocity; joint positions are kept."""
+    """Teleport a model and set its velocity without changing joint positions."""
     world = bridge.world
     model = world.models.get(state.model_name)
     if model is None:
@@ -146,7 +146,7 @@ def _set_configuration(bridge: Bridge, request: Any) -> dict[str, Any]:
         for name, position in zip(request.joint_names, request.joint_positions, strict=True):
             positions[0, model.joints[name.rpartition("::")[2]]] = position
         model.robot.write_joint_state(positions)
-        for name in request.joint_names:  # without this, a joint that no controller moves would return to its target
+        for name in request.joint_names:  # otherwise, joints without a controller would return to their old targets
             joint = model.joints[name.rpartition("::")[2]]
             model.drive.set_mode(joint, model.drive.modes[joint], model.robot)
     return done("SetModelConfiguration: success")

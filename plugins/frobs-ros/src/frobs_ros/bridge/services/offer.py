@@ -1,4 +1,4 @@
-"""Registration of services: calls arrive in rospy's threads, run in the loop's thread, and errors become responses."""
+"""Registration of services, whose handlers run in the simulation thread and report errors in their responses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class Offers:
-    """A group of services; :meth:`close` withdraws them."""
+    """A group of services, which :meth:`close` shuts down."""
 
     def __init__(self, bridge: Bridge, prefix: str) -> None:
         self.bridge, self._prefix = bridge, prefix.rstrip("/")
@@ -25,9 +25,10 @@ class Offers:
         Args:
             name: Name without the prefix.
             kind: Class of the service.
-            handler: Function that is called in the loop's thread with the request; returns a response, None for an
-                empty one, or its fields as a dictionary. If it raises a FrobsError, the response has ``success=False``
-                and its text; if the response has no such fields, the call fails.
+            handler: Function that is called in the simulation thread with the request. The function returns a
+                response, a dictionary of response fields, or None for an empty response. If the function raises a
+                FrobsError, the response contains ``success=False`` and the error message. The call fails instead if
+                the error is a SimulationError or the response does not have these fields.
         """
         import rospy
 
@@ -46,7 +47,7 @@ class Offers:
         self._services.append(rospy.Service(f"{self._prefix}/{name}", kind, handle))
 
     def close(self) -> None:
-        """Withdraw all services."""
+        """Shut down all services."""
         for service in self._services:
             service.shutdown("withdrawn")
         self._services.clear()

@@ -1,4 +1,4 @@
-"""Services for the whole world: its time, physics and lights."""
+"""Services for the time, physics and lights of the world."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def offer_world_services(offers: Offers) -> None:
 
 
 def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
-    """Provide the services for lights, with the names of the world's initial lights."""
+    """Provide the services for lights. The world initially contains lights with the given names."""
     from gazebo_msgs.srv import DeleteLight, GetLightProperties, SetLightProperties, SetLightPropertiesRequest
     from std_msgs.msg import ColorRGBA
 
