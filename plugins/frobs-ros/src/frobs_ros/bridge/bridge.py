@@ -120,7 +120,7 @@ class Bridge:
 
     def fail(self, error: Exception) -> None:
         """Log that a step failed; the loop is paused."""
-        LOG.error("the simulation is paused: a step failed: %s", error, exc_info=error)
+        LOG.error("the simulation is paused because a step failed: %s", error, exc_info=error)
 
     def close(self) -> None:
         """End the loop and leave the ROS graph. Calling it again has no effect."""

@@ -17,7 +17,7 @@ def sensors_are_fixed(subject: RobotUnderTest) -> None:
     """Sensors are valid descriptions and fixed to existing links."""
     links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
-        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, no Sensor.")
+        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, not a Sensor.")
         for frame in sensor.frames:
             expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is not a link: {', '.join(links)}.")
 
@@ -28,7 +28,7 @@ def lidars_look_around_once(subject: RobotUnderTest) -> None:
         turns = float(lidar.angles[-1] - lidar.angles[0]) / (2.0 * np.pi)
         expect(
             turns <= 1.0 + 1e-6,
-            f"the rays of lidar '{name}' go around {turns:.3g} times; angle_min and angle_max are in radians.",
+            f"the rays of lidar '{name}' cover {turns:.3g} turns; angle_min and angle_max are in radians.",
         )
 
 

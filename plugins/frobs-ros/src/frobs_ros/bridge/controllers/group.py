@@ -50,7 +50,9 @@ class Commanded(Controller):
         """Store the received command, in rospy's thread."""
         values = np.atleast_1d(np.asarray(message.data, np.float64))
         if values.shape != (len(self.joints),) or not np.isfinite(values).all():
-            LOG.error("%s/command: %s; it takes %d finite numbers", self.topic, values.tolist(), len(self.joints))
+            LOG.error(
+                "%s/command: ignored %s; expected %d finite numbers", self.topic, values.tolist(), len(self.joints)
+            )
         elif self._runs:  # commands before the start are ignored
             self._wanted = values
 
