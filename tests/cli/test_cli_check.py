@@ -50,7 +50,7 @@ def test_all_is_well(frobs: Frobs, checks: Callable[..., None]) -> None:
     assert "✓ it holds" in result.stdout
     assert "○ it saw nothing" in result.stdout
     assert "no episode ended" in result.stdout
-    assert "warning: inconclusive, because nothing happened that could have failed: it_saw_nothing" in result.stdout
+    assert "warning: inconclusive, because the situation to be checked did not occur: it_saw_nothing" in result.stdout
     assert "on python 3" in result.stdout
     assert result.stdout.splitlines()[-1] == "1 passed, 1 inconclusive, 1 not applicable"
 

@@ -86,7 +86,7 @@ def test_one_id_that_fails_leaves_the_certificates_of_the_others(
 def test_a_run_belongs_to_one_id(frobs: Frobs) -> None:
     result = frobs("parity", ID, "frobs/Ur5Reach-v0", "--run", "runs/first")
     assert result.exit_code == 2
-    assert "--run: compare one ID with it" in result.stderr
+    assert "--run: requires a single ID" in result.stderr
 
 
 @pytest.mark.parametrize(

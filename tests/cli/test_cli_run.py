@@ -92,7 +92,7 @@ def test_experts_of_several_environments_are_evaluated(facts: Facts) -> None:
 def test_a_model_file_is_evaluated_alone(frobs: Frobs) -> None:
     result = frobs("evaluate", "CartPole-v1", "Acrobot-v1", "--model", "model.zip")
     assert result.exit_code == 2
-    assert "--model: evaluate a model file alone" in result.stderr
+    assert "--model: requires a single RUN" in result.stderr
 
 
 def test_compare_evaluates_first(frobs: Frobs, facts: Facts, run: Path, tmp_path: Path) -> None:

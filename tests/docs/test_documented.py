@@ -43,7 +43,7 @@ def test_there_is_a_hook_for_every_record() -> None:
 @pytest.mark.parametrize("hook", HOOKS, ids=short)
 def test_hooks_say_when_what_an_example_and_what_not(hook: object) -> None:
     text = inspect.getdoc(hook) or ""
-    order = ["Called ", "Return ", "Example::", "Do not "]
+    order = [" called ", "Return ", "Example::", "Do not "]
     places = [text.find(word) for word in order]
     assert -1 not in places, f"{short(hook)} lacks {order[places.index(-1)]!r}"
     assert places == sorted(places)

@@ -105,7 +105,7 @@ def test_a_file_of_the_examples_loads_unchanged() -> None:
         ("unit: episode", "unit: hour", r"f\.yaml:36: .*'step' or 'episode'"),
         ("tau: 0.005", "tau: 5", r"f\.yaml:28: .*tau is 5; .*less than or equal to 1"),
         ("model_params:", "model_parms:", r"f\.yaml: has no mapping 'model_params'; write it instead of 'model_parms'"),
-        ("td3_params:", "td3_parms:", r"f\.yaml: has no mapping 'td3_params' .*by 'td3_parms'"),
+        ("td3_params:", "td3_parms:", r"f\.yaml: has no mapping 'td3_params' .*'td3_parms' may be a misspelling"),
         ("td3_params:", "sac_params:", r"f\.yaml: has no mapping 'td3_params' .*it has sac_params"),
     ],
 )  # fmt: skip
@@ -223,7 +223,7 @@ def test_parameters_go_through_the_parameter_server_where_one_runs(
     server.values[name]["training_steps"] = 7
     assert parameters.current_parameters(mapping, ns)["model_params"]["training_steps"] == 7
     del server.values[name]
-    with pytest.raises(ConfigFileError, match="the parameters are gone"):
+    with pytest.raises(ConfigFileError, match="the parameters no longer exist"):
         parameters.current_parameters(mapping, ns)
 
 

@@ -168,7 +168,7 @@ def test_a_zip_bomb_is_refused(inner: bool, stock: dict[str, Path], tmp_path: Pa
         stock_models.rewrite(stock["td3-layers"], path, policy__pth=bomb.getvalue())
     else:
         path.write_bytes(bomb.getvalue())
-    with pytest.raises(CheckpointError, match="would become 50,000,000 when it is unpacked"):
+    with pytest.raises(CheckpointError, match="would expand to 50,000,000 bytes"):
         load_model(path)
 
 

@@ -81,7 +81,7 @@ def test_what_only_training_needs_is_missed_only_by_training(tmp_path: Path) -> 
     with pytest.raises(UntrustedFileError, match=r"'learning_rate' is a function"):
         model.lr_schedule(1.0)
     with pytest.raises(
-        UntrustedFileError, match=r"'learning_rate' is a pickle.* or give learning_rate=….*--trust or trust=True"
+        UntrustedFileError, match=r"'learning_rate' is a pickle.* or pass learning_rate=….*--trust or trust=True"
     ):
         load_model(path, gym.make("Pendulum-v1"))
     assert load_model(path, gym.make("Pendulum-v1"), learning_rate=1e-4).lr_schedule(0.5) == 1e-4
@@ -104,7 +104,7 @@ class OwnPolicy(sb3.ppo.MlpPolicy):
     ("policy", "kwargs", "message"),
     [
         (OwnPolicy, {}, r"'policy_class' is a pickle.*OwnPolicy is not a policy class of stable-baselines3"),
-        ("MlpPolicy", {"activation_fn": OwnActivation}, r"'policy_kwargs' is a pickle.*activation_fn .*OwnActivation.*is none of ReLU"),
+        ("MlpPolicy", {"activation_fn": OwnActivation}, r"'policy_kwargs' is a pickle.*activation_fn .*OwnActivation.*is not one of ReLU"),
     ],
 )  # fmt: skip
 def test_a_custom_part_needs_trust(policy: Any, kwargs: dict[str, Any], message: str, tmp_path: Path) -> None:

@@ -55,7 +55,7 @@ def test_the_environment_is_made_as_the_settings_say(reach: Path) -> None:
         (["--trust"], "--trust: this option requires --model FILE"),
         (["--algorithm", "ppo"], "--algorithm: this option requires --model FILE"),
         (["--model", "nothing.zip"], "nothing.zip does not exist"),
-        (["--model", "model.onnx"], "model files that end in .zip"),
+        (["--model", "model.onnx"], "model files with these suffixes: .zip"),
         (["--model", "nothing.zip", "--algorithm", "poo"], "Did you mean 'ppo'"),
         (["--model", "nothing.zip", "--set", "stepz=3"], "Did you mean 'steps'"),
     ],
@@ -100,7 +100,7 @@ def test_pictures_may_have_their_channels_last(tmp_path: Path) -> None:
 
 
 def test_an_algorithm_that_reads_no_files_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"algorithm 'ppo' reads model files that end in \.zip"):
+    with pytest.raises(ConfigurationError, match=r"algorithm 'ppo' reads only model files with these suffixes: \.zip"):
         ModelFile(tmp_path / "model.pt", "CartPole-v1", "ppo")
 
 

@@ -125,13 +125,16 @@ def test_suggestions_report_a_gain_or_nothing(monkeypatch: pytest.MonkeyPatch) -
 
     assert set(advise(9.0, 0.5)) == {"num_envs"}
     assert "num_envs=8 instead of 4" in advise(9.0, 0.5)["num_envs"]
-    assert "check the learning again" in advise(9.0, 0.5)["num_envs"]
+    assert "check the result of the training again" in advise(9.0, 0.5)["num_envs"]
     found = advise(0.5, 8.8)
     assert set(found) == {"algorithm_config.gradient_steps"}
     text = "Updates take 88 % of the time: with gradient_steps=8 instead of 16, the training run would take 11 s instead of 20 s"
     assert found["algorithm_config.gradient_steps"].startswith(text)
     # 10 rounds of 16 gradient steps in 250 vector steps: 8.8 s / 160 and 0.5 s / 250
-    text = "A gradient step takes 55 ms: one vector step makes 0.64 of them, and simulating it takes as long as 0.036."
+    text = (
+        "A gradient step takes 55 ms. There are 0.64 gradient steps per vector step, and simulating one vector step takes "
+        "as long as 0.036 gradient steps."
+    )
     assert text in found["algorithm_config.gradient_steps"]
 
 

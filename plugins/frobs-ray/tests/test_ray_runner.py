@@ -95,7 +95,7 @@ def test_what_a_node_lacks_is_named_before_anything_begins(two_nodes: TwoNodes) 
         os.killpg(node.pid, signal.SIGTERM)
         node.wait()
     assert finished.returncode == 2
-    assert f"it cannot write to the folder {two_nodes.folder}" in finished.stderr
+    assert f"the node cannot write to the folder {two_nodes.folder}" in finished.stderr
     assert "frobs-tasks-reach" in finished.stderr
     assert "Install the same versions" in finished.stderr
     assert not list(two_nodes.folder.glob("runs/**/config.yaml"))

@@ -78,7 +78,7 @@ def test_spaces_that_cannot_be_used_are_refused() -> None:
     numbers, bounded = gym.spaces.Box(-1.0, 1.0, (3,)), gym.spaces.Box(-1.0, 1.0, (2,))
     with pytest.raises(ConfigurationError, match="needs actions with finite bounds"):
         FlatSpaces(numbers, gym.spaces.Box(-np.inf, np.inf, (1,)), "x")
-    with pytest.raises(ConfigurationError, match="needs observations of numbers"):
+    with pytest.raises(ConfigurationError, match="needs numeric observations"):
         FlatSpaces(gym.spaces.Discrete(3), bounded, "x")
     with pytest.raises(ConfigurationError, match="frobs-algos-sb3 for images"):
         FlatSpaces(gym.spaces.Box(0, 255, (8, 8, 3), np.uint8), bounded, "x")

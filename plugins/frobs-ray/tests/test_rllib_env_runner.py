@@ -91,7 +91,7 @@ def test_a_run_logs_remote_episodes_and_says_that_it_does_not_resume_exactly(tmp
     assert log[STEPS][-1] == 800
     assert sum(log["episode/count"]) == 16
     assert np.isfinite(log["reward/distance"]).all()
-    assert "Not an exact continuation: the algorithm rllib_ppo does not save its episodes" in caplog.text
+    assert "The run does not continue exactly: the algorithm rllib_ppo does not save its episodes" in caplog.text
 
 
 @pytest.mark.slow
@@ -124,7 +124,7 @@ def test_the_recipe_of_an_environment_without_a_run_is_its_specification() -> No
 @pytest.mark.parametrize(
     ("recipe", "message"),
     [
-        (EnvironmentRecipe(REACH, {}, obstacle="reset_from chooses"), "reset_from chooses"),
+        (EnvironmentRecipe(REACH, {}, obstacle="reset_from sets"), "reset_from sets"),
         (
             EnvironmentRecipe(REACH, {}, (ComponentConfig(name="gymnasium.wrappers.vector:NormalizeObservation"),)),
             "NormalizeObservation adapts",

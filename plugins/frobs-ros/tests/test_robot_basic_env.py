@@ -186,7 +186,7 @@ def test_what_cannot_be_meant_is_refused_before_anything_is_started(
 
 def test_arguments_that_have_no_use_are_logged(own_master: str, reasons: Callable[[], str]) -> None:
     RobotBasicEnv(world_path="/a.world", num_gazebo_steps=3).close()
-    assert "world_path is not used: launch_gazebo is False" in reasons()
+    assert "world_path is ignored because launch_gazebo is False" in reasons()
     assert "num_gazebo_steps=3 is ignored" in reasons()
 
 

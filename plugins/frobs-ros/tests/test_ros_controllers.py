@@ -78,7 +78,7 @@ def test_a_controller_that_does_not_exist_is_refused_with_a_reason(
 
 def test_best_effort_does_not_hide_that_nothing_was_started(reasons: Callable[[], str]) -> None:
     assert ros_controllers.start_controllers_srv(["no_controller"], NS, strictness=1) is False
-    assert "'no_controller' is not loaded and should run" in reasons()
+    assert "'no_controller' is not loaded but should be running" in reasons()
     assert ros_controllers.reset_controllers_srv(["no_controller"], 2, NS) is False
 
 

@@ -293,7 +293,7 @@ def test_it_keeps_to_its_rate(start: Callable[..., Publisher]) -> None:
 
 @pytest.mark.parametrize(
     ("positions", "said"),
-    [({"j": math.nan}, ""), ({"k": 1.0}, "that robot_description lacks: k")],
+    [({"j": math.nan}, ""), ({"k": 1.0}, "are not in robot_description: k")],
     ids=["not a number", "strange joint"],
 )
 def test_what_cannot_be_told_is_left_out(

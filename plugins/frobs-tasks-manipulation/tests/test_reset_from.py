@@ -152,7 +152,7 @@ def logged(run: Run) -> list[dict[str, str]]:
         (
             LIFT,
             {"lowest": 0.6, "highest": 0.7},
-            "of 2 episodes of the expert, none reached the time limit with a success",
+            "none of the expert's 2 episodes reached the time limit with success",
         ),
         (
             LIFT,

@@ -159,12 +159,12 @@ def test_given_evaluations_count_instead_of_those_in_the_folder(tmp_path: Path) 
 def test_seeds_and_folders_that_repeat_are_said(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0)
     notes = compare([run, run, make(tmp_path / "b", 0)]).notes
-    assert any("named more than once" in note for note in notes)
+    assert any("repeated folders" in note for note in notes)
     assert any("same seed" in note for note in notes)
 
 
 def test_what_cannot_be_compared_is_named(tmp_path: Path) -> None:
-    with pytest.raises(RunError, match="name at least one"):
+    with pytest.raises(RunError, match="pass at least one"):
         compare([])
     with pytest.raises(RunError, match="no rows"):
         compare([make(tmp_path / "empty", 0, rows=0)])

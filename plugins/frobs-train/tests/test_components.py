@@ -77,7 +77,7 @@ def test_an_algorithm_can_declare_that_it_does_not_resume_exactly(monkeypatch: p
 
 def test_a_video_takes_wrappers_of_single_environments_alone(tmp_path: Path) -> None:
     run = train(config(steps=16, wrappers=[{"name": "components_to_name:DoubledVector"}]), tmp_path / "run")
-    with pytest.raises(ConfigurationError, match="is one of vectors"):
+    with pytest.raises(ConfigurationError, match="wraps a vector environment"):
         record_video(run, tmp_path / "x.mp4")
 
 

@@ -251,7 +251,7 @@ def test_a_bundle_is_evaluated_as_a_run_is(copied: Run, quick: Any) -> None:
     expected, found = evaluate(copied, 8), evaluate(bundle, 8)
     assert (found.mean_reward, found.success_rate, found.steps) == (expected.mean_reward, expected.success_rate, 2000)
     assert bundle.path.read_bytes() == data
-    with pytest.raises(RunError, match="leave out --checkpoint"):
+    with pytest.raises(RunError, match="omit --checkpoint"):
         evaluate(bundle, 8, checkpoint="best")
     with pytest.raises(RunError, match="cannot be sampled"):
         evaluate(bundle, 8, deterministic=False)

@@ -132,8 +132,8 @@ def test_a_service_that_is_down_delays_its_rows_and_not_the_training(
         run = learn(tmp_path / "run", "log=[wandb]", on_progress=repair)
     assert_equal([values for _, values in fake.runs["run0"]], run)
     assert [record.message for record in caplog.records if "no network" in record.message] == [
-        "wandb cannot be reached: no network. The training continues; rows are sent again at the next checkpoint, and "
-        "progress.csv has all of them."
+        "wandb cannot be reached: no network. The training run continues. The rows are sent again at the next "
+        "checkpoint, and progress.csv contains all rows."
     ]
 
 

@@ -57,7 +57,7 @@ def test_a_run_without_rows_is_named(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0, rows=0)
     with pytest.raises(RunError, match=r"no rows in its progress\.csv"):
         plot_runs([run])
-    with pytest.raises(RunError, match="name at least one"):
+    with pytest.raises(RunError, match="pass at least one"):
         plot_runs([])
 
 

@@ -122,7 +122,10 @@ def test_where_there_is_no_snapshot_episodes_begin_anew_and_it_is_said(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     run = resume(train_until(100, config(), tmp_path / "run"))
-    assert "Not an exact continuation: FrobsTests/Line-v0, stepped one by one, has no snapshot" in caplog.text
+    assert (
+        "The run does not continue exactly: FrobsTests/Line-v0, stepped one by one, does not support snapshots"
+        in caplog.text
+    )
     assert run.checkpoints[-1].steps == 160
     lengths = read_progress(run.path / "progress.csv")["episode/length"]
     assert {value for value in lengths if value == value} == {10.0}  # none is longer: the sums began anew, too

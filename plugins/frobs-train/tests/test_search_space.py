@@ -39,13 +39,13 @@ def test_numbers_choices_and_lists_are_drawn() -> None:
     ("line", "message"),
     [
         ("a: {type: float, low: 1}", "'low' and 'high'"),
-        ("a: {type: float, low: 2, high: 1}", "lies above"),
+        ("a: {type: float, low: 2, high: 1}", "is greater than"),
         ("a: {type: float, low: 0, high: 1, log: true}", "must be positive"),
-        ("a: {type: int, low: 0.5, high: 1}", "are whole"),
-        ("a: {type: choice, low: 1}", "has 'choices'"),
+        ("a: {type: int, low: 0.5, high: 1}", "must be whole"),
+        ("a: {type: choice, low: 1}", "must have 'choices'"),
         ("a: {type: float, lwo: 1, high: 2}", "Did you mean 'low'"),
-        ("a: 3", "nothing to search"),
-        ("a: []", "nothing to search"),
+        ("a: 3", "is not a search range"),
+        ("a: []", "is not a search range"),
     ],
 )
 def test_a_wrong_dimension_is_named_with_its_line(line: str, message: str, tmp_path: Path) -> None:
@@ -57,7 +57,7 @@ def test_a_wrong_dimension_is_named_with_its_line(line: str, message: str, tmp_p
 
 
 def test_a_space_may_be_given_without_a_file() -> None:
-    with pytest.raises(ConfigurationError, match="nothing to search"):
+    with pytest.raises(ConfigurationError, match="is not a search range"):
         read_space(ConfigMapping({"a": 3}))
 
 

@@ -187,8 +187,8 @@ class SB3Algorithm(Algorithm):
         saved = storage.read_json(folder / "algorithm.json")
         if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
             raise CheckpointError(
-                f"{folder} holds algorithm '{saved.get('algorithm')}', format {saved.get('format')}; "
-                f"'{cls.name}', format {FORMAT} is needed."
+                f"{folder} was saved by algorithm '{saved.get('algorithm')}' in format {saved.get('format')}; "
+                f"expected algorithm '{cls.name}' in format {FORMAT}."
             )
         algorithm = cls.__new__(cls)
         try:
@@ -307,7 +307,9 @@ class SB3Algorithm(Algorithm):
         try:
             self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
         except RuntimeError as error:
-            raise CheckpointError(f"{folder / 'policy.pt'} does not fit the settings beside it: {error}.") from error
+            raise CheckpointError(
+                f"{folder / 'policy.pt'} does not fit the settings in the same folder: {error}."
+            ) from error
 
     def _write_learning(self, folder: Path) -> None:
         """Write the states of the optimizers, and learned values that are not part of the policy."""
@@ -319,7 +321,7 @@ class SB3Algorithm(Algorithm):
             state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
         except (RuntimeError, ValueError) as error:
             raise CheckpointError(
-                f"{folder / 'optimizers.pt'} does not fit the settings beside it: {error}."
+                f"{folder / 'optimizers.pt'} does not fit the settings in the same folder: {error}."
             ) from error
 
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
@@ -330,8 +332,8 @@ class SB3Algorithm(Algorithm):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 space,
-                f"needs actions with finite bounds, and the action space is {space}; "
-                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller.",
+                f"needs actions with finite bounds, but the action space is {space}; "
+                "rescale the actions with gymnasium.wrappers.RescaleAction, or choose another controller.",
             )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:

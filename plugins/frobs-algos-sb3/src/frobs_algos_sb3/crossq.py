@@ -43,7 +43,7 @@ class CrossQ(OffPolicy):
             raise IncompatibleSpaceError(
                 "algorithm 'crossq'",
                 self.observation_space,
-                f"learns from a flat Box, not from {self.observation_space}; "
-                "flatten it with gymnasium.wrappers.FlattenObservation, or choose another algorithm.",
+                f"needs observations in a flat Box, not {self.observation_space}; "
+                "flatten them with gymnasium.wrappers.FlattenObservation, or choose another algorithm.",
             )
         return super()._make_model(policy, **kwargs)

@@ -176,8 +176,8 @@ class OffPolicy(SB3Algorithm):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 self.observation_space,
-                "needs a goal-conditioned environment for hindsight replay: observations with "
-                f"{', '.join(sorted(GOAL_KEYS))}, and compute_reward; choose another, or replay_buffer.type: standard.",
+                "needs a goal-conditioned environment for hindsight replay, with the observations "
+                f"{', '.join(sorted(GOAL_KEYS))} and with compute_reward; choose another environment, or replay_buffer.type: standard.",
             )
         return possible and chosen != "standard"
 
@@ -192,7 +192,7 @@ class OffPolicy(SB3Algorithm):
                 "buffer_size",
                 self._config.buffer_size,
                 f"at least 2 × num_envs × max_episode_steps = {2 * self.venv.num_envs * longest}, because hindsight "
-                "replay keeps a running and an ended episode of each environment",
+                "replay stores one running and one finished episode of each environment",
                 f"algorithm '{self.name}'",
             )
         return self.venv.num_envs * longest

@@ -17,7 +17,7 @@ class LstmStep(nn.Module):
         super().__init__()
         if lstm.bidirectional or lstm.proj_size:
             raise PolicyExportError(
-                "the LSTM", "a bidirectional LSTM and one that projects its output are not supported."
+                "the LSTM", "bidirectional LSTMs and LSTMs with projected outputs are not supported."
             )
         self.layers, self.hidden_size = lstm.num_layers, lstm.hidden_size
         self.inputs, self.recurrences = nn.ModuleList(), nn.ModuleList()

@@ -96,5 +96,5 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
         ),
         _contrib("tqc", "TQC", "truncated quantile critics, from sb3-contrib", ("Box",)),
         _contrib("crossq", "CrossQ", "batch normalization instead of target networks, from sb3-contrib", ("Box",)),
-        _contrib("recurrent_ppo", "RecurrentPPO", "PPO with a memory, from sb3-contrib", _ANY),
+        _contrib("recurrent_ppo", "RecurrentPPO", "PPO with a recurrent policy, from sb3-contrib", _ANY),
     ]

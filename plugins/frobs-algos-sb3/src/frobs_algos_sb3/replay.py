@@ -64,14 +64,14 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
             path = folder / _name(index)
             block = storage.read_arrays(path)
             if _digest(block) != digest:
-                raise CheckpointError(f"{path} is damaged: its content is not what was written.")
+                raise CheckpointError(f"{path} is damaged: its content has changed since it was written.")
             for name, array in arrays.items():
                 array[first : min(first + per_block, rows)] = block[name]
         buffer.pos, buffer.full = int(index_file["pos"]), bool(index_file["full"])
         if isinstance(buffer, HerReplayBuffer):
             buffer._current_ep_start[:] = index_file["current_ep_start"]
     except (KeyError, TypeError, ValueError) as error:
-        raise CheckpointError(f"{folder} does not fit the replay buffer of the settings: {error}.") from error
+        raise CheckpointError(f"{folder} does not fit the replay buffer in the settings: {error}.") from error
 
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:

@@ -18,7 +18,7 @@ _AUTO = re.compile(r"^auto(_(\d+\.?\d*|\.\d+)(e[+-]?\d+)?)?$")
 def _check_coefficient(value: float | str) -> float | str:
     if isinstance(value, str):
         if not _AUTO.match(value) or (value != "auto" and float(value.removeprefix("auto_")) <= 0.0):
-            raise ValueError("write a number ≥ 0, 'auto', or 'auto_' and the positive number to begin with")
+            raise ValueError("write a number ≥ 0, 'auto', or 'auto_' followed by a positive initial value")
     elif not value >= 0.0:
         raise ValueError("must be ≥ 0")
     return value

@@ -19,7 +19,9 @@ def _check_schedule(value: float | str) -> float | str:
         except ValueError:
             number = 0.0
         if number <= 0.0:
-            raise ValueError("write a positive number, or 'lin_' and one for a value that falls linearly to 0")
+            raise ValueError(
+                "write a positive number, or 'lin_' and a positive initial value that decreases linearly to 0"
+            )
     elif not value > 0.0:
         raise ValueError("must be positive")
     return value

@@ -33,7 +33,7 @@ class VectorEnvAdapter(VecEnv):
         mode = env.metadata.get("autoreset_mode")
         if mode != AutoresetMode.SAME_STEP:
             raise ConfigurationError(
-                f"a vector environment with autoreset {mode}: make it with AutoresetMode.SAME_STEP."
+                f"the vector environment has the autoreset mode {mode}; create it with AutoresetMode.SAME_STEP."
             )
         self.env = env
         self._base = env.unwrapped

@@ -87,7 +87,7 @@ def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
     if not isinstance(env.unwrapped, (RobotEnv, RobotVectorEnv)):
         env.close()
         raise ConfigurationError(
-            f"'{id}' is not an environment of FRobs; only those can be compared with their engine."
+            f"'{id}' is not an environment of FRobs; only environments of FRobs can be compared with their engine."
         )
     return env
 

@@ -31,7 +31,7 @@ _SIZES_SECONDS = 2.0
 _UPDATES_SECONDS = 1.0
 """Time to measure the updates for each tested number of threads [s]."""
 
-_CHANGES_LEARNING = "This changes what is learned, so check the learning again."
+_CHANGES_LEARNING = "This changes what is learned, so check the result of the training again."
 
 
 def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
@@ -169,8 +169,8 @@ def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str
     vector_steps = measured.steps / config.num_envs
     affordable = measured.parts[SIMULATION] / vector_steps / gradient_step
     scaling = (
-        f"A gradient step takes {_milliseconds(gradient_step)}: one vector step makes "
-        f"{rounds * per_round / vector_steps:.3g} of them, and simulating it takes as long as {affordable:.2g}."
+        f"A gradient step takes {_milliseconds(gradient_step)}. There are "
+        f"{rounds * per_round / vector_steps:.3g} gradient steps per vector step, and simulating one vector step takes as long as {affordable:.2g} gradient steps."
     )
     if measured.parts[UPDATES] < 0.5 * measured.seconds or per_round < 2:
         return scaling

@@ -69,7 +69,7 @@ def test_a_task_without_free_bodies_is_skipped(name: str, subjects: Compare) -> 
 def test_a_body_that_the_gripper_cannot_hold_is_skipped(size: float, subjects: Compare) -> None:
     (skipped,) = slip(subjects(environment=LIFT, size=size)).comparisons
     assert skipped.status is Status.SKIPPED
-    assert "does not hold it" in skipped.reason
+    assert "does not hold the body" in skipped.reason
 
 
 def test_a_robot_without_a_gripper_is_skipped(subjects: Compare) -> None:

@@ -43,7 +43,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
         ("GoalRewardOff", "compute_reward_equals_step", "each step's goals"),
         ("GoalNotVectorised", "compute_reward_equals_step", "all goals together"),
         ("GoalWithoutComputeReward", "compute_reward_equals_step", "needs compute_reward"),
-        ("GoalRewardsDistance", "compute_reward_equals_step", "worth less"),
+        ("GoalRewardsDistance", "compute_reward_equals_step", "is lower than that"),
         ("FloatPicture", "render_draws", "float64"),
         ("BlackPicture", "render_draws", "single color"),
         ("RenderMoves", "render_draws", "renders every step"),

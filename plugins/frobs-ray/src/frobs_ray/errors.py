@@ -138,4 +138,4 @@ class EnvironmentRunnerError(RunError):
 
     def __init__(self, cause: str) -> None:
         self.cause = " ".join(cause.split()).rstrip(".")
-        super().__init__(f"no environment runner delivers experience: {self.cause}.")
+        super().__init__(f"no environment runner returns experience: {self.cause}.")

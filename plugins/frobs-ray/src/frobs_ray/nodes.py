@@ -68,11 +68,11 @@ def check_nodes(folder: Path) -> None:
             try:
                 found, sees_folder = ray.get(reference, timeout=_TIMEOUT)
             except Exception as error:  # importing FRobs on a node can raise any exception
-                problems[address] = [f"FRobs does not run there: {_last_line(error)}"]
+                problems[address] = [f"FRobs does not run on this node: {_last_line(error)}"]
                 continue
             lines = describe_differences(flat_versions(), found)
             if not sees_folder:
-                lines.append(f"it cannot write to the folder {folder}")
+                lines.append(f"the node cannot write to the folder {folder}")
             if lines:
                 problems[address] = lines
     if problems:

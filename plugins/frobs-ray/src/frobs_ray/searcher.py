@@ -141,7 +141,7 @@ class Recorder(_Stays, Callback):
 
     def on_trial_error(self, iteration: int, trials: list[Trial], trial: Trial, **info: Any) -> None:
         """Record that a trial failed because its process or node died too many times."""
-        self._tell(trial, TrialState.FAIL, error="its process died again and again")
+        self._tell(trial, TrialState.FAIL, error="its process died repeatedly")
 
     def _tell(
         self,

@@ -51,8 +51,8 @@ def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[s
     if not isinstance(answer, tuple) or len(answer) != 4:
         shown = f"{len(answer)} values" if isinstance(answer, tuple) else type(answer).__name__
         raise ConfigurationError(
-            f"{env}: step() returned {shown}; it must return observation, reward, done, info, or as in Gymnasium "
-            "observation, reward, terminated, truncated, info."
+            f"{env}: step() returned {shown}; it must return (observation, reward, done, info) or, as in "
+            "Gymnasium, (observation, reward, terminated, truncated, info)."
         )
     observation, reward, done, info = answer
     truncated = bool(done and info.get(TRUNCATED, False))

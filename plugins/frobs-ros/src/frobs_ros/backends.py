@@ -26,23 +26,29 @@ DEFAULT_BRIDGE = "bridge:mujoco"
 TREATMENT: Mapping[str, tuple[str, str]] = {
     "paused": ("honored", "honored"),
     "use_sim_time": ("honored", "honored"),
-    "gui": ("honored; without a display it is ignored, which is logged", "as on Gazebo"),
-    "recording": ("honored: Gazebo's state log", "an error: the bridge keeps no state log"),
-    "debug": ("honored: gzserver under gdb", "emulated: tracebacks, also of crashes in native code"),
+    "gui": ("honored; ignored with a warning if there is no display", "as on Gazebo"),
+    "recording": ("honored: Gazebo writes a state log", "an error: the bridge does not write state logs"),
+    "debug": (
+        "honored: gzserver runs under gdb",
+        "emulated: tracebacks are printed, also after crashes in native code",
+    ),
     "verbose": ("honored", "honored"),
     "output": ("honored", "honored"),
     "custom_world_path": ("honored", "honored; unsupported SDF elements are an error"),
     "custom_world_pkg": ("honored", "honored"),
     "custom_world_name": ("honored", "honored"),
-    "respawn_gazebo": ("honored", "emulated: the bridge is started again, with an empty world"),
+    "respawn_gazebo": ("honored", "emulated: the bridge is restarted with an empty world"),
     "pub_clock_frequency": ("honored", "honored"),
     "server_required": (
-        "honored: the whole launch ends with gzserver",
-        "emulated: the launch consists of the bridge",
+        "honored: the whole launch ends when gzserver ends",
+        "emulated: the launch consists only of the bridge",
     ),
-    "gui_required": ("honored; an error without a display", "an error: the bridge's window may be closed"),
+    "gui_required": (
+        "honored; an error if there is no display",
+        "an error: the bridge continues after its window is closed",
+    ),
     "launch_new_term": (
-        "honored; without xterm or a display the output goes to a log file, which is logged",
+        "honored; without xterm or a display, the output goes to a log file, whose path is logged",
         "as on Gazebo",
     ),
 }
@@ -100,7 +106,7 @@ def check(launch: Launch, backend: str) -> None:
     """
     if launch.clock_frequency < 0:
         raise ParameterValueError(
-            "pub_clock_frequency", launch.clock_frequency, "at least 0 [Hz]; 0: every physics step"
+            "pub_clock_frequency", launch.clock_frequency, "at least 0 [Hz], where 0 means every physics step"
         )
     if launch.respawn and (launch.server_required or launch.gui_required):
         raise ConflictingOptionsError(["respawn_gazebo", "server_required or gui_required"])

@@ -92,7 +92,7 @@ class PackageNotFoundError(RosError):
         close = nearest(package if file is None else file.name, names)
         hint = f" Did you mean '{close}'?" if close else ""
         if file is not None:
-            there = f" {file.parent} holds: {', '.join(names[:10]) or 'nothing'}."
+            there = f" {file.parent} contains: {', '.join(names[:10]) or 'nothing'}."
             super().__init__(f"the ROS package '{package}' has no file {file}.{hint or there}")
         else:
             super().__init__(

@@ -30,8 +30,8 @@ class RobotSilentError(FrobsError):
     def __init__(self, missing: str, seconds: float) -> None:
         self.missing, self.seconds = missing, seconds
         super().__init__(
-            f"no {missing} for {seconds:.2g} s; the robot was commanded to hold its position. Check that it runs and "
-            "publishes them, or allow more time with --timeout."
+            f"no {missing} for {seconds:.2g} s; the robot was commanded to hold its position. Check that the robot is "
+            "running and publishes them, or allow more time with --timeout."
         )
 
 

@@ -107,7 +107,7 @@ class RobotSettings:
             given = [name for name in names if getattr(self, name)]
             if given and not getattr(self, switch):
                 LOG.warning(
-                    "%s not used: %s is False", f"{', '.join(given)} {'is' if len(given) == 1 else 'are'}", switch
+                    "%s ignored because %s is False", f"{', '.join(given)} {'is' if len(given) == 1 else 'are'}", switch
                 )
 
     def launch(self) -> dict[str, Any]:

@@ -99,9 +99,9 @@ def switch_controllers_srv(
     busy = [name for name in stop if states.get(name) == "running" and name not in start]
     if done and not idle and not busy:
         return True
-    wrong = [f"'{name}' is {states.get(name, 'not loaded')} and should run" for name in idle]
-    wrong += [f"'{name}' still runs" for name in busy]
-    raise ServiceError(service, f"{', '.join(wrong) or 'it rejects the request without a reason'}. {_loaded(ns)}")
+    wrong = [f"'{name}' is {states.get(name, 'not loaded')} but should be running" for name in idle]
+    wrong += [f"'{name}' is still running" for name in busy]
+    raise ServiceError(service, f"{', '.join(wrong) or 'it rejected the request without a reason'}. {_loaded(ns)}")
 
 
 @answers(False, vital=True)

@@ -65,7 +65,7 @@ def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
         if found and nodes.of(process.pids(), found):
             return True
         if time.monotonic() > until:
-            LOG.warning("%s runs, but none of its nodes started within %g s", file, START_TIMEOUT)
+            LOG.warning("%s is running, but none of its nodes started within %g s", file, START_TIMEOUT)
             return True
         time.sleep(0.05)
     if process.returncode:

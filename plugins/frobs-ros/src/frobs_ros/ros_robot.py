@@ -140,7 +140,7 @@ class RosRobot:
             return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
         raise ControllerError(
             controller,
-            f"is a {given}, which moves a single joint; load a JointTrajectoryController or a JointGroup… one.",
+            f"is a {given}, which moves a single joint; load a JointTrajectoryController or a JointGroup… controller.",
         )
 
     def _check_running(self, controller: str) -> None:

@@ -193,7 +193,9 @@ class StatePublisher:
             strange = set(message.name) - self._names
             self._names |= strange  # to log each unknown joint only once
         if strange:
-            rospy.logwarn("joint_states contains joints that %s lacks: %s", DESCRIPTION, ", ".join(sorted(strange)))
+            rospy.logwarn(
+                "joint_states contains joints that are not in %s: %s", DESCRIPTION, ", ".join(sorted(strange))
+            )
         positions = self._moving.positions(dict(zip(message.name, message.position, strict=True)))
         if np.isfinite(positions).any():
             self._tf.publish(to_message(self._moving, positions, stamp, self._prefix))

@@ -27,7 +27,9 @@ NO_NAMESPACE = 97
 def main() -> None:
     """Execute the command line. This function does not return."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--root", default="", help="folder of the installation; default: this machine's")
+    parser.add_argument(
+        "--root", default="", help="folder of the installation; default: the installation of this machine"
+    )
     parser.add_argument("--network", choices=("own", "host"), default="own")
     parser.add_argument("--scratch", default="", help="folder that is replaced with an empty in-memory folder")
     parser.add_argument("command", nargs="+")

@@ -35,7 +35,7 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
                 nearest: Floats = np.minimum.reduce([_side(origins, directions, radius, length), *balls])
                 return nearest
             case Mesh(path):
-                raise ValueError(f"{path}: meshes are Bullet's to measure")
+                raise ValueError(f"{path}: distances to meshes must be measured by Bullet")
 
 
 def _slabs(origins: Floats, directions: Floats, low: Floats, high: Floats) -> Floats:

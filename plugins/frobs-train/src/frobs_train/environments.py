@@ -126,8 +126,8 @@ def make_env(
             raise ComponentError(
                 "wrapper",
                 component.name,
-                "is one of vectors, and a window or video shows a single environment; "
-                "evaluate the run instead, or write it as a gymnasium.Wrapper.",
+                "wraps a vector environment, but a window or video shows a single environment; "
+                "evaluate the run instead, or rewrite the wrapper as a gymnasium.Wrapper.",
             )
     try:
         env = gym.make(spec, render_mode=render_mode, **kwargs)

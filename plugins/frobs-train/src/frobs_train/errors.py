@@ -33,7 +33,7 @@ class RunExistsError(RunError):
         self.path = path
         super().__init__(
             f"the run folder {path} exists; choose another with --run-dir, remove it, continue it with "
-            f"'frobs resume {path}', or say --on-existing increment, overwrite or resume."
+            f"'frobs resume {path}', or pass --on-existing increment, overwrite or resume."
         )
 
 
@@ -52,8 +52,8 @@ class RunBusyError(RunError):
         self.host = host
         who = "another process" if pid is None else f"process {pid}{f' on {host}' if host else ''}"
         super().__init__(
-            f"{who} is training in {path}; wait until it has ended, or stop it with 'kill {pid or 'PID'}', which "
-            "writes a checkpoint first. Evaluating, playing and plotting the run work meanwhile."
+            f"{who} is training in {path}; wait until it ends, or stop it with 'kill {pid or 'PID'}', which "
+            "writes a checkpoint first. Meanwhile, you can evaluate, play and plot the run."
         )
 
 
@@ -74,8 +74,8 @@ class TrainingError(RunError):
         self.resumable = resumable
         since = "from the beginning" if resumable is None else f"from step {resumable:,}"
         super().__init__(
-            f"the training run in {path} failed after {steps:,} environment steps: {cause}. Fix it, then "
-            f"'frobs resume {path}' continues {since}; --debug shows the traceback."
+            f"the training run in {path} failed after {steps:,} environment steps: {cause}. Fix the cause, then "
+            f"continue {since} with 'frobs resume {path}'; --debug shows the traceback."
         )
 
 

@@ -90,7 +90,7 @@ class BasicModel:
         self._parameters = load_parameters(path, ns)
         self.settings = read_settings(self._parameters, self.algorithm, path)
         for key in self.settings.unused:
-            _log.warning("%s: '%s' means nothing to %s; it is not used.", path, key, type(self).__name__)
+            _log.warning("%s: ignored '%s', which is not a setting of %s.", path, key, type(self).__name__)
         self._models = Path(save_model_path)
         params = self.settings.params
         folder = log_folder(Path(log_path) / params.log_folder, on_existing)
@@ -206,7 +206,7 @@ class BasicModel:
         try:
             check_env(self.env, warn=True)  # type: ignore[arg-type]
         except Exception as error:  # the environment's code can raise any exception
-            _log.error("%s is not as stable-baselines3 wants it: %s", self.env, error)
+            _log.error("%s failed the environment check of stable-baselines3: %s", self.env, error)
             return False
         return True
 
@@ -260,7 +260,7 @@ class BasicModel:
     def _training_settings(self) -> FileSettings:
         """Return the current settings."""
         if self.settings is None:
-            raise RunError("this model was opened for predictions; build it with a YAML file to train or save it.")
+            raise RunError("this model was loaded for prediction only; build it from a YAML file to train or save it.")
         mapping = current_parameters(self._parameters, self._ns)
         if mapping is not self._parameters:
             self.settings = read_settings(mapping, self.algorithm, f"the parameter server, {self._ns}")

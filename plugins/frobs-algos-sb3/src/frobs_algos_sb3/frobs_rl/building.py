@@ -53,7 +53,9 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
     try:
         return algorithm_class(settings.algorithm)(policy, env, verbose=1, **kwargs)
     except (AssertionError, ValueError, TypeError) as error:
-        raise ConfigurationError(f"algorithm '{settings.algorithm}' cannot be built so: {error}") from error
+        raise ConfigurationError(
+            f"algorithm '{settings.algorithm}' cannot be built with these settings: {error}"
+        ) from error
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
@@ -63,7 +65,7 @@ def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> 
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}
     model = load_model(path, env, algorithm=settings.algorithm, trust=trust, verbose=1, **overrides)
     if settings.algorithm in WITH_SDE and model.use_sde != settings.params.use_sde:
-        _log.warning("%s was trained with use_sde %s, and stays so.", path, model.use_sde)
+        _log.warning("%s was trained with use_sde=%s; the value in the YAML file is ignored.", path, model.use_sde)
     if isinstance(model, OffPolicyAlgorithm):
         _load_buffer(model, path, trust)
     return model
@@ -92,7 +94,7 @@ def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
         raise IncompatibleSpaceError(
             f"algorithm '{settings.algorithm}'",
             space,
-            f"needs actions in a Box, and the action space is {space}; choose PPO, A2C or DQN.",
+            f"needs actions in a Box, but the action space is {space}; choose PPO, A2C or DQN.",
         )
     return NormalActionNoise(np.full(space.shape[-1], noise.mean), np.full(space.shape[-1], noise.sigma))
 
@@ -104,7 +106,7 @@ def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
         assert model.replay_buffer is not None
         read_replay_buffer(model.replay_buffer, arrays)
     elif not pickled.is_file():
-        _log.info("%s has no replay buffer beside it; an empty one is used.", path)
+        _log.info("no replay buffer was saved with %s; an empty one is used.", path)
     elif trust:
         model.load_replay_buffer(pickled)
     else:

@@ -36,7 +36,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
             return folder / filename
     if not folders:
         raise ConfigurationError(
-            f"no package is named '{package}', neither of Python nor of ROS; install it, or give a path: "
+            f"no package is named '{package}' in Python or ROS; install it, or pass a path: "
             "config_file_pkg=None, config_filename='path/to/file.yaml'."
         )
     there = sorted({path.name for folder in folders for path in folder.glob("*.y*ml")})

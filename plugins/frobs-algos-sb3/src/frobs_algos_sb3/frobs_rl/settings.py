@@ -49,8 +49,8 @@ class PolicyParams(Strict):
 
         if self.features_extractor_class == "BaseFeaturesExtractor":
             raise ConfigurationError(
-                "features_extractor_class BaseFeaturesExtractor is only the base class of the others; use FlattenExtractor, "
-                "or CombinedExtractor for observations that are a Dict."
+                "features_extractor_class BaseFeaturesExtractor is only a base class; use FlattenExtractor, "
+                "or CombinedExtractor for Dict observations."
             )
         return {
             "net_arch": self.net_arch,
@@ -169,7 +169,7 @@ def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str =
     if not isinstance(given.get(block_name), Mapping):
         found = [f"{name}_params" for name in algorithms_in(mapping)]
         similar = nearest(block_name, given) if not found else None
-        text = f"it has {', '.join(found)}" if found else f"did you mean it by '{similar}'?" if similar else "add it"
+        text = f"it has {', '.join(found)}" if found else f"'{similar}' may be a misspelling" if similar else "add it"
         raise ConfigFileError(path, None, f"has no mapping '{block_name}' under '{ROOT}'; {text}.")
     others = tuple(f"{name}_params" for name in algorithms_in(mapping) if name != algorithm)
     origins = given.origins if isinstance(given, ConfigMapping) else {}

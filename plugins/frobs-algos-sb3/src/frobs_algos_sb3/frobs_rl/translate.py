@@ -35,7 +35,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         raise ConfigFileError(
             path,
             None,
-            f"load_model continues a saved model, but a run begins with a new one; set it to False, or use the class "
+            f"load_model trains a saved model further, but a run starts with a new one; set it to False, or use the class "
             f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
@@ -43,7 +43,9 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         config["checkpoint_every"] = params.save_freq
     config["algorithm_config"] = algorithm_config(settings)
     unused = [key for key in mapping[ROOT] if key in (*_ELSEWHERE, *settings.unused)]
-    note = f"{path}: not used in a run, which names its files and logs itself: {', '.join(unused)}." if unused else ""
+    note = (
+        f"{path}: not used in a run, which chooses its own file names and logs: {', '.join(unused)}." if unused else ""
+    )
     return config, note
 
 

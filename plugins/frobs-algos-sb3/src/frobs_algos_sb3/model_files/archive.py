@@ -128,7 +128,7 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
         raise CheckpointError(f"{where} is rejected: it contains {len(names)} files, more than {MAX_MEMBERS}.")
     total = sum(member.file_size for member in members)
     if total > MAX_GROWTH * size:
-        raise CheckpointError(f"{where} is rejected: its {size:,} bytes would become {total:,} when it is unpacked.")
+        raise CheckpointError(f"{where} is rejected: its {size:,} bytes would expand to {total:,} bytes.")
     return archive
 
 

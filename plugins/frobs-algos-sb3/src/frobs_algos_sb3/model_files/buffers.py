@@ -62,8 +62,8 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     for name, whole in own.items():
         if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
             raise CheckpointError(
-                f"{path} does not fit: '{name}' in it is {saved[name].dtype} {saved[name].shape[1:]} per step, "
-                f"and the model has {whole.dtype} {whole.shape[1:]}."
+                f"{path} does not fit the model: '{name}' in it is {saved[name].dtype} {saved[name].shape[1:]} per step, "
+                f"but the model needs {whole.dtype} {whole.shape[1:]}."
             )
     count, following, capacity = rows.pop(), int(saved["next"]), buffer.buffer_size
     if not 0 <= following <= count:

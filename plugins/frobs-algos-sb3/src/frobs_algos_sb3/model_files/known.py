@@ -121,5 +121,5 @@ def policy_argument_class(field: str, written: Any) -> type[Any]:
     name = class_name(written)
     if name not in classes:
         known = ", ".join(cls.__name__ for cls in classes.values())
-        raise Unreadable(f"{field} {name or written!r} is none of {known}")
+        raise Unreadable(f"{field} {name or written!r} is not one of {known}")
     return classes[name]

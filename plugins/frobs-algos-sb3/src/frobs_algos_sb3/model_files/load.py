@@ -163,7 +163,7 @@ def _reason(key: str, why: str) -> str:
     if key in ("observation_space", "action_space"):
         way = ", or open it with an environment"
     elif key not in ("policy_class", "policy_kwargs"):
-        way = f", or give {key}=…"
+        way = f", or pass {key}=…"
     return (
         f"'{key}' is a pickle, which executes code when it is opened, and its readable part is not enough ({why}){way}"
     )
@@ -216,5 +216,6 @@ class _Unreadable:
     def __call__(self, progress_remaining: float) -> float:
         """Raise an error."""
         raise UntrustedFileError(
-            self._path, "'learning_rate' is a function that was not read; open it with learning_rate=…"
+            self._path,
+            "'learning_rate' is a function, which was not read from the file; pass learning_rate=… to open the model",
         )

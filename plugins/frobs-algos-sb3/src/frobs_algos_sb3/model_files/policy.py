@@ -63,8 +63,8 @@ def open_policy(
     ):
         if written is None or not same_space(written, real):
             raise RunError(
-                f"{path}: the model was trained with {what} space {written}, and the environment has {real}; "
-                "give the environment the keywords and wrappers of the training: --set environment_kwargs.controller=…, "
+                f"{path}: the model was trained with {what} space {written}, but the environment has {real}; "
+                "pass the keywords and wrappers that were used in training: --set environment_kwargs.controller=…, "
                 "--set 'wrappers=[{name: …}]'."
             )
     model.action_space = model.policy.action_space = action_space  # the environment's bounds are exact

@@ -208,7 +208,7 @@ def _net_arch(value: Any, sizes: set[int]) -> Any:
 def _size(value: Any, sizes: set[int]) -> int:
     size = text.integer(value, 1)
     if size not in sizes:
-        raise Unreadable(f"no tensor in the file has a side of {size}")
+        raise Unreadable(f"no tensor in the file has a dimension of size {size}")
     return size
 
 

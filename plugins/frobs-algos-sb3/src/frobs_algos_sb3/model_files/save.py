@@ -91,7 +91,7 @@ def read_sidecar(archive: ModelArchive) -> dict[str, Any]:
     try:
         return _read_attributes(saved)
     except (CheckpointError, KeyError, TypeError, ValueError, IndexError) as error:
-        raise CheckpointError(f"{path} is damaged: {error}; without this file the model can be opened.") from error
+        raise CheckpointError(f"{path} is damaged: {error}; delete this file to open the model without it.") from error
 
 
 def _read_attributes(saved: Mapping[str, Any]) -> dict[str, Any]:

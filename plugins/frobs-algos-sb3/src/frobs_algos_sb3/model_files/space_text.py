@@ -116,7 +116,7 @@ class _Reader:
         """Parse one space."""
         kind = re.compile(r"(Box|Discrete|MultiDiscrete|MultiBinary|Dict)\(").match(self._text, self._place)
         if kind is None:
-            raise Unreadable("the text of its spaces names a kind that is not known")
+            raise Unreadable("the text of its spaces names an unknown kind of space")
         self._place = kind.end()
         if kind[1] == "Dict":
             found = self.items(pairs=False, depth=depth)
@@ -135,7 +135,7 @@ class _Reader:
         if kind[1] == "MultiBinary" and len(plain) == 1:
             sizes = [int(item) for item in re.findall(r"\d{1,9}", plain[0])]
             return _multi_binary(sizes if "[" in plain[0] or "(" in plain[0] else sizes[0])
-        raise Unreadable(f"the text of a {kind[1]} space is not as Gymnasium writes it")
+        raise Unreadable(f"the text of a {kind[1]} space does not have the format of Gymnasium")
 
     def _arguments(self) -> list[str]:
         """Parse the arguments of a call up to its closing bracket."""

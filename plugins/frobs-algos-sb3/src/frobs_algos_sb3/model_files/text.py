@@ -77,15 +77,15 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
             values.append(float(found[1]))
         shortened = shortened or found[3] is not None
     if shortened and len(set(values)) > 1:
-        raise Unreadable("the text leaves out numbers")
+        raise Unreadable("the text omits numbers")
     if of_shape is None:
         if shortened or not values:
-            raise Unreadable(f"{_short(text)} does not give the number of values")
+            raise Unreadable(f"{_short(text)} does not specify the number of values")
         return np.array(values)
     if len(set(values)) == 1 and (shortened or not text.startswith("[")):
         return np.full(of_shape, values[0])
     if len(values) != math.prod(of_shape):
-        raise Unreadable(f"{len(values)} numbers do not fill the shape {of_shape}")
+        raise Unreadable(f"{len(values)} numbers do not fit the shape {of_shape}")
     return np.array(values, np.float64).reshape(of_shape)
 
 
@@ -112,7 +112,7 @@ def schedule(value: Any) -> float | Callable[[float], float]:
 def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
     share = number(fraction)
     if not 0.0 < share <= 1.0:
-        raise Unreadable(f"{share} is not a share of the training")
+        raise Unreadable(f"{share} is not a fraction of the training (above 0, at most 1)")
     return LinearSchedule(number(start), number(end), share)
 
 

@@ -175,7 +175,7 @@ def report_scaling(
         print_line()
         print_facts(prediction_facts(model, predictions, config.steps, each))
     if out is not None:
-        print_note(f"The plot is {out}.")
+        print_note(f"The plot was written to {out}.")
 
 
 def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
@@ -209,7 +209,7 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
         else f"{traffic.bytes_per_step:,.0f} bytes per environment step; a learner receives "
         f"{traffic.bytes_per_second / 1e6:,.0f} MB/s = {traffic.steps_per_second:,.0f} steps/s",
         "machine": found.machine,
-        "load": f"{found.load:.1f} processes wanted a processor before the measurement",
+        "load": f"{found.load:.1f} processes used or waited for a processor before the measurement",
         "measured": [_row(point) for point in found.points],
     }
 

@@ -56,7 +56,8 @@ def check(
         typer.Option(
             metavar="CHECK=REASON",
             show_default=False,
-            help="Check that is known to fail, and the reason. If it passes, that counts as a failure. Repeatable.",
+            help="Check that is expected to fail, and the reason. If the check passes, this counts as a failure. "
+            "Repeatable.",
         ),
     ] = None,
     settings: Annotated[
@@ -140,7 +141,7 @@ def _print_end(subject: Subject, report: Report) -> None:
     if report.inconclusive:
         names = ", ".join(result.name for result in report.inconclusive)
         out.print(
-            Text(f"warning: inconclusive, because nothing happened that could have failed: {names}", style="yellow"),
+            Text(f"warning: inconclusive, because the situation to be checked did not occur: {names}", style="yellow"),
             soft_wrap=True,
         )
     verified = [f"{name} ({subject.claims[name]})" if name in subject.claims else name

@@ -114,7 +114,7 @@ def parity(
     if len(specs) > 1 or runner != "local":
         for option, value in (("--run", run), ("--actions", actions)):
             if value is not None:
-                raise CommandLineError(option, "compare one ID with it, and without --runner.")
+                raise CommandLineError(option, "requires a single ID, and does not support --runner.")
         from frobs_devkit.cli.parity_jobs import certification_job, certify_and_report
 
         root = out or Path("parity")

@@ -134,7 +134,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "far-center",
             f"link '{link.name}'",
-            f"its center of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside of its shape",
+            f"its center of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside its shape",
             "the <origin> of <inertial> is in the link's frame [m]",
         )
         return

@@ -204,7 +204,10 @@ def _manners(seen: Probe) -> Iterable[Finding]:
         )
     elif seen.state == "loaded" and seen.import_seconds > SLOW:
         yield warning(
-            "slow-import", "its import", f"it takes {seen.import_seconds:.1f} s", "its author should import less"
+            "slow-import",
+            "its import",
+            f"it takes {seen.import_seconds:.1f} s",
+            "its author should import fewer modules",
         )
     for stream, text in (("stdout", seen.stdout), ("stderr", seen.stderr)):
         if text.strip() and seen.state != "crashed":
@@ -219,11 +222,13 @@ def _manners(seen: Probe) -> Iterable[Finding]:
             "global-state",
             "its import",
             what if what.startswith("it ") else f"it changes global state: the {what}",
-            "its author should leave that to the user, or do it in the module of an entry_point",
+            "its author should leave this to the user, or move it to the module of an entry_point",
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"
-        yield warning("deprecated", place, f"{warned['category']}: {warned['message']}", "its author should follow it")
+        yield warning(
+            "deprecated", place, f"{warned['category']}: {warned['message']}", "its author should follow the warning"
+        )
 
 
 def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:

@@ -159,6 +159,7 @@ def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
         yield warning(
             "overlap-at-home",
             f"link '{first}'",
-            f"it overlaps with link '{second}' at home ({', '.join(depths)}); they never collide, or are pushed apart",
+            f"it overlaps with link '{second}' at home ({', '.join(depths)}); "
+            "these links never collide, or are pushed apart",
             "use smaller collision shapes, or another home (home={…})",
         )

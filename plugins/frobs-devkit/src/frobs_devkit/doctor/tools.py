@@ -57,7 +57,8 @@ def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterat
             code="which-tool",
             severity=Severity.NOTE,
             about=f"link '{tools[0].link}'",
-            problem=f"it is used as the tool, because most joints move it; others are {', '.join(others[:3])}{more}",
+            problem=f"it is used as the tool, because most joints move it; "
+            f"other candidates are {', '.join(others[:3])}{more}",
             advice=f"set tcp=LINK; names such as {', '.join(TOOL_NAMES[:3])} are recognized",
         )
 

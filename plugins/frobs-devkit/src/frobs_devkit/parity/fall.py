@@ -14,8 +14,8 @@ from frobs_devkit.parity.subject import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (
-    "Each free body of the task's scene falls flat from its own height onto the floor of the task. The rest height is "
-    "that of its lowest point; a negative one is the penetration at rest."
+    "Each free body of the task's scene falls flat onto the floor of the task, from a height equal to its own. The rest "
+    "height is the height of its lowest point at rest; a negative value is a penetration of the floor."
 )
 
 
@@ -34,7 +34,7 @@ def fall(subjects: Sequence[Subject]) -> Measurement:
                 f"{words} of '{body.name}'",
                 [each[name] for each in found],
                 scale=body.edges[0],
-                unknown=f"it does not rest within {DURATION:g} s",
+                unknown=f"the body does not rest within {DURATION:g} s",
                 factor=factor,
                 unit=unit,
             )

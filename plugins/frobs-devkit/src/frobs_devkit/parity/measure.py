@@ -153,7 +153,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
     unable = [skip(s.label, reference.label, lacks[s.label]) for s in subjects[1:] if lacks[s.label]]
     found = Measurement(summary="Not measured.", comparisons=())
     if lacks[reference.label]:
-        reason = f"{reference.label}, the reference, cannot: {lacks[reference.label]}"
+        reason = f"the reference {reference.label} cannot be measured: {lacks[reference.label]}"
         unable = [skip(s.label, reference.label, reason) for s in subjects[1:]]
     elif len(able) > 1:
         try:

@@ -37,7 +37,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         if first.success_rate is None or other.success_rate is None:
             comparisons.append(skip(subject.label, reference.label, "the environment does not define success"))
         elif not first.success_rate:
-            comparisons.append(skip(subject.label, reference.label, "the policy has no success on the reference"))
+            comparisons.append(skip(subject.label, reference.label, "the policy never succeeds on the reference"))
         else:
             comparisons.append(
                 judge(
@@ -53,7 +53,7 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
     }
     return Measurement(
         summary=f"The policy of the run '{run.path.name}' after {first.steps:,} training steps, unmodified, on "
-        f"{episodes} unseen episodes, which are the same on every simulator; with Wilson's 95 % interval.",
+        f"{episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % intervals.",
         comparisons=tuple(comparisons),
         facts={
             subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"

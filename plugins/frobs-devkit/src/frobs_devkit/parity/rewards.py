@@ -50,8 +50,8 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
-        summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each from its own seed: "
-        f"of {_CANDIDATES} such episodes on {reference.label}, those in which the terms vary most.",
+        summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each with its own seed. "
+        f"Of {_CANDIDATES} such episodes on {reference.label}, those in which the terms vary most are used.",
         comparisons=tuple(comparisons),
         facts={
             "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
@@ -60,7 +60,7 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         panels=(
             Panel(title="Reward and terms", x_label="step", y_label="per step", lines=tuple(curves)),
             Panel(
-                title="Largest difference of any of them",
+                title="Largest difference of reward or terms",
                 x_label="step",
                 y_label="per step",
                 lines=tuple(errors_over_time),
@@ -124,7 +124,7 @@ def _judge(
         what = "reward" if name == "reward" else f"term {name}"
         span = float(np.ptp(np.concatenate([rollout.rewards[name] for rollout in played[0]])))
         if span < _STANDS and not (errors != 0.0).any():
-            yield skip(subject.label, reference.label, "it does not vary in these episodes", what)
+            yield skip(subject.label, reference.label, "the values do not vary in these episodes", what)
             continue
         for part, chosen in (("", freely), (AFTER_A_TOUCH, ~freely)):
             if chosen.any():

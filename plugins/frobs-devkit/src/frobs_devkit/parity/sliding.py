@@ -17,7 +17,7 @@ _REST = 0.2  # [s] time on the floor before the body starts to slide
 _DURATION = 4.0  # [s]
 _SUMMARY = (
     f"Each free body of the task's scene lies on the floor of the task and starts to slide at {_SPEED:g} m/s. "
-    "The distance follows from the friction of body and floor, and from the engine's rule that combines both."
+    "The distance depends on the friction coefficients of body and floor, and on the engine's rule that combines them."
 )
 
 
@@ -33,7 +33,7 @@ def sliding(subjects: Sequence[Subject]) -> Measurement:
             f"sliding distance of '{body.name}'",
             distances,
             scale=distances[0],
-            unknown=f"it does not stop within {_DURATION:g} s",
+            unknown=f"the body does not stop within {_DURATION:g} s",
             unit="m",
         )
         curves = ((times, ways) for times, ways, _ in slides)

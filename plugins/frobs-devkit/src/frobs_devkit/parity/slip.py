@@ -29,7 +29,7 @@ _FREE = 0.01  # fraction of the fingers' stroke, near either end, in which the f
 _SUMMARY = (
     f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
     f"weight of the body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the "
-    f"faces of the fingers. The slip force is the one at which the body has moved by {1e3 * _SLIPPED:g} mm."
+    f"faces of the fingers. The slip force is the force at which the body has moved by {1e3 * _SLIPPED:g} mm."
 )
 
 
@@ -49,7 +49,7 @@ def slip(subjects: Sequence[Subject]) -> Measurement:
             f"slip force of '{body.name}'",
             forces,
             scale=forces[0],
-            unknown="the gripper does not hold it",
+            unknown="the gripper does not hold the body",
             missing="not held",
             unit="N",
         )

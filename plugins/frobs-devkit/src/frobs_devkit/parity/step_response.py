@@ -44,8 +44,9 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
     unlimited = np.full(len(commands), np.inf)
     motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
     return Measurement(
-        summary=f"The command of each joint in turn makes a step from home while the other joints hold, for "
-        f"{DURATION:g} s, compared at every physics step. There are no effort limits and no collisions.",
+        summary=f"The command of one joint after the other steps away from home, while the commands of the other joints "
+        f"stay the same. The motions of {DURATION:g} s are compared at every physics step, without effort limits and "
+        "collisions.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
         panels=_panels(subjects, commands, motions, None),
@@ -57,9 +58,9 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     reference = subjects[0]
     commands = _to_and_fro(_jumps(reference))
     summary = (
-        f"Each joint's command makes {_JUMPS} alternating steps. Its effort limit is such that its drive is saturated "
-        f"in at least {100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples: "
-        "the effort that holds it against gravity, and slightly more."
+        f"The command of each joint makes {_JUMPS} alternating steps. The joint's effort limit is slightly above the "
+        "effort that holds it against gravity, so that its drive is saturated in at least "
+        f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples."
     )
     found = choose_effort_limits(reference, commands)
     if found is None:
@@ -76,9 +77,9 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     if not follows_exactly(*subjects):
         own = _error_of_the_step_size(reference, commands, limits, first)
         facts["effect of the step size"] = (
-            f"The reference {reference.label} has about this error itself: {_list(reference, own)} "
-            f"{reference.joint_unit}. It is twice the change at half the step size, and no approximate engine has to "
-            "agree better. While a drive is saturated, its joint swings freely, and errors of the step size grow"
+            f"The reference {reference.label} itself has errors of about {_list(reference, own)} "
+            f"{reference.joint_unit}, estimated as twice the change at half the step size. No approximate engine has to "
+            "agree more closely. While a drive is saturated, its joint swings freely, and these errors grow"
         )
     return Measurement(
         summary=summary,
@@ -231,7 +232,7 @@ def _panels(
     panels = [Panel(title="Step response of each joint", x_label="s", y_label=f"{what} / jump", lines=tuple(moved))]
     if limits is not None:
         panels.append(
-            Panel(title="Times at which its drive is saturated", x_label="s", rows=tuple(names), lines=tuple(effort))
+            Panel(title="Times at which each drive is saturated", x_label="s", rows=tuple(names), lines=tuple(effort))
         )
     panels.append(
         Panel(

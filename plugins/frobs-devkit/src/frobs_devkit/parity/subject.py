@@ -140,12 +140,12 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
     if len(simulators) < 2:
         raise ConfigurationError(
             f"parity compares simulators: choose at least two, not {', '.join(simulators) or 'none'}. Installed: "
-            f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares one with itself."
+            f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares MuJoCo with itself."
         )
     spec = find_spec(environment)
     if spec.entry_point != f"{RobotEnv.__module__}:{RobotEnv.__name__}":
         raise ConfigurationError(
-            f"'{environment}' is not an environment of FRobs: only those can run on several simulators."
+            f"'{environment}' is not an environment of FRobs; only environments of FRobs can run on several simulators."
         )
     records = [_simulator(name) for name in simulators]
     given = {name: value for name, value in keywords.items() if name != "simulator"}

@@ -38,13 +38,13 @@ class Tolerance:
 
 
 _LAW = (
-    "engines that implement the drive law exactly solve the same equations in double precision. Rounding over 1,000 "
-    "physics steps stays far below a micro-unit; larger errors indicate another law, model or integrator."
+    "engines with an exact drive law solve the same equations in double precision. Rounding errors over 1,000 physics "
+    "steps stay far below 1e-6, so a larger error indicates a different drive law, model or integrator."
 )
 _FRICTION = (
-    "Coulomb friction stops a body after a time and a distance that follow from the coefficient. An engine that "
-    "regularizes contacts, or resolves them once in a physics step, is off by a few percent; a tenth indicates another "
-    "coefficient."
+    "the coefficient of Coulomb friction determines the time and the distance in which a body stops. An engine that "
+    "regularizes contacts, or resolves them once per physics step, is off by a few percent. An error of a tenth "
+    "indicates a different coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {
@@ -52,30 +52,30 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-6,
         approximate=1e-6,
         unit="m",
-        reason="kinematics is pure geometry: a larger error means that the file was misread.",
+        reason="kinematics is pure geometry, so a larger error means that the model file was misread.",
     ),
     "frame_orientation": Tolerance(
         exact=1e-6,
         approximate=1e-6,
         unit="rad",
-        reason="as for positions; for an arm of 1 m, a micro-radian corresponds to a micrometer.",
+        reason="the tolerance corresponds to that of positions: at the end of an arm of 1 m, 1e-6 rad are 1e-6 m.",
     ),
     "step_response": Tolerance(
         exact=1e-6,
         approximate=0.02,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 2 % of the step, and at the effort limits by as much as the "
-        "reference itself is off due to its step size, which is measured: no engine has to be more accurate than the "
-        "reference.",
+        reason=f"{_LAW} An approximate drive may be off by 2 % of the step. At the effort limits, it may also be off by as "
+        "much as the reference itself, whose error due to its step size is measured: no engine has to be more accurate "
+        "than the reference.",
     ),
     "drive_effort": Tolerance(
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="an effort is stiffness times a difference of angles, so a micro-radian is about a thousandth of the "
-        "peak. An approximate drive may leave its limit two physics steps earlier or later, at which the effort "
-        "changes by its whole range; beyond that, a tenth.",
+        reason="an effort is the stiffness times a difference of angles, so 1e-6 rad is about a thousandth of the peak "
+        "effort. An approximate drive may leave its effort limit up to two physics steps earlier or later, when the "
+        "effort changes by its whole range. Otherwise, it may be off by a tenth of the peak.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,
@@ -89,45 +89,49 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.05,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 5 % of the largest motion of a joint. If the motion "
-        "touches something, contacts determine the difference, which the certificate shows.",
+        reason=f"{_LAW} An approximate drive may be off by 5 % of the largest motion of a joint. After the "
+        "robot has touched something, contacts determine the difference, which the certificate lists separately.",
     ),
     "replay_tool": Tolerance(
         exact=1e-6,
         approximate=0.02,
         unit="m",
-        reason="as for joints; 2 cm are acceptable for a task that requires 5 cm.",
+        reason="the exact tolerance is that of the joints. An approximate drive may be off by 2 cm, which is acceptable for a "
+        "task that requires an accuracy of 5 cm.",
     ),
     "episode_end": Tolerance(
-        exact=0.0, approximate=0.0, unit="steps", reason="an episode that ends at another step is another episode."
+        exact=0.0,
+        approximate=0.0,
+        unit="steps",
+        reason="an episode that ends after a different number of steps is a different episode.",
     ),
     "reward": Tolerance(
         exact=1e-5,
         approximate=0.1,
         unit="per step",
         share=True,
-        reason="a term may rise by 10 for each meter of the tool, so it may be off by 10 times as much as the tool; "
-        "with approximate drives by a tenth of the term's range.",
+        reason="a reward term may change by 10 per meter of tool motion, so it may be off by 10 times as much as the tool "
+        "position. With approximate drives, it may be off by a tenth of the term's range.",
     ),
     "rest_height": Tolerance(
         exact=1e-3,
         approximate=1e-3,
         unit="m",
-        reason="no two engines share a contact model, and none is exact; but a body on the floor stays on the floor, "
-        "except for the penetration of a soft contact under the body's weight.",
+        reason="every engine has its own contact model, and none is exact. Nevertheless, a body at rest must not penetrate "
+        "the floor by more than a soft contact yields under the body's weight.",
     ),
     "rest_time": Tolerance(
         exact=0.1,
         approximate=0.1,
         unit="s",
-        reason="stiffness, damping and restitution of contacts depend on the engine: the time for which a body bounces "
+        reason="stiffness, damping and restitution of contacts depend on the engine, so the time for which a body bounces "
         "may differ by two or three control steps.",
     ),
     "penetration": Tolerance(
         exact=0.01,
         approximate=0.01,
         unit="m",
-        reason="a soft contact is penetrated for a few milliseconds at the impact; a tenth of the box.",
+        reason="a body penetrates a soft contact for a few milliseconds at the impact; a tenth of the box is allowed.",
     ),
     **{
         name: Tolerance(exact=0.1, approximate=0.1, unit=unit, share=True, reason=_FRICTION)
@@ -138,26 +142,27 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.1,
         unit="m",
         share=True,
-        reason="restitution depends on the stiffness and damping of the engine's contacts; a tenth of the height of "
-        "the fall is visible to a task that drops objects.",
+        reason="restitution depends on the stiffness and damping of the engine's contacts. An error of a tenth of the "
+        "fall height would matter for a task that drops objects.",
     ),
     "slip_force": Tolerance(
         exact=0.2,
         approximate=0.2,
         unit="N",
         share=True,
-        reason="Coulomb friction holds until the force exceeds the coefficient times the normal forces of the fingers. "
-        "Contacts also creep below this force, differently on each engine; a fifth more or less indicates another "
-        "coefficient.",
+        reason="with Coulomb friction, a body slips when the force exceeds the coefficient times the normal forces of the "
+        "fingers. Contacts also creep below this force, differently on each engine. A larger difference than a fifth "
+        "indicates a different coefficient.",
     ),
     "lidar": Tolerance(
-        exact=1e-3, approximate=0.02, unit="m", reason="a millimeter; the collision margins of engines are smaller."
+        exact=1e-3, approximate=0.02, unit="m", reason="the collision margins of engines are smaller than a millimeter."
     ),
     "success": Tolerance(
         exact=0.05,
         approximate=0.05,
         unit="of the reference's",
-        reason="a policy must keep at least 95 % of its success and must not gain more than 5 % either.",
+        reason="a policy must keep at least 95 % of its success rate on the reference, and must not exceed "
+        "that rate by more than 5 %.",
     ),
 }
 """All tolerances, by the names that comparisons refer to."""

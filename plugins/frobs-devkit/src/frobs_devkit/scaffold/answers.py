@@ -85,9 +85,7 @@ def find_problem(answers: Mapping[str, str]) -> str:
 
 def _problem_of_name(name: str) -> str:
     if not _NAME.fullmatch(name):
-        return (
-            f"the name '{name}' needs lowercase letters, digits and single underscores, with a letter first: 'my_arm'."
-        )
+        return f"the name '{name}' must consist of lowercase letters, digits and single underscores, as in 'my_arm'."
     if keyword.iskeyword(name) or keyword.issoftkeyword(name):
         return f"the name '{name}' is a keyword of Python; choose another: 'my_{name}'."
     if len(name) > _LONGEST:

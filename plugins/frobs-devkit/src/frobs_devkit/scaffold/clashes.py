@@ -55,7 +55,11 @@ def _check_robot(name: str, example: str) -> None:
     robot: Robot = plugins.get_record("robot", name).load()
     if example == "wheeled" and robot.differential_drive is None:
         wheeled = [known for known, record in plugins.records("robot").items() if record.load().differential_drive]
-        there = f"installed are {', '.join(wheeled)}" if wheeled else "none is installed; create a pair"
+        there = (
+            f"installed wheeled robots: {', '.join(wheeled)}"
+            if wheeled
+            else "no wheeled robot is installed; create a pair"
+        )
         raise UnsuitableRobotError(name, f"has no differential drive, so it cannot drive to a goal; {there}.")
     if example == "arm" and robot.base == "wheeled":
         raise UnsuitableRobotError(name, "is wheeled; create its task with the example 'wheeled'.")

@@ -73,7 +73,10 @@ def loads(subject: PluginUnderTest) -> None:
     """The plugin is loaded and provides at least one record."""
     report = subject.report
     expect(report.state == "loaded", f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
-    expect(subject.records, f"plugin '{report.name}' of {report.origin} provides no record; do its hooks return any?")
+    expect(
+        subject.records,
+        f"plugin '{report.name}' of {report.origin} provides no record; check that its hooks return records.",
+    )
 
 
 @after("loads")
@@ -132,7 +135,7 @@ def entry_points_load(subject: PluginUnderTest) -> None:
         right = isinstance(implementation, type) and issubclass(implementation, base)
         expect(right, f"{kind} '{record.name}': {record.entry_point} is not a subclass of {base.__name__}.")
         abstract = sorted(getattr(implementation, "__abstractmethods__", ()))
-        expect(not abstract, f"{kind} '{record.name}': {record.entry_point} lacks {', '.join(abstract)}.")
+        expect(not abstract, f"{kind} '{record.name}': {record.entry_point} does not define {', '.join(abstract)}.")
 
 
 def names_are_free(subject: PluginUnderTest) -> None:

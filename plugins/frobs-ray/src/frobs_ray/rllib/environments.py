@@ -33,7 +33,7 @@ def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
             if component.name.rpartition(":")[2] in _ADAPTING:
                 raise EnvironmentCopyError(
                     f"the wrapper {component.name} adapts to the observations of one process",
-                    "remove it, or write one with fixed constants",
+                    "replace the wrapper with one that has fixed constants",
                 )
         if recipe.obstacle:
             raise EnvironmentCopyError(recipe.obstacle, "remove this setting")

@@ -52,7 +52,7 @@ class SACConfig(RLlibConfig):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.ent_coef == 0.0:
-            raise ValueError("ent_coef must be positive: RLlib keeps its logarithm")
+            raise ValueError("ent_coef must be positive, because RLlib stores its logarithm")
         if self.gradient_steps == 0:
             raise ValueError("gradient_steps must be positive or -1")
         return self

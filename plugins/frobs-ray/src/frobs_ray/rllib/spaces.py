@@ -37,8 +37,8 @@ class FlatSpaces:
             raise IncompatibleSpaceError(
                 f"algorithm '{algorithm}'",
                 observation,
-                f"needs observations of numbers, flat or in a Dict, and the observation space is {observation}; "
-                "use an algorithm of frobs-algos-sb3 for images and choices.",
+                f"needs numeric observations, flat or in a Dict, but the observation space is {observation}; "
+                "use an algorithm of frobs-algos-sb3 for images and discrete values.",
             )
         self._sizes = [int(np.prod(part.shape)) for part in parts if part.shape is not None]
         self._keys = list(observation.spaces) if isinstance(observation, spaces.Dict) else None
@@ -52,7 +52,7 @@ class FlatSpaces:
             raise IncompatibleSpaceError(
                 f"algorithm '{algorithm}'",
                 action,
-                f"needs actions with finite bounds, and the action space is {action}; "
+                f"needs actions with finite bounds, but the action space is {action}; "
                 "scale it with gymnasium.wrappers.RescaleAction, or choose another controller.",
             )
         self._low, self._high = action.low.astype(np.float32), action.high.astype(np.float32)

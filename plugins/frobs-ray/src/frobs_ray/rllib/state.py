@@ -31,7 +31,9 @@ def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]
     try:
         module.load_state_dict(fitting)
     except RuntimeError as error:
-        raise CheckpointError(f"the networks do not fit the settings beside them: {error}.") from error
+        raise CheckpointError(
+            f"the saved networks do not fit the settings that were saved with them: {error}."
+        ) from error
 
 
 def learning(learner: Any) -> Arrays:
@@ -75,7 +77,9 @@ def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, 
             not value.shape or value.shape == parameters[index].shape for value in entries.values()
         )
         if not fits:
-            raise CheckpointError(f"the state of the optimizer {name} does not fit the settings beside it.")
+            raise CheckpointError(
+                f"the saved state of the optimizer {name} does not fit the settings that were saved with it."
+            )
 
 
 def _coefficients(learner: Any) -> dict[str, Any]:

@@ -153,7 +153,7 @@ class Training:
         try:
             return config.build_algo(use_copy=False)
         except (IndexError, RayError) as error:  # IndexError: RLlib found no responding runner
-            raise EnvironmentRunnerError(f"they cannot be started: {type(error).__name__}: {error}") from error
+            raise EnvironmentRunnerError(f"the runners cannot be started: {type(error).__name__}: {error}") from error
         finally:
             VectorEnvRunner.given = None
 
@@ -177,7 +177,7 @@ class Training:
             self._check_runners(algorithm.env_runner_group)
             if owner.steps == before:
                 if time.monotonic() - last > _PATIENCE:
-                    raise EnvironmentRunnerError(f"none has answered for {_PATIENCE / 60.0:.0f} minutes")
+                    raise EnvironmentRunnerError(f"no runner has answered for {_PATIENCE / 60.0:.0f} minutes")
                 time.sleep(_PAUSE)
                 continue
             last = time.monotonic()
@@ -202,7 +202,11 @@ class Training:
         group.probe_unhealthy_env_runners()  # runners that respond report why they failed
         _raise_problems(group, _PROBE)
         if working != self._working:
-            _log.warning("%d of %d environment runners work. The others start again when Ray can.", working, total)
+            _log.warning(
+                "%d of %d environment runners work. The others start again as soon as Ray can start them.",
+                working,
+                total,
+            )
         self._working = working
 
     def _take(self, results: dict[str, Any]) -> None:

@@ -26,13 +26,13 @@ _CONTROLLERS = (
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
     """Record which parts of the old task are missing from a skeleton."""
     if robot is not None and robot.wheels is not None:
-        made.leave("the maximum speeds", "robot.py: differential_drive has guesses, for an action of 1")
+        made.leave("the maximum speeds", "robot.py: the values in differential_drive are guesses for an action of 1")
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
             if root in LEGACY_IDS:
                 made.leave(
                     f"the task '{root}' ({path.name})",
-                    f"{LEGACY_IDS[root]} is FRobs's task of that name and accepts {path.name}; compare it with yours",
+                    f"{LEGACY_IDS[root]} is FRobs's task of that name and accepts {path.name}; compare it with your task",
                 )
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):

@@ -128,7 +128,7 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
         differences={
             "duration of a step": "0.1 s (previously not fixed); set control_timestep in PARAMETERS to change it",
             "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within a margin of the limit",
-            "initial joint positions": "only possible ones, with no part of the robot below the floor",
+            "initial joint positions": "only feasible positions, with no part of the robot below the floor",
             "direction to a goal that is reached exactly": "zero (previously NaN)",
         },
     )
@@ -156,7 +156,7 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
     if name == "maze":
         task |= {key: value_of(package, attribute) for key, attribute in _MAZE.items()}
         differences["distance and bearing in the step after a waypoint"] = (
-            "those of the next waypoint (previously of the one before)"
+            "those of the next waypoint (previously of the waypoint that was reached)"
         )
     else:
         differences["goals"] = "at least 0.5 m from boxes and the start; set clearance in floor_plan.yaml to change it"

@@ -78,7 +78,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     python = read_python_files(folder)
     environments = python.environments
     if not environments:
-        there = ", ".join(old.name for old in python.classes) or "no class at all"
+        there = ", ".join(old.name for old in python.classes) or "none"
         raise MigrationError(
             folder,
             f"no class inherits from FRobs_RL's RobotBasicEnv; the classes are: {there}. Pass the folder of the ROS "

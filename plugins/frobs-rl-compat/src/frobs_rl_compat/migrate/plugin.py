@@ -122,7 +122,7 @@ def _edit_robot(
         )
         return
     made.carry(f"{robot.path.name}, macros expanded, with its meshes", f"src/{sources.name}/{name}.urdf")
-    made.leave("the tool and the home position", "robot.py has guesses: tcp, home and drive gains")
+    made.leave("the tool and the home position", "robot.py: tcp, home and the drive gains are guesses")
     if robot.lidar_problem:
         made.leave("the lidar", f"robot.py: sensors; {robot.lidar_problem}")
     if robot.wheels is None:

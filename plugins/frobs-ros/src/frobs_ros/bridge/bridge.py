@@ -125,7 +125,7 @@ class Bridge:
 
     def fail(self, error: Exception) -> None:
         """Log an error that occurred in a step and paused the simulation."""
-        LOG.error("the simulation is paused: a step failed: %s", error, exc_info=error)
+        LOG.error("the simulation is paused because a step failed: %s", error, exc_info=error)
 
     def close(self) -> None:
         """Stop the simulation thread and unregister all topics. Further calls have no effect."""

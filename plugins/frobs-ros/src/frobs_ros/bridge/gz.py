@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if other is not None:
             os.execv(other, [other, *given])
         master = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
-        return _fail(f"no bridge of FRobs answers at the ROS master {master}; start one with 'frobs ros serve'.")
+        return _fail(f"no FRobs bridge answers at the ROS master {master}; start one with 'frobs ros serve'.")
     options = _parse(given)
     try:
         if options.pause is not None:
@@ -66,9 +66,9 @@ def _parse(given: Sequence[str]) -> argparse.Namespace:
     world = parser.add_subparsers(dest="command", required=True).add_parser("world", help="the time, and all models")
     world.add_argument("-w", "--world-name", help="ignored: there is only one world")
     world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: pause; 0: unpause")
-    world.add_argument("-s", "--step", action="store_true", help="make one physics step")
+    world.add_argument("-s", "--step", action="store_true", help="run one physics step")
     world.add_argument(
-        "-m", "--multi-step", type=_steps, metavar="N", help="make N physics steps, and wait for completion"
+        "-m", "--multi-step", type=_steps, metavar="N", help="run N physics steps, and wait for completion"
     )
     world.add_argument("-r", "--reset-all", action="store_true", help="reset all models, and the time to 0")
     world.add_argument("-o", "--reset-models", action="store_true", help="reset all models")

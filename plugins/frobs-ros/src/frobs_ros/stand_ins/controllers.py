@@ -112,12 +112,18 @@ def _parse(program: str, given: list[str]) -> Any:
         for command in ("load", "unload", "start", "stop", "spawn", "kill"):
             commands.add_parser(command).add_argument("controllers", nargs="+", metavar="NAME")
         return parser.parse_args(given)
-    parser.add_argument("controllers", nargs="+", metavar="NAME", help="a controller, or a YAML file with some")
+    parser.add_argument(
+        "controllers", nargs="+", metavar="NAME", help="name of a controller, or a YAML file that defines controllers"
+    )
     parser.add_argument("--namespace", metavar="NS", default="", help="namespace of the controller manager")
-    parser.add_argument("--timeout", metavar="S", type=float, default=30.0, help="to wait for the controller manager")
+    parser.add_argument(
+        "--timeout", metavar="S", type=float, default=30.0, help="maximum time to wait for the controller manager [s]"
+    )
     if program == "spawner":
         parser.add_argument("--stopped", action="store_true", help="load the controllers, but do not start them")
-        parser.add_argument("--wait-for", metavar="TOPIC", help="start after the first message of this topic")
+        parser.add_argument(
+            "--wait-for", metavar="TOPIC", help="load the controllers after the first message on this topic"
+        )
     return parser.parse_args(given)
 
 

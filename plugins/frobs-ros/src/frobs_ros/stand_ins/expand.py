@@ -15,7 +15,7 @@ def main() -> int:
     parser = ArgumentParser(prog="xacro", description=__doc__, allow_abbrev=False)
     parser.add_argument("file", type=Path, help="the xacro file")
     parser.add_argument("arguments", nargs="*", metavar="NAME:=VALUE", help="arguments of the file")
-    parser.add_argument("-o", metavar="FILE", type=Path, dest="output", help="where to write to")
+    parser.add_argument("-o", metavar="FILE", type=Path, dest="output", help="output file; default: standard output")
     parser.add_argument("--inorder", "-i", action="store_true", help="no effect: files are always read in order")
     options = parser.parse_args()
     try:

@@ -37,12 +37,12 @@ def read(given: list[str]) -> tuple[backends.Launch, str]:
     if options.physics != "ode":
         raise ParameterValueError("physics", options.physics, "'ode': the bridge uses the physics of its simulator")
     if not options.ros_network:
-        raise ParameterValueError("enable_ros_network", False, "true: without ROS nobody can use the bridge")
+        raise ParameterValueError("enable_ros_network", False, "true, because the bridge can only be used through ROS")
     backend = backends.choose()
     if backend == backends.GAZEBO:
         raise ConfigurationError(
             f"{backends.VARIABLE}=gazebo needs the ROS package gazebo_ros, which is not installed; choose "
-            "'bridge:gazebo', which starts a Gazebo of FRobs, or another bridge."
+            "'bridge:gazebo', which starts FRobs's own Gazebo, or another bridge."
         )
     launch = backends.Launch(
         paused=options.paused,

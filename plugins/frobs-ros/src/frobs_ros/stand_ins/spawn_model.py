@@ -94,7 +94,9 @@ def _of_database(name: str) -> Path:
     for folder in path_folders("GAZEBO_MODEL_PATH"):
         if (folder / name / "model.sdf").is_file():
             return folder / name / "model.sdf"
-    raise MissingFileError(Path(name) / "model.sdf", "name the folder that holds the model in GAZEBO_MODEL_PATH")
+    raise MissingFileError(
+        Path(name) / "model.sdf", "add the folder that contains the model's folder to GAZEBO_MODEL_PATH"
+    )
 
 
 def _call(name: str, kind: type[Any], *fields: Any) -> None:
@@ -123,23 +125,26 @@ def _wait_for(topic: str, model: str) -> None:
 def _parse(given: list[str]) -> Namespace:
     parser = ArgumentParser(prog="spawn_model", description=__doc__, allow_abbrev=False)
     kind = parser.add_mutually_exclusive_group(required=True)
-    kind.add_argument("-urdf", action="store_true", help="the model is a URDF or xacro text")
-    kind.add_argument("-sdf", action="store_true", help="the model is an SDF text")
+    kind.add_argument("-urdf", action="store_true", help="the model is in URDF or xacro format")
+    kind.add_argument("-sdf", action="store_true", help="the model is in SDF format")
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("-file", metavar="FILE", help="the file of the model")
-    source.add_argument("-param", metavar="NAME", help="the parameter that has the model")
-    source.add_argument("-database", metavar="NAME", help="a model in a folder of GAZEBO_MODEL_PATH")
+    source.add_argument("-file", metavar="FILE", help="file that contains the model")
+    source.add_argument("-param", metavar="NAME", help="ROS parameter that contains the model")
+    source.add_argument("-database", metavar="NAME", help="name of a model in a folder of GAZEBO_MODEL_PATH")
     source.add_argument("-stdin", action="store_true", help="read the model from standard input")
-    parser.add_argument("-model", metavar="NAME", required=True, help="the name in the simulation")
+    parser.add_argument("-model", metavar="NAME", required=True, help="name of the model in the simulation")
     parser.add_argument("-robot_namespace", metavar="NS", help="namespace of the robot's topics and services")
     parser.add_argument("-gazebo_namespace", metavar="NS", default="/gazebo", help="namespace of the simulation")
     parser.add_argument(
-        "-reference_frame", metavar="NAME", default="", help="what the pose refers to; empty: the world"
+        "-reference_frame",
+        metavar="NAME",
+        default="",
+        help="model or link that the pose is relative to; default: the world",
     )
     parser.add_argument("-wait", metavar="MODEL", help="wait until this model is in the simulation")
-    parser.add_argument("-unpause", action="store_true", help="let the time run afterwards")
-    parser.add_argument("-package_to_model", action="store_true", help="no effect: package:// is read here")
-    parser.add_argument("-b", action="store_true", help="stay, and delete the model at the end")
+    parser.add_argument("-unpause", action="store_true", help="unpause the simulation afterwards")
+    parser.add_argument("-package_to_model", action="store_true", help="no effect: package:// is always supported")
+    parser.add_argument("-b", action="store_true", help="keep running, and delete the model on exit")
     parser.add_argument(
         "-J", nargs=2, metavar=("JOINT", "POSITION"), action="append", help="initial position of a joint"
     )

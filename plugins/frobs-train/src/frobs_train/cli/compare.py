@@ -84,7 +84,7 @@ def compare(
     from frobs_train.runners.runner import LOCAL
 
     if episodes is None and runner != LOCAL:
-        raise CommandLineError("--runner", "requires --evaluate N: only evaluations are jobs.")
+        raise CommandLineError("--runner", "requires --evaluate N, because only evaluations run as jobs.")
     chosen = open_runner(runner, ray_address, cpus, memory)
     with only_json(json):
         opened = [Run.open(path) for path in runs]

@@ -72,7 +72,7 @@ def evaluate(
     chosen = open_runner(runner, ray_address, cpus, memory)
     if len(runs) > 1 or runner != LOCAL:
         if model is not None:
-            raise CommandLineError("--model", "evaluate a model file alone, and without --runner.")
+            raise CommandLineError("--model", "requires a single RUN, and does not support --runner.")
         with only_json(json):
             for each in runs:
                 open_run(each, model, algorithm, settings, trust, pretrained, expert)

@@ -21,7 +21,10 @@ _RUN_OR_ID = (
 RunOrId = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help=_RUN_OR_ID)]
 
 RunsOrIds = Annotated[
-    list[Path], typer.Argument(metavar="RUN...", show_default=False, help=f"{_RUN_OR_ID} Several: one table.")
+    list[Path],
+    typer.Argument(
+        metavar="RUN...", show_default=False, help=f"{_RUN_OR_ID} If several are given, one table lists all results."
+    ),
 ]
 
 ModelPath = Annotated[
@@ -66,8 +69,8 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Open the --model file even if that executes code in it, and a bundle even if it names files, modules or "
-        "wrappers to import. Use this flag only if you know the author of the file.",
+        help="Open the --model file even if this executes code from the file, or a bundle even if it names files, modules or "
+        "wrappers to import. Use this flag only if you trust the author of the file.",
     ),
 ]
 

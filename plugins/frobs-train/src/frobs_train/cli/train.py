@@ -50,7 +50,7 @@ def train(
             metavar="N",
             min=1,
             show_default=False,
-            help="Train N runs, with the seeds S, S+1, …; S is --seed, or 0. --run-dir is then the folder of all runs.",
+            help="Train N runs with the seeds S, S+1, …, where S is --seed or 0. --run-dir is then the folder for all runs.",
         ),
     ] = None,
     runner: RunnerName = "local",
@@ -74,7 +74,7 @@ def train(
         typer.Option(
             metavar="WHAT",
             help="What to do if the run folder exists. error: stop with an error; increment: write DIR_2, DIR_3, …; "
-            "overwrite: remove the run in it; resume: continue the run in it, if it has these settings.",
+            "overwrite: remove the run in it; resume: continue the run in it if it has the same settings.",
         ),
     ] = "error",
     settings: Annotated[

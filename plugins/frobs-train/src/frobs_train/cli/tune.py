@@ -94,8 +94,8 @@ def tune(
     pruner: Annotated[
         Pruner,
         typer.Option(
-            help="Method that stops unpromising trials early. population replaces them by variants of better ones; it "
-            "requires --runner ray."
+            help="Method that stops unpromising trials early. population replaces them with variants of better trials; "
+            "it requires --runner ray."
         ),
     ] = Pruner.median,
     runner: RunnerName = "local",

@@ -106,7 +106,7 @@ def compare(
         ConfigurationError: The threshold is not finite.
     """
     if not runs:
-        raise RunError("there is no run to compare; name at least one run folder.")
+        raise RunError("there is no run to compare; pass at least one run folder.")
     if threshold is not None and not math.isfinite(threshold):
         raise ParameterValueError("threshold", threshold, "finite")
     opened = list({run.path.resolve(): run for run in runs}.values())
@@ -114,7 +114,9 @@ def compare(
     chosen_evaluations = {path.resolve(): found for path, found in (evaluations or {}).items()}
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
-        raise RunError(f"{blind[0].path}: its environment tells no success; compare by --metric reward.")
+        raise RunError(
+            f"{blind[0].path}: its environment does not report success; compare the runs with --metric reward."
+        )
     chosen: Metric = metric or ("reward" if blind else "success")
     if threshold is None and chosen == "success":
         threshold = 0.95
@@ -174,13 +176,13 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     notes = []
     scores = [score for group in groups for score in group.runs]
     if repeated:
-        notes.append(f"{repeated} of the folders were named more than once, and count once.")
+        notes.append(f"Each run folder counts only once; repeated folders: {repeated}.")
     if 0 < blind < count:
-        notes.append(f"{blind} of {count} runs know no success, so all are compared by their reward.")
+        notes.append(f"Success is not reported by {blind} of {count} runs, so all runs are compared by their reward.")
     for group in groups:
         if len(group.runs) < 3:
             seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
-            notes.append(f"{group.label}: {seeds}; take three or more before you believe a difference.")
+            notes.append(f"{group.label}: {seeds}; use three or more seeds before you trust a difference.")
         if len({score.seed for score in group.runs}) < len(group.runs):
             notes.append(f"{group.label}: runs with the same seed are not independent samples.")
     for score in scores:
@@ -190,8 +192,8 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     if training:
         which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"
         notes.append(
-            f"{which} evaluated: the last tenth of the training counts instead, in which the policy explores; "
-            "'frobs evaluate' measures it."
+            f"{which} evaluated, so the last tenth of the training run is used instead, in which the policy explores; "
+            "run 'frobs evaluate' to measure the policy without exploration."
         )
     old = [score for score in scores if score.evaluated_steps is not None and score.evaluated_steps < score.steps]
     notes += [

@@ -78,7 +78,7 @@ def score_run(
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     if evaluation is None and not np.isfinite(values).any():
-        raise RunError(f"{run.path}: no episode has ended yet, so it has no {metric}; look again later.")
+        raise RunError(f"{run.path}: no episode has ended yet, so there is no {metric} to compare; try again later.")
     seconds = float(columns["time/elapsed"][-1])
     return RunScore(
         run=run.path,

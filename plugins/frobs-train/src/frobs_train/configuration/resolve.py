@@ -91,7 +91,9 @@ def _check_stop(config: RunConfig) -> None:
     """Reject ``stop_at_success`` if there are no evaluations during training."""
     if config.stop_at_success is not None and config.evaluate_every is None:
         raise MissingSettingError(
-            f"{OWNER}: stop_at_success", "evaluate_every", "it is compared with evaluations during the training run"
+            f"{OWNER}: stop_at_success",
+            "evaluate_every",
+            "stop_at_success is compared with the evaluations during the training run",
         )
 
 
@@ -160,6 +162,8 @@ def _with_section(layer: ConfigMapping, controller: Any) -> tuple[Mapping[str, A
         return (layer,)
     rest = ConfigMapping({key: value for key, value in layer.items() if key != "controllers"}, layer.origins)
     if not isinstance(sections, Mapping) or not all(isinstance(section, Mapping) for section in sections.values()):
-        raise ConfigFileError(*layer.origins["controllers"], "'controllers' must hold one mapping for each controller.")
+        raise ConfigFileError(
+            *layer.origins["controllers"], "'controllers' must contain one mapping for each controller."
+        )
     section = sections.get(controller)
     return (rest,) if section is None else (rest, section)

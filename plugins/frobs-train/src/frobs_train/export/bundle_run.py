@@ -33,7 +33,8 @@ class BundleRun(Run):
         training = bundle.manifest.get("training")
         if not isinstance(training, Mapping) or not isinstance(training.get("config"), Mapping):
             raise BundleError(
-                bundle.path, "does not say how its policy was trained, so there is nothing to play it in."
+                bundle.path,
+                "does not describe how its policy was trained, so the environment to play it in is unknown.",
             )
         super().__init__(bundle.path, validate(RunConfig, training["config"], f"the configuration in {bundle.path}"))
         if not trust:
@@ -52,8 +53,8 @@ class BundleRun(Run):
             if trained[what] != now:
                 raise BundleMismatchError(
                     self.path,
-                    f"the policy was trained with another {what} space than the environment's; use the environment's "
-                    "keywords and version of the training.",
+                    f"the environment's {what} space differs from the one that the policy was trained with; use the same "
+                    "environment version and keywords as in training.",
                 )
         return BundlePolicy(policy, observation_space, action_space), self.steps
 
@@ -77,7 +78,9 @@ class BundlePolicy:
         The returned state is None, because the policy stores its own state.
         """
         if not deterministic:
-            raise RunError("a policy bundle holds the mode of the policy alone: it cannot be sampled.")
+            raise RunError(
+                "a policy bundle contains only the deterministic policy, so actions cannot be sampled from it."
+            )
         if episode_start is None or episode_start.all():
             self._policy.reset()
         else:
@@ -120,7 +123,7 @@ def _changes(then: Any, now: Any, name: str = "") -> Iterator[str]:
             if key in then:  # ignore fields that were added after the export
                 yield from _changes(then[key], now[key], f"{name}.{key}" if name else str(key))
     elif then != now:
-        yield f"{name} was {then}, and is {now} now"
+        yield f"{name} was {then}, and is now {now}"
 
 
 def open_run_or_bundle(path: Path | str, trust: bool = False) -> Run:

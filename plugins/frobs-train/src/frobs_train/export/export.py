@@ -70,8 +70,8 @@ def export(
     if not difference <= TOLERANCE:
         raise BundleError(
             path,
-            f"is not written: its actions differ from the trainer's by {difference:.2g} of half their range, and "
-            f"{TOLERANCE:g} is allowed; if the policy has learned numbers that large, train it again.",
+            f"is not written: its actions differ from the trainer's by {difference:.2g} of half their range, but at most "
+            f"{TOLERANCE:g} is allowed; if the numbers in the network have become so large, train the policy again.",
         )
     manifest["check"]["max_difference"] = float(f"{difference:.3g}")
     data = pack_bundle(manifest, graph, text)

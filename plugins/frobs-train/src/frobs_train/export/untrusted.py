@@ -86,7 +86,7 @@ def _reasons(config: RunConfig) -> Iterator[str]:
             yield f"it names folders ({name})"
         elif key in PARTS and isinstance(value, str):
             if not _NAME.fullmatch(value) or _FILE.search(value.rpartition(":")[2]):
-                yield f"it names a file or a module ({name} = '{value}'), and not a registered {key}"
+                yield f"it names a file or a module ({name} = '{value}') instead of a registered {key}"
         else:
             yield from _not_plain(name, value)
     yield from _too_large(config.environment_kwargs.get("observations"))
@@ -104,7 +104,7 @@ def _too_large(observations: Any) -> Iterator[str]:
     pairs = [size for size in sizes if isinstance(size, list | tuple) and len(size) == 2]
     pixels = sum(abs(h * w) for h, w in pairs if isinstance(h, int) and isinstance(w, int))
     if pixels > MAX_PIXELS:
-        yield f"its images have {pixels:,} pixels together, which exceeds the limit of {MAX_PIXELS:,}"
+        yield f"its images have {pixels:,} pixels in total, which exceeds the limit of {MAX_PIXELS:,}"
 
 
 def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[str]:
@@ -120,7 +120,7 @@ def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[st
     elif largest is not None and isinstance(value, int) and abs(value) > largest:
         yield f"{name} = {value:,} exceeds the limit of {largest:,}"
     elif not (value is None or isinstance(value, bool | int | float)):
-        yield f"{name} is a {type(value).__name__}, and not plain data"
+        yield f"{name} is a {type(value).__name__}, which is not plain data"
 
 
 def _each(items: Iterable[tuple[str, Any]], largest: int | None) -> Iterator[str]:

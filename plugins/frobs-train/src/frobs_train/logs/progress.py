@@ -18,7 +18,7 @@ from frobs_core.errors import RunError
 from frobs_core.files import write_aside
 from frobs_train.logs.events import EventLog
 
-_REMOVE = "Remove the file to use the run without its log; a resumed run starts a new one."
+_REMOVE = "Remove the file to use the run without its log; a resumed run starts a new log."
 
 STEPS = "train/steps"
 """Name of the column that contains the number of environment steps."""
@@ -112,8 +112,8 @@ class ProgressLog:
     def _failure(self, error: OSError) -> RunError:
         run = self._path.parent
         return RunError(
-            f"{run}: the log cannot be written: {error}. Free some space; the checkpoints are intact: "
-            f"'frobs resume {run}' continues from the newest."
+            f"{run}: the log cannot be written: {error}. Free some space. The checkpoints are intact; "
+            f"'frobs resume {run}' continues from the newest one."
         )
 
 

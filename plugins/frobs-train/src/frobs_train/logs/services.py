@@ -114,8 +114,8 @@ class ServiceLogger(TrainingCallback):
         except Exception as error:
             if not self._failed:
                 _log.warning(
-                    "%s cannot be reached: %s. The training continues; rows are sent again at the next checkpoint, and "
-                    "progress.csv has all of them.",
+                    "%s cannot be reached: %s. The training run continues. The rows are sent again at the next checkpoint, "
+                    "and progress.csv contains all rows.",
                     self.name,
                     error,
                 )

@@ -52,7 +52,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     """
     curves = [_Curves(run, read_columns(run.path)) for run in runs]
     if not curves:
-        raise RunError("there is no run to plot; name at least one run folder.")
+        raise RunError("there is no run to plot; pass at least one run folder.")
     groups = _groups(curves)
     terms = _terms(curves[0]) if len(groups) == 1 else []
     panels = [panel for panel, wanted in ((_success, _has(curves, "episode/success")), (_reward, True)) if wanted]

@@ -23,7 +23,7 @@ class LocalRunner(Runner):
         if options != RunnerOptions():
             raise ConfigurationError(
                 "the local runner has no options, because it runs one job after another in this process; "
-                "add --runner ray, or leave them out."
+                "add --runner ray, or omit the options."
             )
 
     def run(

@@ -166,7 +166,7 @@ def load_runner(name: str, options: RunnerOptions | None = None) -> Runner:
         cls = found[0].load()
     except ImportError as error:
         raise ConfigurationError(
-            f"the runner '{name}' cannot be imported: {error}; install what is missing."
+            f"the runner '{name}' cannot be imported: {error}; install the missing package."
         ) from error
     runner: Runner = cls(options)
     return runner

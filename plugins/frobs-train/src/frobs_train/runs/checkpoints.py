@@ -59,7 +59,7 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
         else:
             return checkpoint, damaged
     reason = "; ".join(damaged) if damaged else "none was written"
-    raise CheckpointError(f"{folder} holds no usable checkpoint: {reason}; train again.")
+    raise CheckpointError(f"{folder} contains no usable checkpoint: {reason}; train again.")
 
 
 def write_checkpoint(
@@ -161,6 +161,6 @@ def _reason(path: Path, error: Exception) -> str:
     except OSError:
         pass
     return (
-        f"{text}. Free some space, or copy the run to where there is some; earlier checkpoints are intact: "
-        "'frobs resume RUN' continues from the newest."
+        f"{text}. Free some space, or copy the run to another disk. Earlier checkpoints are intact; "
+        "'frobs resume RUN' continues from the newest one."
     )

@@ -24,15 +24,15 @@ FILE = "history.json"
 
 _FIXED = {
     "environment": "the policy was trained in this environment",
-    "randomize": "the checkpoints contain environments that were drawn from it",
-    "algorithm": "the checkpoints contain its networks",
-    "reset_from": "the checkpoints contain episodes that began by it",
-    "stagger": "the checkpoints contain episodes that began by it",
+    "randomize": "the checkpoints contain environments that were randomized with these settings",
+    "algorithm": "the checkpoints contain the networks of the original algorithm",
+    "reset_from": "the checkpoints contain episodes that began with this setting",
+    "stagger": "the checkpoints contain episodes that began with this setting",
     "algorithm_config": "the checkpoints contain networks and an optimizer that were built with these settings",
     "num_envs": "the checkpoints contain the state of this number of environments",
-    "seed": "all random numbers of the run follow from it",
-    "wrappers": "the policy was trained with them",
-    "threads.torch": "it is a setting of the algorithm, and another number may round differently",
+    "seed": "all random numbers of the run depend on the seed",
+    "wrappers": "the policy was trained with these wrappers",
+    "threads.torch": "this is a setting of the algorithm, and another number of threads may round differently",
 }
 """Configuration keys that cannot change during a run, with the reason for each key."""
 
@@ -89,7 +89,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     except FileNotFoundError:
         return None, ()
     except (OSError, ValueError, KeyError, TypeError, ConfigurationError) as error:
-        raise RunError(f"{path} cannot be read: {error}; remove it to use config.yaml as it is.") from error
+        raise RunError(f"{path} cannot be read: {error}; remove this file to use config.yaml unchanged.") from error
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:

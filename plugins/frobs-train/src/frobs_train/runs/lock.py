@@ -41,7 +41,7 @@ class RunLock:
         except OSError as error:
             raise RunError(
                 f"the run folder {self._path} cannot be written: {error.strerror}; "
-                "make it writable, or copy it to where you may write."
+                "make the folder writable, or copy the run to a writable folder."
             ) from error
         try:
             holder = _read(descriptor)

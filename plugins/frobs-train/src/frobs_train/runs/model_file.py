@@ -87,8 +87,8 @@ def _opener(file: Path, algorithm: str | None) -> str:
         return next(iter(found))
     if found:
         raise MissingSettingError(
-            str(file), "--algorithm", f"its ending does not identify one of {', '.join(found.values())}, …"
+            str(file), "--algorithm", f"several algorithms use files with this suffix: {', '.join(found.values())}, …"
         )
     suffixes = sorted({suffix for record in records.values() for suffix in record.model_files})
     owner = f"algorithm '{algorithm}' reads" if algorithm else "the installed algorithms read"
-    raise ConfigurationError(f"{file}: {owner} model files that end in {', '.join(suffixes) or '… none at all'}.")
+    raise ConfigurationError(f"{file}: {owner} only model files with these suffixes: {', '.join(suffixes) or 'none'}.")

@@ -58,11 +58,15 @@ def load_policy(
     if isinstance(run, BundleRun | ModelFile):
         if checkpoint != "newest":
             what = "policy bundle" if isinstance(run, BundleRun) else "model file"
-            raise RunError(f"{run.path} is a {what}, which holds one policy; leave out --checkpoint.")
+            raise RunError(f"{run.path} is a {what}, which contains only one policy; omit --checkpoint.")
         return cast("tuple[Algorithm, int]", run.load_policy(observation_space, action_space))
     if run.edited is not None:
         keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))
-        _log.warning("%s was edited: %s. The values that the run has used count.", run.path / "config.yaml", keys)
+        _log.warning(
+            "%s was edited: %s. The edits are ignored; the values that the run was trained with are used.",
+            run.path / "config.yaml",
+            keys,
+        )
     algorithm, steps = _load(run, checkpoint)
     for what, trained, now in (
         ("observation", algorithm.observation_space, observation_space),
@@ -70,8 +74,8 @@ def load_policy(
     ):
         if trained != now:
             raise RunError(
-                f"{run.path}: the policy was trained with {what} space {trained}, and the environment has {now}; "
-                "use the environment's keywords of the training."
+                f"{run.path}: the policy was trained with {what} space {trained}, but the environment has {now}; "
+                "use the same environment keywords as in training."
             )
     return algorithm, steps
 
@@ -80,7 +84,7 @@ def _load(run: Run, which: str | int, attempts: int = 3) -> tuple[Algorithm, int
     """Load a checkpoint, and try again if a running training process has removed the checkpoint."""
     checkpoint, damaged = run.find_checkpoint(which)
     for line in damaged:
-        _log.warning("%s The one before is used.", line)
+        _log.warning("%s The previous checkpoint is used.", line)
     try:
         algorithm: Algorithm = algorithm_record(run.config.algorithm).load().load(checkpoint.path / "algorithm")
     except CheckpointError:

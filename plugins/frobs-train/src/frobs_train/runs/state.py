@@ -42,7 +42,9 @@ def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]
     try:
         values = json.loads(path.read_text("utf-8"))
         if not isinstance(values, dict) or values.get("format") != FORMAT:
-            raise CheckpointError(f"{path} is not of format {FORMAT}; continue the run with the FRobs that wrote it.")
+            raise CheckpointError(
+                f"{path} is not of format {FORMAT}; continue the run with the FRobs version that wrote it."
+            )
         state = RunState(**values)
     except (OSError, ValueError, TypeError) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error

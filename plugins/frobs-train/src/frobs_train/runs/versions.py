@@ -48,6 +48,6 @@ def changed_versions(path: Path) -> list[str]:
             before, after = then.get(group, {}), cast("dict[str, str]", now[group])
             pairs = {key: (before.get(key), after.get(key)) for key in before}
         lines += [
-            f"{key} was {was}, and is {here or 'missing'} now" for key, (was, here) in pairs.items() if was != here
+            f"{key} was {was}, and is now {here or 'missing'}" for key, (was, here) in pairs.items() if was != here
         ]
     return lines

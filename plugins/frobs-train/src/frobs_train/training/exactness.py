@@ -29,12 +29,12 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
         return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
     if not has_snapshot(config, env):
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
-        return f"{config.environment}{how} has no snapshot, so new episodes begin"
+        return f"{config.environment}{how} does not support snapshots, so new episodes begin"
     if _level(config) is not Level.EXACT:
         return f"the simulator of {config.environment} restores its state approximately"
     silent = [type(wrapper).__name__ for wrapper in _wrappers(env) if not _tells(wrapper)]
     if silent:
-        return f"what {', '.join(silent)} remembers is not saved: give it snapshot() and restore()"
+        return f"the state of {', '.join(silent)} is not saved, because snapshot() and restore() are not defined"
     return None
 
 

@@ -58,7 +58,9 @@ class TrainingEvaluation:
         wanted = self._run.config.stop_at_success
         if wanted is None or self._success is None or self._success < wanted:
             return None
-        return f"an evaluation found {100 * self._success:.1f} % success; stop_at_success is {100 * wanted:.1f} %"
+        return (
+            f"an evaluation measured {100 * self._success:.1f} % success, and stop_at_success is {100 * wanted:.1f} %"
+        )
 
     def close(self) -> None:
         """Close the environments. Further calls have no effect."""

@@ -120,7 +120,7 @@ def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
     for line in damaged:
         _log.warning("%s The run continues from step %s.", line, f"{checkpoint.steps:,}")
     for path in checkpoints.clean(run.path / "checkpoints", beyond=checkpoint.steps):
-        _log.warning("The damaged checkpoint is kept as %s; remove it when you like.", path)
+        _log.warning("The damaged checkpoint is kept as %s; you can remove it at any time.", path)
     return checkpoint, state
 
 
@@ -132,7 +132,7 @@ def _continue(
     on_progress: Callable[[Progress], bool | None] | None,
 ) -> None:
     for line in changed_versions(run.path / "versions.json") if checkpoint else []:
-        _log.warning("%s: the numbers to come may differ from those of an uninterrupted run.", line)
+        _log.warning("%s: the results from here on may differ from those of an uninterrupted run.", line)
     callbacks = [*make_loggers(run.config.log), *build_callbacks(run.config.callbacks)]
     env = make_training_env(run.config)
     try:
@@ -168,7 +168,7 @@ def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
     """
     why = why_not_exact(run.config, env.env)
     if why is not None:
-        _log.warning("Not an exact continuation: %s.", why)
+        _log.warning("The run does not continue exactly: %s.", why)
     path = checkpoint.path / "environment.npz"
     assert run.config.seed is not None
     seed = later_seed(run.config.seed, checkpoint.steps)
@@ -183,6 +183,6 @@ def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
             env.reset(seed=seed)
             return False
         raise CheckpointError(
-            f"{path} does not fit the environment, {type(error).__name__}: {error}; a plugin may have changed since."
+            f"{path} does not fit the environment ({type(error).__name__}: {error}); a plugin may have changed since then."
         ) from error
     return True

@@ -16,7 +16,7 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_train.configuration.config import ResetFromConfig
 from frobs_train.logs.recorder import FROM_PATH
 
-_WITHOUT = "--set reset_from=null trains without it"
+_WITHOUT = "to train without reset_from, pass --set reset_from=null"
 
 _AT_FRONT = 0.5
 """Fraction of the episodes on the path that begin at the front. All other episodes on the path begin between the front
@@ -154,8 +154,8 @@ def _expert_path(
     succeeded = np.flatnonzero(begins & ~broken & (successes > 0.0))
     if not len(succeeded):
         raise RunError(
-            f"reset_from: of {env.num_envs} episodes of the expert, none reached the time limit with a success, so that there is "
-            f"no path; {_WITHOUT}."
+            f"reset_from: none of the expert's {env.num_envs} episodes reached the time limit with success, so there is no "
+            f"path to start from; {_WITHOUT}."
         )
     widest = {name: max(snapshot[name].shape[1:] for snapshot in snapshots) for name in snapshots[0]}
     return {

@@ -42,7 +42,7 @@ def training_recipe(config: RunConfig) -> EnvironmentRecipe:
         keywords["num_threads"] = simulator
     if config.stagger:
         keywords["stagger"] = True
-    obstacle = "" if config.reset_from is None else "reset_from chooses the starts of one process"
+    obstacle = "" if config.reset_from is None else "reset_from sets initial states only within one process"
     return EnvironmentRecipe(config.environment, keywords, tuple(config.wrappers), obstacle)
 
 
@@ -66,7 +66,7 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
             f"algorithm '{record.name}'",
             space,
             f"cannot act in {environment}: its action space is {type(space).__name__}, "
-            f"and '{record.name}' acts in {', '.join(record.action_spaces)}; choose another algorithm or controller.",
+            f"but '{record.name}' supports only {', '.join(record.action_spaces)}; choose another algorithm or controller.",
         )
 
 

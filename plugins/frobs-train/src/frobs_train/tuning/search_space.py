@@ -48,16 +48,16 @@ class Dimension(BaseModel):
     def _check(self) -> Dimension:
         if self.type == "choice":
             if self.choices is None or self.low is not None or self.high is not None:
-                raise ValueError("a choice has 'choices' and nothing else")
+                raise ValueError("a choice must have 'choices', and neither 'low' nor 'high'")
             return self
         if self.low is None or self.high is None or self.choices is not None:
-            raise ValueError(f"a number of type {self.type} has 'low' and 'high', and no 'choices'")
+            raise ValueError(f"a number of type {self.type} must have 'low' and 'high', and no 'choices'")
         if not self.low <= self.high:
-            raise ValueError(f"low = {self.low:g} lies above high = {self.high:g}")
+            raise ValueError(f"low = {self.low:g} is greater than high = {self.high:g}")
         if self.log and (self.low <= 0 or self.step is not None):
-            raise ValueError("with 'log', low must be positive and 'step' left out")
+            raise ValueError("with 'log', 'low' must be positive and 'step' must be omitted")
         if self.type == "int" and any(value is not None and value % 1 for value in (self.low, self.high, self.step)):
-            raise ValueError("the bounds and the step of an int are whole")
+            raise ValueError("the bounds and the step of an int must be whole numbers")
         return self
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
@@ -148,7 +148,7 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
     value, origin = mapping[key], find_origin(mapping, [key])
     if isinstance(value, Sequence) and not isinstance(value, str) and value:
         return Dimension(type="choice", choices=list(value))
-    reason = f"'{key}' = {value!r} is nothing to search: write a list of values, or {{type: float, low: …, high: …}}."
+    reason = f"'{key}' = {value!r} is not a search range; write a list of values, or {{type: float, low: …, high: …}}."
     if isinstance(value, Mapping):
         try:
             return validate(Dimension, value, f"'{key}' of the search space")

@@ -155,8 +155,8 @@ def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
     if differing:
         raise StudyError(
             study.study_name,
-            f"was begun with another {' and another '.join(differing)}; repeat the command "
-            "that began it, or begin another with --name and --study-dir.",
+            f"was started with a different {' and a different '.join(differing)}; repeat the command "
+            "that started the study, or start another study with --name and --study-dir.",
         )
 
 

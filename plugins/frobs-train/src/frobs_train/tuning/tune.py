@@ -120,7 +120,7 @@ class Session:
         # The folder is checked before the study, because other processes may add trials.
         if trials.exists() and not self.study.get_trials(deepcopy=False):
             raise RunError(
-                f"{self.folder} holds trials, but the study has none; choose another --study-dir, or remove the folder."
+                f"{self.folder} contains runs of trials, but the study has no trials; choose another --study-dir, or remove it."
             )
         hold_together(
             self.study,
@@ -279,7 +279,7 @@ def _metric(search: Search, success: float | None, reward: float | None) -> floa
 def _final(search: Search, found: Evaluation) -> float:
     value = _metric(search, found.success_rate, found.mean_reward)
     if value is None:
-        raise RunError(f"{found.environment} reports no success; search with --metric reward.")
+        raise RunError(f"{found.environment} does not report success; search with --metric reward.")
     return value
 
 
@@ -289,7 +289,7 @@ def _space(search: Search, base: RunConfig) -> SearchSpace:
     full = load_space(algorithm_record(base.algorithm), search.space)
     space = {key: dimension for key, dimension in full.items() if key not in fixed}
     if not space:
-        raise SearchSpaceError("nothing is left to search: every setting of the search space is set.")
+        raise SearchSpaceError("nothing is left to search: every setting of the search space has a fixed value.")
     for key, dimension in space.items():
         try:
             search.resolve({key: dimension.example})

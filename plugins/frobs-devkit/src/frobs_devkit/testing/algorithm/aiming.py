@@ -70,5 +70,5 @@ def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
     expect(
         after > before - _WORSE,
         f"training for {aiming.enough} steps on a trivial task changes the mean reward per step from "
-        f"{before:.2f} to {after:.2f}; is a loss maximized instead of minimized?",
+        f"{before:.2f} to {after:.2f}; check whether a loss is maximized instead of minimized.",
     )

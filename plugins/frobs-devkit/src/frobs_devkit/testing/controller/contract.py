@@ -30,7 +30,7 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
         if isinstance(space, gym.spaces.Box):
             expect(
                 space.dtype == np.float32,
-                f"the action space is {space.dtype}; it must be float32, which learners send.",
+                f"the dtype of the action space is {space.dtype}; it must be float32, because learners send float32 actions.",
             )
             expect(space.low.min() >= -1 and space.high.max() <= 1, f"{space} is not within [−1, 1].")
         else:

@@ -45,7 +45,9 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
-        expect(told != {1.0}, f"each of {_STEPS} steps of random episodes is a success, so it carries no information.")
+        expect(
+            told != {1.0}, f"all {_STEPS} steps of random episodes are a success, so success carries no information."
+        )
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
@@ -59,7 +61,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
             told.add(_success_of_expert(env))
     if 1.0 not in told:
         raise Inconclusive(
-            f"no success in {_STEPS} steps of random episodes; so it is unknown whether success is possible"
+            f"no success in {_STEPS} steps of random episodes, so it is unknown whether success is possible"
         )
 
 
@@ -128,7 +130,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         there = np.asarray(compute(desired, desired, [{}] * len(desired)))
         expect(
             (there >= rewards - 1e-9).all(),
-            "a reached goal is worth less than another one: compute_reward(desired, desired) < reward.",
+            "the reward of a reached goal is lower than that of another goal: compute_reward(desired, desired) < reward.",
         )
         if is_ours(env) and inside(env).task.reward_type == "sparse":
             expect(
@@ -160,8 +162,8 @@ def approaching_pays(subject: EnvUnderTest) -> None:
     totals = sum(near[0][:steps]), sum(far[0][:steps])
     expect(
         totals[0] > totals[1],
-        f"{steps} steps that reach the goal are worth {totals[0]:.4g}, and the same steps away from a goal "
-        f"{totals[1]:.4g}; check the signs of the reward's terms.",
+        f"{steps} steps that reach the goal have a total reward of {totals[0]:.4g}, and the same steps away from a goal "
+        f"have {totals[1]:.4g}; check the signs of the reward's terms.",
     )
 
 

@@ -154,7 +154,7 @@ class _Singles:
 
     def expect_ends(self) -> None:
         if not self.ends:
-            raise Inconclusive(f"no episode ended in {STEPS} steps; so autoreset did not occur")
+            raise Inconclusive(f"no episode ended in {STEPS} steps, so autoreset did not occur")
 
     def expect_first(self, observation: Any) -> None:
         for i, expected in enumerate(self.first):

@@ -28,7 +28,7 @@ def lidars_look_around_once(subject: RobotUnderTest) -> None:
         turns = float(lidar.angles[-1] - lidar.angles[0]) / (2.0 * np.pi)
         expect(
             turns <= 1.0 + 1e-6,
-            f"the rays of lidar '{name}' go around {turns:.3g} times; angle_min and angle_max are in radians.",
+            f"the rays of lidar '{name}' cover {turns:.3g} turns; angle_min and angle_max are in radians.",
         )
 
 

@@ -66,7 +66,7 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
         sim.reset(mask)
         told = sim.contact("standing")
         expect(not told[0], "the contact of the last episode is reported after a reset.")
-        expect(told[1:].all(), f"the reset of environment 0 ended contacts of others: {told}.")
+        expect(told[1:].all(), f"the reset of environment 0 ended contacts of other environments: {told}.")
         expect(not sim.contact_force("standing")[0].any(), "the force of the last contact is reported after a reset.")
         sim.step(20)
         expect(sim.contact("standing").all(), "no contact is reported in the step after a reset.")

@@ -116,7 +116,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
     expect(
         min(slid[0.05]) > 0.1 and max(slid[1.0]) < 0.02,
         f"4 N on a box of 1 kg for 0.4 s move it by {slid[0.05]} m if friction is 0.05, and by {slid[1.0]} m if it "
-        "is 1; about 0.28 m and none are right.",
+        "is 1; about 0.28 m and no motion are expected.",
     )
 
 

@@ -17,6 +17,5 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     raise AttributeError(
-        f"this 'gym' is the one of 'frobs legacy run' and has no '{name}'; change the package to import gymnasium "
-        "instead."
+        f"the module 'gym' of 'frobs legacy run' has no '{name}'; change the package to import gymnasium instead."
     )

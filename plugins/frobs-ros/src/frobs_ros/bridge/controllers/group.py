@@ -50,7 +50,9 @@ class Commanded(Controller):
         """Store a received command. Called in a rospy thread."""
         values = np.atleast_1d(np.asarray(message.data, np.float64))
         if values.shape != (len(self.joints),) or not np.isfinite(values).all():
-            LOG.error("%s/command: %s; it takes %d finite numbers", self.topic, values.tolist(), len(self.joints))
+            LOG.error(
+                "%s/command: ignored %s; expected %d finite numbers", self.topic, values.tolist(), len(self.joints)
+            )
         elif self._runs:  # commands that arrive before the controller starts are ignored
             self._wanted = values
 

@@ -69,7 +69,9 @@ def describe_model(model: Element, static: bool | None = None) -> Description:
     if not links:
         model.refuse("has no <link>.")
     if not says(model, "gravity", True):
-        LOG.warning("%s has <gravity>, which SDF supports only in a <link>: it falls, as in Gazebo", model.named())
+        LOG.warning(
+            "%s: ignored <gravity>, which SDF supports only in a <link>; the model falls, as in Gazebo", model.named()
+        )
     is_static = says(model, "static") if static is None else static
     description = _standing(links, model) if is_static else _moving(links, model)
     return replace(description, pose=place_of(model).to_pose())
