@@ -129,7 +129,7 @@ def test_environments_without_success_are_compared_by_reward(tmp_path: Path) -> 
     found = compare([blind, make(tmp_path / "b", 1)])
     assert found.metric == "reward"
     assert found.threshold is None
-    assert any("1 of 2 runs know no success" in note for note in found.notes)
+    assert any("not reported by 1 of 2 runs" in note for note in found.notes)
     with pytest.raises(RunError, match="--metric reward"):
         compare([blind], metric="success")
 

@@ -53,8 +53,8 @@ def test_a_wrapper_of_single_environments_makes_ours_stepped_one_by_one() -> Non
     [
         ("components_to_name:Counting", None),
         ("gymnasium.wrappers.vector:ClipAction", None),
-        ("components_to_name:DoubledVector", "what DoubledVector remembers is not saved"),
-        ("components_to_name:Doubled", "stepped one by one, has no snapshot"),
+        ("components_to_name:DoubledVector", "the state of DoubledVector is not saved"),
+        ("components_to_name:Doubled", "stepped one by one, does not support snapshots"),
     ],
 )
 def test_what_a_wrapper_remembers_decides_whether_a_run_continues_exactly(name: str, why: str | None) -> None:

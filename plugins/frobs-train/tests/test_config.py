@@ -122,7 +122,7 @@ def test_a_configuration_is_frozen() -> None:
         pytest.param("algorithm_config:\n  gamma: 2\n", r"bad\.yaml:2: algorithm 'ppo': gamma is 2", id="value"),
         pytest.param("algorithm_config:\n  learning_rate: lin_x\n", r"bad\.yaml:2: .*'lin_'", id="schedule"),
         pytest.param("algorithm_config: 3\n", r"bad\.yaml:1: .*algorithm_config is 3", id="no mapping"),
-        pytest.param("controllers: 3\n", r"bad\.yaml:1: 'controllers' must hold", id="sections"),
+        pytest.param("controllers: 3\n", r"bad\.yaml:1: 'controllers' must contain", id="sections"),
     ],
 )
 def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp_path: Path) -> None:

@@ -257,7 +257,7 @@ def test_a_bundle_is_evaluated_as_a_run_is(copied: Run, quick: Any) -> None:
         evaluate(bundle, 8, deterministic=False)
     other = open_run_or_bundle(bundle.path)
     other.config = copied.config.model_copy(update={"environment": "CartPole-v1"})
-    with pytest.raises(BundleMismatchError, match="trained with another observation space"):
+    with pytest.raises(BundleMismatchError, match="observation space differs"):
         evaluate(other, 8)
 
 

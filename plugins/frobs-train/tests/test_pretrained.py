@@ -97,7 +97,7 @@ def test_a_policy_whose_spaces_are_no_longer_those_of_the_id_is_refused() -> Non
     run = open_pretrained(REACH)
     env = make_env(REACH, {})
     dynamic = make_env(DYNAMIC, {})
-    with pytest.raises(BundleMismatchError, match="trained with another observation space"):
+    with pytest.raises(BundleMismatchError, match="observation space differs"):
         run.load_policy(dynamic.observation_space, env.action_space)
     env.close()
     dynamic.close()
@@ -112,7 +112,7 @@ def test_what_has_changed_since_is_told_line_by_line(tmp_path: Path) -> None:
     run.bundle = replace(run.bundle, manifest=manifest)
     changed = changes_since(run)
     assert [line.split()[0] for line in changed] == ["control_timestep", "robot.fingerprint"]
-    assert changed[0] == "control_timestep was 0.05, and is 0.04 now"
+    assert changed[0] == "control_timestep was 0.05, and is now 0.04"
 
 
 def test_what_a_policy_says_of_itself_is_told_without_running_it() -> None:

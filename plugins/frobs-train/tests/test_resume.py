@@ -255,7 +255,7 @@ def test_an_existing_folder_is_an_error_or_counted_or_replaced_or_continued(tmp_
         train(config(), path)
     assert train(config(steps=16), path, on_existing="increment").path == tmp_path / "run_2"
     assert train(config(steps=16), path, on_existing="increment").path == tmp_path / "run_3"
-    with pytest.raises(RunError, match=r"another configuration \(seed: 0 there, 1 now\)"):
+    with pytest.raises(RunError, match=r"a different configuration \(seed: 0 there, 1 now\)"):
         train(config(seed=1), path, on_existing="resume")
     assert train(config(), path, on_existing="resume").checkpoints[-1].steps == 160
     assert train(config(steps=176), path, on_existing="resume").checkpoints[-1].steps == 176

@@ -133,7 +133,7 @@ def test_an_environment_that_raises_says_where_and_what_can_be_continued(
 
 
 def test_an_environment_that_raises_at_once_leaves_a_run_that_begins_anew(tmp_path: Path) -> None:
-    with pytest.raises(TrainingError, match="continues from the beginning"):
+    with pytest.raises(TrainingError, match="continue from the beginning"):
         train(config(), tmp_path / "run", at(16, lambda: 1 / 0))
     assert resume(tmp_path / "run").checkpoints[-1].steps == 160
 

@@ -70,9 +70,9 @@ def test_a_study_goes_on_where_it_stopped(space: Path, tmp_path: Path) -> None:
 
 def test_a_study_is_not_continued_with_something_else(space: Path, tmp_path: Path) -> None:
     tune(search(tmp_path, trials=1))
-    with pytest.raises(ConfigurationError, match="begun with another configuration"):
+    with pytest.raises(ConfigurationError, match="started with a different configuration"):
         tune(search(tmp_path, flags={"num_envs": 2, "steps": 80, "seed": 4}))
-    with pytest.raises(ConfigurationError, match="another search space"):
+    with pytest.raises(ConfigurationError, match="a different search space"):
         tune(search(tmp_path, settings=(*FAST, "algorithm_config.n_steps=10")))
 
 

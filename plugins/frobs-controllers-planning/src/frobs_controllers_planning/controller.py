@@ -35,7 +35,7 @@ class TrajectoryController(Controller):
 
     Args:
         target: ``"joint"`` if actions are joint positions, or ``"tcp"`` if they are tool positions.
-        clearance: Minimum distance between all objects [m], in [0, 0.5].
+        clearance: Minimum distance between any two objects [m], in [0, 0.5].
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
         max_acceleration: Acceleration limits [rad/s² or m/s²]: one value for all joints, or values by joint name. A

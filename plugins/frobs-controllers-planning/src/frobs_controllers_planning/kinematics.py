@@ -63,7 +63,7 @@ class Kinematics:
 
     def frame_jacobian(self, link: str, joint_positions: Floats) -> tuple[Any, Floats]:
         """Return a link's pose as SE3 and its Jacobian (6, dof), linear rows first, in the root link's axes."""
-        pose = self.frame_pose(link, joint_positions)  # not computed by the next line
+        pose = self.frame_pose(link, joint_positions)  # computeJointJacobian does not compute the pose
         joint, placement = self.links[link]
         columns = pin.computeJointJacobian(self.model, self.data, self.configuration(joint_positions), joint)
         local = placement.toActionMatrixInverse() @ columns

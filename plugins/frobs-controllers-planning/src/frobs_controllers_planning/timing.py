@@ -78,7 +78,7 @@ class Trajectory:
         return (np.max(velocities, axis=(0, 1)) / self._stretch, np.max(accelerations, axis=(0, 1)) / self._stretch**2)
 
     def stretched(self, factor: float) -> Trajectory:
-        """Return the same trajectory slowed down by ``factor``."""
+        """Return a copy of the trajectory that is slowed down by ``factor``."""
         return Trajectory(self._path, self._at, self._speeds**2, self._stretch * factor)
 
 

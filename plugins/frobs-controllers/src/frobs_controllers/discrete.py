@@ -1,4 +1,4 @@
-"""Controller whose discrete actions each select a move of another controller."""
+"""Controller whose discrete actions select moves of another controller."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from frobs_core.validation import positive
 
 
 class Discrete(ControllerWrapper):
-    """Wrapper that turns a controller with k action components into one with 2·k + 1 discrete moves.
+    """Wrapper that provides 2·k + 1 discrete moves of a controller with k action components.
 
     Move 0 sets all action components to 0. Move 1 + 2·i sets component i to a negative value, and move 2 + 2·i sets
     component i to a positive value. The other components are 0.

@@ -48,7 +48,7 @@ class Gripper(Controller):
         with np.errstate(divide="ignore"):
             self._fastest = (
                 joints.velocity_limit * control_timestep / np.abs(self._stroke)
-            )  # change in the opening per control step
+            )  # maximum change in the opening per control step
         self._slowest = -self._fastest
         self._wanted, self._opening = np.zeros((joints.num_envs, 1)), np.zeros((joints.num_envs, joints.dof))
         self.action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
@@ -90,7 +90,7 @@ class GripperPosition(Gripper):
 
 
 class GripperDelta(Gripper):
-    """Gripper controller whose action changes the opening by up to one step; an action of 0 keeps the opening.
+    """Gripper controller whose action changes the opening by up to one step. An action of 0 keeps the opening.
 
     Args:
         max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].

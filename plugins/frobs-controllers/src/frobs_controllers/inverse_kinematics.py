@@ -1,4 +1,4 @@
-"""Differential inverse kinematics for batches of arms: damped least squares within joint limits."""
+"""Differential inverse kinematics for batches of arms by damped least squares within joint limits."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class DampedLeastSquares:
 
     The damping λ limits the joints' motion near singularities and lets them come to rest if the target is out of reach
     (Nakamura and Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses the remaining degrees of
-    freedom. It prevents a redundant arm from drifting and allows a fully stretched arm to bend again, for which the
-    Jacobian alone provides no direction (Siciliano et al., "Robotics", 2009, §3.5).
+    freedom. The posture step prevents a redundant arm from drifting. It also allows a fully stretched arm to bend
+    again, for which the Jacobian alone provides no direction (Siciliano et al., "Robotics", 2009, §3.5).
 
     Two limits are respected:
 
@@ -126,8 +126,8 @@ class DampedLeastSquares:
 def solve_3x3(matrix: Floats, vector: Floats) -> Floats:
     """Solve well-conditioned symmetric 3 × 3 systems like ``np.linalg.solve``, but in half the time.
 
-    A single system is solved with Python floats. They round like NumPy floats, so the result is bit-identical to that
-    for a batch.
+    A single system is solved with Python floats, which are faster. Python floats round like NumPy floats, so the result
+    is bit-identical to the result for a batch.
 
     Args:
         matrix: (n, 3, 3)

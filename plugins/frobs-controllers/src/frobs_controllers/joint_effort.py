@@ -17,7 +17,7 @@ class JointEffort(Controller):
     An action of 0 applies no effort, so the joints fall freely.
 
     Args:
-        max_effort: Upper limit on all efforts [N·m or N]. If None, only the model file's limits apply.
+        max_effort: Upper limit for all joint efforts [N·m or N]. If None, only the model file's limits apply.
     """
 
     command_mode = CommandMode.EFFORT

@@ -17,7 +17,7 @@ class JointVelocity(Controller):
     Near a position limit, a joint is slowed down so that it cannot exceed the limit within the control step.
 
     Args:
-        max_velocity: Upper limit on all velocities [rad/s or m/s]. If None, only the model file's limits apply.
+        max_velocity: Upper limit for all joint velocities [rad/s or m/s]. If None, only the model file's limits apply.
     """
 
     command_mode = CommandMode.VELOCITY

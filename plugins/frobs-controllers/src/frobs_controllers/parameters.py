@@ -1,4 +1,4 @@
-"""Robot limits used by several controllers."""
+"""Joint limits that several controllers use."""
 
 from __future__ import annotations
 

@@ -25,11 +25,11 @@ class TcpImpedance(Controller):
 
     Args:
         max_delta: Motion of the equilibrium point per axis [m] for an action of 1.
-        stiffness: Position stiffness in K [N/m].
-        rotational_stiffness: Orientation stiffness in K [N·m/rad].
-        damping: Linear damping in D [N·s/m].
-        rotational_damping: Angular damping in D [N·m·s/rad].
-        joint_damping: Joint damping d [N·m·s/rad].
+        stiffness: Stiffness K of the spring that acts on the position [N/m].
+        rotational_stiffness: Stiffness K of the spring that acts on the orientation [N·m/rad].
+        damping: Damping D of the tool's linear velocity [N·s/m].
+        rotational_damping: Damping D of the tool's angular velocity [N·m·s/rad].
+        joint_damping: Damping d of the joint velocities [N·m·s/rad].
         leash: Maximum distance per axis [m] between the equilibrium point and the tool.
     """
 

@@ -1,9 +1,9 @@
 """Description of the Kobuki with a lidar. The dimensions, masses and lidar are those of the FRobs_RL model.
 
-The wheels follow velocity commands. With Kd = 0.05 N·m·s/rad, they reach a new speed within 30 ms (the robot's mass of
-2.4 kg is equivalent to m·r²/2 = 1.5e-3 kg·m² at one wheel). This response is fast compared with the acceleration limit,
-but slow enough that the tires do not slip. The drive in FRobs_RL accelerated the wheel rims at 1 m/s². The linear
-acceleration limit is therefore 1 m/s², and the angular acceleration limit is 2 · 1 m/s² / separation.
+The wheels follow velocity commands. With Kd = 0.05 N·m·s/rad, the wheels reach a new speed within 30 ms (the robot's
+mass of 2.4 kg is equivalent to m·r²/2 = 1.5e-3 kg·m² at one wheel). This response is fast compared with the
+acceleration limit, but slow enough that the tires do not slip. The drive in FRobs_RL accelerated the wheel rims at 1
+m/s². The linear acceleration limit is therefore 1 m/s², and the angular acceleration limit is 2 · 1 m/s² / separation.
 """
 
 from __future__ import annotations

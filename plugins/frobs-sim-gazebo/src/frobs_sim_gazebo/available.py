@@ -1,4 +1,4 @@
-"""The simulation class. As with any missing engine, importing this module fails if Gazebo is not installed."""
+"""Exports the Gazebo simulation class. Importing this module fails if Gazebo is not installed."""
 
 from frobs_sim_gazebo.installation import find_gazebo
 from frobs_sim_gazebo.simulation import GazeboSimulation

@@ -20,16 +20,16 @@ _NO_JOINTS = slice(0, 0)
 
 
 class GazeboBody(BodyHandle):
-    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`."""
+    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`."""
 
     def __init__(self, simulation: GazeboSimulation, name: str, body: Body) -> None:
         self.name = name
         self._simulation, self._body = simulation, body
-        self._span = simulation.layout.bodies.get(("body", name))  # None if forces do not move it
+        self._span = simulation.layout.bodies.get(("body", name))  # None if the body is static or kinematic
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self._span is None:
             found = self._simulation.stands[self.name]
             return read_only(found[:, :3]), read_only(found[:, 3:])
@@ -38,7 +38,7 @@ class GazeboBody(BodyHandle):
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
+        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
         if self._span is None:
             zeros = np.zeros((self._simulation.num_envs, 3))
             return read_only(zeros), read_only(zeros)
@@ -46,7 +46,7 @@ class GazeboBody(BodyHandle):
         return read_only(raw[:, 7:10] - np.cross(raw[:, 10:], self._arm(raw[:, 3:7]))), read_only(raw[:, 10:])
 
     def _arm(self, quat_wxyz: Floats) -> Floats:
-        """Return the vector from the body's origin to its center of mass in the world, (n, 3) [m]."""
+        """Return the vector from the body's origin to the body's center of mass in the world frame, (n, 3) [m]."""
         assert self._body.inertial is not None
         return quat_rotate(quat_wxyz, np.array(self._body.inertial.origin.pos))
 
@@ -70,12 +70,12 @@ class GazeboBody(BodyHandle):
         self._put(envs, np.concatenate(self.pose, axis=1)[envs], twist)
 
     def put_home(self, envs: Sequence[int]) -> None:
-        """Move the body to its pose in the scene."""
+        """Set a free body to its initial pose and velocity in the scene."""
         if self._span is not None:
             self._put(envs, np.tile(pose_array(self._body.pose), (len(envs), 1)), np.concatenate(self._body.twist))
 
     def _put(self, envs: Sequence[int], pose: Floats, twist: Floats) -> None:
-        """Move the body to poses (k, 7), and set the velocity of its origin (k, 6)."""
+        """Set the body's pose (k, 7) and twist (k, 6) in k environments."""
         if self._span is None:
             self._simulation.place(self.name, pose, envs)
             return

@@ -1,4 +1,4 @@
-"""Builds the world plugin, once for each version of Gazebo and the sources."""
+"""Builds the world plugin once for each combination of Gazebo's version and the plugin's sources."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ _LONGEST = 600.0  # [s] maximum duration of a build
 
 
 def built_plugin(installation: Installation) -> Path:
-    """Return the folder with the plugin's library and its world, building them if necessary (about half a minute).
+    """Return the folder with the plugin's library. If necessary, build the library first (about half a minute).
 
-    If several processes call this at once, one builds while the others wait. The folder is created atomically.
+    If several processes call this function at the same time, one process builds the library while the others wait. The
+    folder is created atomically.
 
     Raises:
-        SimulationError: The build failed; the message ends with the build's output.
+        SimulationError: The build failed. The message ends with the build's output.
     """
     files = sorted(path for path in _SOURCES.iterdir() if path.is_file() and path.name != _WORLD)
     key = hashlib.sha256(installation.version.encode())
@@ -45,7 +46,7 @@ def built_plugin(installation: Installation) -> Path:
 
 
 def stored_world(installation: Installation, text: bytes) -> Path:
-    """Return a file that contains the text of a world, in a folder that servers can read."""
+    """Store the text of a world file in a folder that servers can read, and return the file's path."""
     path = installation.store / f"frobs-{hashlib.sha256(text).hexdigest()[:16]}.world"
     if not path.exists():
         try:

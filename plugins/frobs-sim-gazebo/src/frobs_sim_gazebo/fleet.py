@@ -1,4 +1,4 @@
-"""The servers of a simulation, one per environment: started and used in parallel, replaced individually."""
+"""Manages the Gazebo servers of a simulation, with one server per environment."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from frobs_sim_gazebo.server import Server, ServerError
 
 _log = logging.getLogger(__name__)
 _AT_ONCE = 8  # maximum number of servers that start simultaneously
-_MOST_LOST = 3  # number of consecutive servers that an environment may lose without a step in between
+_MOST_LOST = 3  # an error is raised when an environment loses this many consecutive servers without a step
 
 Message = tuple[Op, bytes]
 
 
 class Fleet:
-    """One server per environment.
+    """The Gazebo servers of a simulation, with one server per environment.
 
     Args:
         installation: Gazebo installation.
         count: Number of servers.
-        world: Text of the world file with which the servers start.
-        prepare: Function that populates a server's world; called in a separate thread.
+        world: Text of the world file that the servers load.
+        prepare: Function that populates a server's world. The function is called in a separate thread.
 
     Raises:
-        SimulationError: A server did not start; the others were stopped.
+        SimulationError: A server did not start. All other servers were stopped.
     """
 
     def __init__(self, installation: Installation, count: int, world: bytes, prepare: Callable[[Server], None]) -> None:
@@ -40,14 +40,14 @@ class Fleet:
         self._start(range(count), self._started)
 
     def server(self, env: int) -> Server | None:
-        """Return the server of an environment, or None if it was lost."""
+        """Return an environment's server, or None if the server was lost."""
         return self._servers[env]
 
     def replace(self, envs: Sequence[int]) -> None:
-        """Start new servers for environments that have lost theirs.
+        """Start new servers for environments whose servers were lost.
 
         Raises:
-            SimulationError: An environment lost too many consecutive servers; all servers were stopped.
+            SimulationError: An environment lost too many consecutive servers. All servers were stopped.
         """
         self._start(envs, self._replaced)
 
@@ -63,11 +63,11 @@ class Fleet:
 
     def _started(self, env: int) -> None:
         server = Server(self._installation, self._world)
-        self._servers[env] = server  # so that it is closed if another one fails
+        self._servers[env] = server  # so that the server is closed if another server fails
         self._prepare(server)
 
     def _replaced(self, env: int) -> None:
-        """Start servers until one keeps running, because the cause of the last failure may also affect the next one."""
+        """Start a new server for an environment, and retry failed starts up to the limit of consecutive losses."""
         while True:
             try:
                 return self._started(env)
@@ -76,13 +76,14 @@ class Fleet:
                 _log.error("environment %d lost another Gazebo server during its start: %s", env, error)
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send each environment its messages, and return the answer to the last message of each.
+        """Send messages to environments, and return the answer to each environment's last message.
 
-        If a server exits or hangs, the failure is logged, and its environment returns no answers until :meth:`replace`.
+        If a server exits or hangs, the failure is logged. Until :meth:`replace` starts a new server, the result does
+        not contain the server's environment.
 
         Args:
             messages: Messages, by environment.
-            steps: Number of physics steps that the last message requests.
+            steps: Number of physics steps that each environment's last message requests.
 
         Raises:
             SimulationError: A server rejected a message, or an environment lost too many consecutive servers.
@@ -108,7 +109,7 @@ class Fleet:
                     self._lose(env, error)
                     break
                 except SimulationError as error:
-                    refusal = error  # the other answers must still be read
+                    refusal = error  # raised later, because the other answers must still be read
         if refusal is not None:
             raise refusal
         if steps:
@@ -137,7 +138,7 @@ class Fleet:
             ) from error
 
     def close(self) -> None:
-        """Stop all servers. Calling it again has no effect."""
+        """Stop all servers. Repeated calls have no effect."""
         for env, server in enumerate(self._servers):
             if server is not None:
                 server.close()

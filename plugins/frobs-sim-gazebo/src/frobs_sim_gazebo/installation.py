@@ -1,4 +1,4 @@
-"""Finds Gazebo 11 on this machine or in a root folder created by ``tools/make_root.sh``."""
+"""Finds Gazebo 11 on this machine or in a root folder that was created by ``tools/make_root.sh``."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from frobs_core.files import cache_folder
 
 ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
 
-_MARK = Path("etc/frobs-gazebo-root")  # written last by make_root.sh
+_MARK = Path("etc/frobs-gazebo-root")  # make_root.sh writes this file last
 _LAUNCH = Path(__file__).with_name("launch.py")
 _ENVIRONMENT = {
     "LC_ALL": "C.UTF-8",
     "GAZEBO_MASTER_URI": "http://127.0.0.1:11345",
     "GAZEBO_IP": "127.0.0.1",
     "IGN_IP": "127.0.0.1",
-    "GAZEBO_MODEL_DATABASE_URI": "",  # do not search for models on the network
-    "ALSOFT_DRIVERS": "null",  # do not search for an audio device, which would flood the log
+    "GAZEBO_MODEL_DATABASE_URI": "",  # disables the search for models on the network
+    "ALSOFT_DRIVERS": "null",  # the search for an audio device would flood the log
 }
 
 
 def tool() -> Path:
-    """Return the script that creates a root folder."""
+    """Return the path of the script that creates a root folder."""
     here = Path(__file__).parent
     installed = here / "tools" / "make_root.sh"
     return installed if installed.exists() else here.parents[1] / "tools" / "make_root.sh"
@@ -40,7 +40,8 @@ class Installation:
     """An installation of Gazebo 11.
 
     Attributes:
-        root: Folder that Gazebo's programs use as ``/``, or None if Gazebo is installed on this machine.
+        root: Folder that Gazebo's programs use as the root (``/``), or None if Gazebo is installed on this machine
+            itself.
         version: Full version, such as ``"11.1.0"``.
     """
 
@@ -49,20 +50,20 @@ class Installation:
 
     @property
     def store(self) -> Path:
-        """Folder for files built for this installation, as seen by this process."""
+        """Path on this machine of the folder for files that are built for this installation."""
         return cache_folder("gazebo") if self.root is None else self.root / "var" / "cache" / "frobs"
 
     @property
     def scratch(self) -> Path | None:
-        """Folder replaced by a private in-memory folder for each program, or None for the root's ``/tmp``."""
+        """Folder that each program sees as a private in-memory folder, or None to use the root's ``/tmp``."""
         return self.store / "scratch" if self.root is None else None
 
     def inside(self, path: Path) -> str:
-        """Return a path under :attr:`store` as seen by Gazebo's programs."""
+        """Convert a path under :attr:`store` to the path that Gazebo's programs use."""
         return str(path) if self.root is None else f"/{path.relative_to(self.root)}"
 
     def command(self, *command: str) -> list[str]:
-        """Return the command line that runs a Gazebo program in isolation; see :mod:`frobs_sim_gazebo.launch`."""
+        """Return the command line that runs a Gazebo program in isolation. See :mod:`frobs_sim_gazebo.launch`."""
         network = os.environ.get(NETWORK_VARIABLE, "own")
         if network not in ("own", "host"):
             raise SimulationError(f"{NETWORK_VARIABLE} is '{network}'; it must be 'own' (the default) or 'host'.")
@@ -84,10 +85,10 @@ class Installation:
 
 
 def find_gazebo() -> Installation:
-    """Return the Gazebo to use: the one in ``$FROBS_GAZEBO_ROOT``, else this machine's, else the one in the cache.
+    """Return the Gazebo installation from ``$FROBS_GAZEBO_ROOT`` if set, else from this machine, else from the cache.
 
     Raises:
-        SimulationError: Gazebo is not installed, or is not version 11.
+        SimulationError: Gazebo is not installed, or its version is not 11.
     """
     named = os.environ.get(ROOT_VARIABLE)
     return _find(named, str(cache_folder()), os.environ.get("PATH", ""))
@@ -117,7 +118,7 @@ def _in_root(root: Path, whence: str) -> Installation:
         raise SimulationError(
             f"the Gazebo root {root} (from {whence}) does not exist or is incomplete; create it: sudo {tool()} {root}."
         )
-    libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # running gzserver to ask takes a second
+    libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # running gzserver would take a second
     version = libraries[-1].name.partition(".so.")[2] if libraries else "11"
     return Installation(root, version)
 

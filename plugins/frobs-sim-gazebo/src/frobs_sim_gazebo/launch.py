@@ -1,8 +1,8 @@
-"""Runs a Gazebo program in isolation: with a separate network, the installation's root, and logs in memory.
+"""Runs a Gazebo program in isolation: with a separate network, the installation's root folder, and logs in memory.
 
-This script runs in a separate process and uses only the standard library. Gazebo listens on every interface. In a
-network namespace that contains only the loopback interface, it cannot be reached from outside, and each server has all
-ports to itself. For users without root privileges, a user namespace makes this possible.
+This script runs in a separate process and uses only the standard library. Gazebo listens on every network interface. In
+a network namespace that contains only the loopback interface, Gazebo cannot be reached from outside, and each server
+can use all ports. For users without root privileges, the network namespace is created inside a user namespace.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _SIOCGIFFLAGS, _SIOCSIFFLAGS, _SIOCADDRT = 0x8913, 0x8914, 0x890B
 _IFF_UP, _RTF_UP = 1, 1
 
 NO_NAMESPACE = 97
-"""Exit status if the kernel does not allow the namespaces."""
+"""Exit status if the kernel does not allow the required namespaces."""
 
 
 def main() -> None:
-    """Execute the command line. This function does not return."""
+    """Run the command given in the command-line arguments. This function does not return."""
     parser = argparse.ArgumentParser()
     parser.add_argument(
         "--root", default="", help="folder of the installation; default: the installation of this machine"
@@ -68,7 +68,7 @@ def _wall_off(own_network: bool) -> None:
 
 
 def _raise_loopback() -> None:
-    """Bring up the loopback interface and route broadcasts to it, which Gazebo's discovery uses."""
+    """Bring up the loopback interface, and route the multicast messages of Gazebo's discovery to this interface."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
         request = struct.pack("16sh14x", b"lo", 0)
         flags = struct.unpack("16sh14x", fcntl.ioctl(control, _SIOCGIFFLAGS, request))[1]

@@ -1,4 +1,4 @@
-"""The contents of a world, in the order shared by the plugin and the simulation."""
+"""Describes the contents of a world, in an order that the plugin and the simulation share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FLOOR = "floor"
 
 
 class Layout:
-    """Models, joints, bodies and shapes of a scene.
+    """The models, joints, bodies and shapes of a world.
 
     Args:
         robots: Robots, by name.
@@ -28,16 +28,16 @@ class Layout:
         meshes: Writer for the mesh files to which the models refer.
 
     Attributes:
-        models: SDF of each model, by name in Gazebo.
-        model_names: Gazebo's name for each robot, each scene body and the floor.
-        skeletons: Skeletons of the robots.
-        joints: Index range of each robot's joints.
-        bodies: Index range of the moving bodies of each robot or scene body.
-        placed: The kinematic scene bodies.
-        joint_count: Total number of joints of all robots.
-        body_count: Number of moving bodies, including the bases of fixed robots.
-        coms: (bodies, 3) center of mass in the body's frame [m].
-        shapes: Indices of the shapes on each side of a contact.
+        models: SDF text of each model, by the model's name in Gazebo.
+        model_names: Names of the robots, scene bodies and floor in Gazebo, by kind and original name.
+        skeletons: Skeleton of each robot, by name.
+        joints: Range of joint indices of each robot, by name.
+        bodies: Range of moving-body indices of each robot and each free scene body, by kind and name.
+        placed: Names of the kinematic scene bodies.
+        joint_count: Total number of joints in all robots.
+        body_count: Number of moving bodies, including the bases of robots with a fixed base.
+        coms: Center of mass of each moving body in the body's frame, (bodies, 3) [m].
+        shapes: Indices of the shapes on each possible side of a contact, by the side's name.
 
     Raises:
         ConfigurationError: The scene is inconsistent or refers to missing objects.
@@ -108,7 +108,7 @@ class Layout:
         self._shape_names += [(self.model_names[kind, name], link, shape) for shape in shapes]
 
     def message(self) -> bytes:
-        """Return the request that describes the layout to the plugin."""
+        """Return the body of the message that describes the layout to the plugin."""
         parts = [protocol.count(self.joint_count)]
         for name in self._robots:
             bones, model = self.skeletons[name], self.model_names["robot", name]
@@ -143,11 +143,11 @@ class Layout:
         return b"".join(parts)
 
     def home(self, robot: str) -> Floats:
-        """Return the home positions of all joints of a robot, (joints,)."""
+        """Return a robot's home positions for all joints, including mimic joints, (joints,) [rad or m]."""
         placement, bones = self._robots[robot], self.skeletons[robot]
         found: Floats = bones.all_positions(home_positions(placement.model, placement.robot.home)[None])[0]
         return found
 
     def start(self, robot: str) -> Floats:
-        """Return the pose of a robot's base in the scene, (7,)."""
+        """Return the initial pose of a robot's base in the scene, (7,)."""
         return pose_array(self._robots[robot].pose)

@@ -1,4 +1,4 @@
-"""Robot meshes as files for Gazebo: convex hulls, stored by content in a folder that Gazebo's programs can read."""
+"""Writes the convex hulls of meshes to a folder that Gazebo's programs can read."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from frobs_sim_gazebo.installation import Installation
 
 
 class MeshFiles:
-    """Writes each mesh once.
+    """Writes the convex hull of each mesh once, to a file whose name depends on the content.
 
     Args:
-        installation: Installation whose programs read the meshes. If None, meshes are only checked.
+        installation: Installation whose programs read the meshes, or None to check the meshes without writing them.
     """
 
     def __init__(self, installation: Installation | None) -> None:
@@ -26,9 +26,9 @@ class MeshFiles:
         self._hulls: dict[Mesh, list[str]] = {}
 
     def hulls(self, mesh: Mesh) -> list[str]:
-        """Return the URI of a mesh's convex hull in meters, or the URIs of its convex pieces.
+        """Return the URI of a mesh's convex hull in meters, or one URI per convex piece of a decomposed mesh.
 
-        Other engines use the same shapes for collisions, which are fast to check.
+        The other simulators use the same convex shapes, which allow fast collision checks.
 
         Raises:
             ModelFileError: The mesh cannot be read, or is flat.

@@ -1,4 +1,4 @@
-"""Settings for ODE, Gazebo's physics engine, in the world file with which a server starts."""
+"""Settings of ODE, Gazebo's physics engine, in the world file that a server loads."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _OPTIONS: Mapping[str, tuple[str, Callable[[str, Any], Any]]] = {
 
 
 def world_text(**given: Any) -> bytes:
-    """Return the world file with some settings changed.
+    """Return the text of the world file with changed settings.
 
     Args:
-        given: Settings by name; None means the value in the file.
+        given: Settings, by name. If a setting is None, the value in the file is not changed.
 
     Raises:
         ConfigurationError: A value is out of range.

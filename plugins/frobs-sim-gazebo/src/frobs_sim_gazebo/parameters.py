@@ -1,4 +1,4 @@
-"""Physical parameters that differ between environments."""
+"""Reads and writes physical parameters that differ between environments."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class GazeboParameters(WrittenParameters):
         self._simulation = simulation
 
     def collides(self, target: str) -> bool:
-        """Return whether the target has a shape in Gazebo."""
+        """Return whether the target has a collision shape in Gazebo."""
         return bool(self._simulation.layout.shapes[target])
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
@@ -36,7 +36,7 @@ class GazeboParameters(WrittenParameters):
             self._simulation.stale_gains[self._simulation.envs(mask)] = True
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Send a parameter to the servers selected by ``mask`` before the next step."""
+        """Queue messages that set a parameter on the servers selected by ``mask`` before the next step."""
         for env in self._simulation.envs(mask):
             for op, body in self._messages(env, name, target):
                 self._simulation.later(env, op, body)
@@ -54,7 +54,7 @@ class GazeboParameters(WrittenParameters):
             return [(Op.FRICTION, protocol.indices(simulation.layout.shapes[target]) + protocol.numbers(value))]
         number, _ = centre(simulation, target)
         if number is None:
-            return []  # fixed bodies do not use this parameter
+            return []  # the mass of a fixed body has no effect
         if target in simulation.scene.bodies:
             inertial = simulation.scene.bodies[target].inertial
             assert inertial is not None
@@ -74,7 +74,7 @@ class GazeboParameters(WrittenParameters):
         return [(Op.MASS, protocol.count(number) + protocol.numbers([weight, *upper]))]
 
     def snapshot(self) -> Snapshot:
-        """Return the written parameters and the gains."""
+        """Return the written parameters, the drive gains and the joint damping."""
         damping = {
             f"joint_damping/{name}": robot.joint_damping.copy() for name, robot in self._simulation.robots.items()
         }
@@ -89,11 +89,11 @@ class GazeboParameters(WrittenParameters):
 
 
 def centre(simulation: GazeboSimulation, target: str) -> tuple[int | None, Floats]:
-    """Return the moving body that contains a scene body or link, and the center of mass of that scene body or link.
+    """Return the moving body that includes a scene body or link, and the center of mass of the scene body or link.
 
     Returns:
-        Index of the moving body, or None if it is fixed; and the point relative to the moving body's center of mass, in
-        the moving body's axes, (3,) [m].
+        The index of the moving body, or None if the moving body is fixed, and the center of mass of the scene body or
+        link relative to the moving body's center of mass, in the moving body's axes, (3,) [m].
     """
     layout = simulation.layout
     if target in simulation.scene.bodies:

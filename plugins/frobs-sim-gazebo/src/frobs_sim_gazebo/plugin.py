@@ -9,9 +9,10 @@ from frobs_core.specs import SimulatorRecord
 def frobs_simulators() -> list[SimulatorRecord]:
     """Provide Gazebo 11."""
     exact = "teleport pause contacts rays wrench randomize_gravity"
-    # Each environment is a separate server. Gazebo reproduces motions closely, but not bit for bit. Its drives follow
-    # the drive law to first order in the timestep. Of two bodies' friction coefficients, it uses the smaller, while
-    # MuJoCo uses the larger. Links that are fixed together keep their center of mass when a mass is changed.
+    # Each environment is a separate server. Gazebo reproduces motions closely, but not bit for bit. Gazebo's drives
+    # match the drive law to first order in the timestep. For two bodies in contact, Gazebo uses the smaller friction
+    # coefficient, whereas MuJoCo uses the larger one. If the mass of a link changes, the center of mass of the links
+    # that are fixed together does not change.
     approximate = "batched determinism snapshot drive randomize_mass randomize_friction randomize_gains "
     approximate += "randomize_joint_damping"
     return [

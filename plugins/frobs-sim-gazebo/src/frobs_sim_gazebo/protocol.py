@@ -1,4 +1,4 @@
-"""Messages to the world plugin: operations and binary format. ``wire.hh`` is the counterpart."""
+"""Encodes and decodes the messages of the world plugin. The C++ counterpart is ``wire.hh``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,10 @@ class Op(IntEnum):
 
 
 HEADER = struct.Struct("<IB")
-"""Size of the body, then the operation (in a request), or 1 for done or 0 for rejected (in an answer)."""
+"""Message header: the size of the body, and the operation.
+
+In an answer, the operation is replaced by 1 if the request was executed, and by 0 if the request was rejected.
+"""
 
 
 def count(value: int) -> bytes:
@@ -60,7 +63,7 @@ def texts(*values: str) -> bytes:
 
 
 def indices(values: Iterable[int]) -> bytes:
-    """Encode indices, preceded by their count."""
+    """Encode indices, preceded by the number of indices."""
     found = list(values)
     return struct.pack(f"<{len(found) + 1}I", len(found), *found)
 
@@ -71,11 +74,11 @@ def read_numbers(body: bytes) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def step(decimation: int, commands: npt.ArrayLike) -> bytes:
-    """Return a request to step.
+    """Return the body of a step request.
 
     Args:
         decimation: Number of physics steps.
-        commands: (rows, joints): one row that is held, or one row per physics step.
+        commands: Drive commands, (rows, joints), with a single row for all physics steps or one row per physics step.
     """
     rows, joints = np.shape(commands)
     return struct.pack("<III", decimation, rows, joints) + numbers(commands)

@@ -20,10 +20,10 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class GazeboRobot(RobotHandle):
-    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`.
+    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`.
 
-    Frames are computed from the base pose and the joint positions, as a robot's own controller does. Gazebo holds links
-    together with forces, so its own poses may be off by a few micrometers.
+    Link poses are computed from the base pose and the joint positions, as in the controller of a real robot. Gazebo
+    connects links with constraint forces, so the link poses in Gazebo may be off by a few micrometers.
     """
 
     def __init__(self, simulation: GazeboSimulation, name: str, placement: Placement) -> None:
@@ -40,17 +40,17 @@ class GazeboRobot(RobotHandle):
 
     @property
     def joint_positions(self) -> Floats:
-        """(num_envs, dof) [rad or m]."""
+        """Joint positions, (num_envs, dof) [rad or m]."""
         return read_only(self._simulation.positions[:, self._columns])
 
     @property
     def joint_velocities(self) -> Floats:
-        """(num_envs, dof) [rad/s or m/s]."""
+        """Joint velocities, (num_envs, dof) [rad/s or m/s]."""
         return read_only(self._simulation.velocities[:, self._columns])
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
+        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return read_only(self._simulation.efforts[:, self._columns])
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
@@ -62,7 +62,7 @@ class GazeboRobot(RobotHandle):
         self._put(envs, self._base()[envs], self._base_motion()[envs], q, v)
 
     def put_home(self, envs: Sequence[int]) -> None:
-        """Move the robot to its pose in the scene, at home and at rest."""
+        """Set the robot to its initial pose in the scene, with all joints at home and at rest."""
         k = len(envs)
         base = np.tile(self._simulation.layout.start(self.name), (k, 1))
         self._put(envs, base, np.zeros((k, 6)), self.home[envs], np.zeros((k, self.dof)))
@@ -71,7 +71,7 @@ class GazeboRobot(RobotHandle):
         """Set the base pose (k, 7) and twist (k, 6), and the joint positions and velocities (k, dof)."""
         simulation, bones, links = self._simulation, self._bones, self._links
         positions, velocities = bones.all_positions(q), bones.all_velocities(v)
-        with np.errstate(invalid="ignore", over="ignore"):  # non-finite values end the episode, not the program
+        with np.errstate(invalid="ignore", over="ignore"):  # non-finite values end the episode later
             pos, turn, axes = bones.place(base, positions)
             lin, ang = bones.move(pos, axes, motion, velocities)
             arms = (turn * simulation.layout.coms[links][None, :, None, :]).sum(-1)
@@ -88,26 +88,26 @@ class GazeboRobot(RobotHandle):
                 simulation.bases[self.name][env] = base[row]
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold."""
+        """Change the command mode, and command the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self._simulation.stale_gains[:] = True
         self._simulation.command_rows.pop(self.name, None)
         self.hold(range(self.num_envs))
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
         self.target[rows] *= self._write_gains(which, rows, values)
         self._simulation.stale_gains[rows] = True
 
     def fill_gains(self, env: int, into: Floats) -> None:
-        """Write an environment's drive parameters for the plugin, (joints, 5)."""
+        """Write the drive parameters of an environment to the array ``into``, (joints, 5)."""
         actuated = self._bones.actuated
         into[actuated, 0], into[actuated, 1] = self._active_stiffness[env], self._active_damping[env]
         into[actuated, 2], into[actuated, 3] = self.joint_damping[env], self._friction
         into[actuated, 4] = self.effort_limit[env]
 
     def command(self, values: Floats) -> None:
-        """Set the targets of the drives."""
+        """Set the drives' targets."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self.target)
             self._simulation.command_rows.pop(self.name, None)
@@ -115,18 +115,21 @@ class GazeboRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def fill(self, into: Floats, rows: Floats | None) -> None:
-        """Write the drive targets for the next steps, (num_envs, rows, joints); the last row is held."""
+        """Write the drive targets of the next step to the array ``into``, (num_envs, rows, joints).
+
+        After the step, the drives hold the targets in the last row.
+        """
         if rows is not None:
             self.target[:] = rows[:, -1]
         into[:, :, self._bones.actuated] = self.target[:, None] if rows is None else rows
 
     def hold(self, envs: Sequence[int]) -> None:
-        """Command some environments to hold their positions, or to rest."""
+        """Command the current positions, zero velocity or zero effort in some environments."""
         rows = list(envs)
         self.target[rows] = (self._factor * self.holding_command(self.joint_positions))[rows]
 
     def _base(self) -> Floats:
-        """Return pos and quat_wxyz of the root link, (num_envs, 7)."""
+        """Return pos and quat_wxyz of the root link in the world, (num_envs, 7)."""
         if self._fixed:
             return self._simulation.bases[self.name]
         raw = self._simulation.raw[:, self._links.start]
@@ -134,7 +137,7 @@ class GazeboRobot(RobotHandle):
         return np.concatenate([raw[:, :3] - arm, raw[:, 3:7]], axis=1)
 
     def _base_motion(self) -> Floats:
-        """Return lin_vel_world of the root link's origin and ang_vel_world, (num_envs, 6)."""
+        """Return lin_vel_world and ang_vel_world at the root link's origin, (num_envs, 6)."""
         if self._fixed:
             return np.zeros((self.num_envs, 6))
         raw = self._simulation.raw[:, self._links.start]
@@ -143,13 +146,13 @@ class GazeboRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         base = self._base()
         return read_only(base[:, :3]), read_only(base[:, 3:])
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         motion = self._base_motion()
         return read_only(motion[:, :3]), read_only(motion[:, 3:])
 
@@ -170,7 +173,7 @@ class GazeboRobot(RobotHandle):
         self._put(envs, self._base()[envs], motion, self.joint_positions[envs], self.joint_velocities[envs])
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, currently or for given joint positions."""
+        """Return the pose of a link in the world, at the current or given joint positions."""
         link = self.frame_name(frame)
         if joint_positions is not None:
             base = self._simulation.layout.start(self.name)[None]
@@ -181,13 +184,13 @@ class GazeboRobot(RobotHandle):
         return pos, quat
 
     def _on_base(self, base: Floats, pos: Floats, quat: Floats) -> tuple[Floats, Floats]:
-        if (base[:, 3:] == _UNTURNED).all():  # true for most arms, and saves a product
+        if (base[:, 3:] == _UNTURNED).all():  # most arms require no rotation
             return pos + base[:, :3], quat
         turn = np.broadcast_to(base[:, 3:], quat.shape)
         return quat_rotate(turn, pos) + base[:, :3], quat_multiply(turn, quat)
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
         link = self.frame_name(frame)
         pos, turn, axes = self._placed()
         body, at, _ = self._bones.on_body(link, pos, turn)
@@ -196,7 +199,7 @@ class GazeboRobot(RobotHandle):
         return read_only(lin[:, body] + np.cross(ang[:, body], at - pos[:, body])), read_only(ang[:, body])
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         link = self.frame_name(frame)
         (found,) = self._cached(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
         return found
@@ -208,7 +211,7 @@ class GazeboRobot(RobotHandle):
         return pos, turn, axes
 
     def _cached(self, what: str, compute: Callable[[], tuple[Floats, ...]]) -> tuple[Floats, ...]:
-        """Return a value that depends on the state, computing it only once per state."""
+        """Return arrays that depend on the state, and compute them only once per state."""
         version, found = self._seen.get(what, (-1, ()))
         if version != self._simulation.version:
             found = tuple(map(read_only, compute()))
@@ -216,6 +219,6 @@ class GazeboRobot(RobotHandle):
         return found
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
+        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)

@@ -1,4 +1,4 @@
-"""Robots, bodies and the floor as SDF models that Gazebo can spawn."""
+"""Converts robots, scene bodies and the floor to SDF models that Gazebo can spawn."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from frobs_sim_gazebo.skeleton import Mass, Skeleton
 LINK = "link"
 """Name of the link in a scene body's model."""
 
-_OPEN = 1e16  # effectively no limit, because the plugin enforces the joints' limits
-# Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels.
+_OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits
+# Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels off
+# the floor.
 _STIFFNESS, _DAMPING = 1e7, 1e3
 _STANDING = 1.0  # [kg] mass of a fixed base
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
-    """Return unique names that are valid in SDF and Gazebo."""
+    """Return a unique valid SDF name for each of the given names."""
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_.-]", "_", name) or "_"
@@ -38,14 +39,14 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def floor_sdf(name: str, friction: float) -> str:
-    """Return the model of a floor at z = 0; its shape is named ``0``."""
+    """Return the SDF model of a floor at z = 0 with one shape, which is named ``0``."""
     plane = "<plane><normal>0 0 1</normal><size>100 100</size></plane>"
     link = f'<link name="{LINK}">{_collision("0", plane, _UNTURNED, friction)}</link>'
     return _model(name, _UNTURNED, f"<static>1</static>{link}")
 
 
 def body_sdf(name: str, body: Body, meshes: MeshFiles) -> tuple[str, list[str]]:
-    """Return the model of a scene body, and the names of its shapes.
+    """Return the SDF model of a scene body, and the names of the body's shapes.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -70,9 +71,10 @@ def body_mass(inertial: Inertial) -> Mass:
 
 
 def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFiles) -> tuple[str, dict[str, list[str]]]:
-    """Return the model of a robot with all joints at 0, and the names of each link's shapes.
+    """Return the SDF model of a robot with all joints at 0, and the names of each link's shapes.
 
-    Links that are fixed together become one link, named after the first of them; a fixed base is a kinematic link.
+    Links that are fixed together become one link, which is named after the first of these links. A fixed base becomes a
+    kinematic link.
 
     Raises:
         ModelFileError: A mesh cannot be read, or a free base has no mass.
@@ -84,7 +86,7 @@ def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFile
     fixed = robot.base == "fixed"
     if not fixed and masses[0].mass <= 0.0:
         raise ModelFileError(model.path, f"the root '{model.root}' has no mass, so a movable base would have no mass.")
-    if fixed:  # placed at its own origin, because Gazebo does not use its center of mass
+    if fixed:  # centered at the origin, because Gazebo ignores a fixed base's center of mass
         masses[0] = Mass(_STANDING, np.zeros(3), _STANDING * np.eye(3))
     collisions: list[list[str]] = [[] for _ in bones.bodies]
     shapes: dict[str, list[str]] = {}
@@ -126,7 +128,7 @@ def _model(name: str, place: Floats, inner: str) -> str:
 def _collision(name: str, geometry: str, place: Floats, friction: float, torsional: float = 0.0) -> str:
     mu = float(friction)
     twist = ""
-    if torsional > 0.0:  # ODE's maximum torque per normal force is 3π/16 times the coefficient times the radius
+    if torsional > 0.0:  # ODE's maximum torque per normal force is 3π/16 · coefficient · radius
         twist = (
             f"<torsional><coefficient>1</coefficient><patch_radius>{16.0 * torsional / (3.0 * np.pi)!r}</patch_radius>"
             "</torsional>"
@@ -155,6 +157,6 @@ def _rpy(quat_wxyz: Floats) -> Floats:
     m = matrix_from_quat(quat_wxyz)
     flat = np.hypot(m[0, 0], m[1, 0])
     pitch = np.arctan2(-m[2, 0], flat)
-    if flat < 1e-9:  # straight up or down: yaw and roll have the same axis
+    if flat < 1e-9:  # gimbal lock, because yaw and roll have the same axis
         return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])

@@ -1,4 +1,4 @@
-"""A gzserver process, accessed through a private socket."""
+"""A gzserver process that is controlled through a private socket."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class ServerError(SimulationError):
-    """A gzserver exited or did not answer. It is stopped, and the message contains its last output."""
+    """Raised when a gzserver exits or does not answer. The message contains the last output of the stopped server."""
 
 
 class Server:
-    """A gzserver with the world plugin.
+    """A gzserver process that runs the world plugin.
 
     Args:
-        installation: Gazebo installation. If None, the result of :func:`find_gazebo` is used.
-        world: Text of the world file, or None for an empty world with FRobs's physics engine settings.
+        installation: Gazebo installation, or None for the result of :func:`find_gazebo`.
+        world: Text of the world file, or None for an empty world with FRobs's default settings of the physics engine.
 
     Attributes:
         installation: Gazebo installation.
-        process: The server's process, which has no child processes.
+        process: The server's process. The server does not start child processes.
 
     Raises:
         SimulationError: Gazebo is not installed, or the plugin cannot be built.
@@ -55,9 +55,9 @@ class Server:
         file = self.installation.inside(stored_world(self.installation, world or world_text()))
         self._timeout = float(os.environ.get(TIMEOUT_VARIABLE) or _ANSWER)
         self._waiting_for: deque[str] = deque()
-        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it stays open as long as the server runs
+        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - the file is open while the server runs
         self._socket, theirs = socket.socketpair()
-        theirs.setblocking(True)  # rospy sets a timeout for all sockets of its process
+        theirs.setblocking(True)  # rospy sets a default timeout for all new sockets of the process
         try:
             self.process = subprocess.Popen(
                 self.installation.command("gzserver", "--verbose", file),
@@ -75,14 +75,14 @@ class Server:
             self._log.close()
             raise
         finally:
-            theirs.close()  # so that reads end when the server exits
+            theirs.close()  # so that reading from the socket ends when the server exits
         self._finalizer = weakref.finalize(self, _end, self.process, self._socket, self._log)
         self._socket.settimeout(_START)
         self.send(Op.HELLO)
         self.version = self.receive(_START).decode()
 
     def _master(self) -> dict[str, str]:
-        """Return the address of the server's own Gazebo master. On the host network, each needs a different port."""
+        """Return environment variables that select a free port for the server's Gazebo master on the host network."""
         if os.environ.get(NETWORK_VARIABLE) != "host":
             return {}
         with socket.socket() as probe:
@@ -95,12 +95,12 @@ class Server:
         return self._finalizer.alive
 
     def call(self, op: Op, body: bytes = b"") -> bytes:
-        """Send a request and return its answer; see :meth:`receive`."""
+        """Send a request, and return the answer. See :meth:`receive`."""
         self.send(op, body)
         return self.receive()
 
     def send(self, op: Op, body: bytes = b"") -> None:
-        """Send a request. The answer must be read with :meth:`receive`.
+        """Send a request, whose answer must then be read with :meth:`receive`.
 
         Raises:
             ServerError: The server has exited.
@@ -115,12 +115,12 @@ class Server:
         """Return the answer to the oldest unanswered request.
 
         Args:
-            longest: Time limit [s].
-            steps: Number of physics steps that the request takes.
+            longest: Time limit [s], or None for the default time limit.
+            steps: Number of physics steps in the request. Each physics step extends the time limit.
 
         Raises:
             ServerError: The server exited, or did not answer in time and was stopped.
-            SimulationError: The server rejected the request; the message contains the reason.
+            SimulationError: The server rejected the request. The message contains the reason.
         """
         seconds = (self._timeout if longest is None else longest) + _STEP * steps
         try:
@@ -175,12 +175,12 @@ class Server:
         return ""
 
     def close(self) -> None:
-        """Stop the server. Calling it again has no effect."""
+        """Stop the server. Repeated calls have no effect."""
         self._finalizer()
 
 
 def _end(process: subprocess.Popen[bytes], connection: socket.socket, log: IO[bytes]) -> None:
-    connection.close()  # the plugin then shuts down the server
+    connection.close()  # the plugin shuts down the server when the connection closes
     deadline = time.monotonic() + 0.5
     while process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)

@@ -1,4 +1,4 @@
-"""Shapes as Gazebo elements; one shape may become several elements."""
+"""Converts shapes to Gazebo elements. One shape may become several elements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 def elements(geometry: Geometry, meshes: MeshFiles) -> list[tuple[str, Pose]]:
-    """Return the ``<geometry>`` elements for a shape, each with its pose in the shape's frame."""
+    """Return the contents of a shape's ``<geometry>`` elements, each with a pose in the shape's frame."""
     match geometry:
         case Box(size):
             return [(f"<box><size>{numbers(size)}</size></box>", Pose())]

@@ -1,4 +1,4 @@
-"""The Gazebo simulation: one server per environment, in lockstep."""
+"""The Gazebo simulation, which runs one server per environment in lockstep."""
 
 from __future__ import annotations
 
@@ -35,23 +35,25 @@ from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of model file element."""
+"""YAML file that describes how each kind of model-file element is translated."""
 
 FASTEST = 1e6
 """Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
 
 
 class GazeboSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene, each in a Gazebo 11; see :class:`frobs_core.interfaces.Simulation`.
+    """Simulation of ``num_envs`` copies of robots and a scene, each in a separate Gazebo 11 server.
 
-    If a server exits or hangs, the failure is logged, its environment is marked in :attr:`diverged`, and the next reset
-    starts a new server. Three consecutive failures raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads``
-    has no effect, because servers are processes. The options are ODE's; None means FRobs's default.
+    For the methods, see :class:`frobs_core.interfaces.Simulation`. If a server exits or hangs, the failure is logged,
+    the server's environment is marked in :attr:`diverged`, and the next reset starts a new server. Three consecutive
+    failures of one environment raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` has no effect,
+    because each server is a process. The solver options configure ODE, Gazebo's physics engine. If an option is None,
+    FRobs's default applies.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
-        num_envs: ≥ 1.
+        num_envs: Number of environments, ≥ 1.
         physics_timestep: [s]
         num_threads: Ignored.
         solver: ODE's solver: ``"world"`` (direct, the default) or ``"quick"`` (iterative).
@@ -62,7 +64,7 @@ class GazeboSimulation(Simulation):
 
     Raises:
         ConfigurationError: The scene is inconsistent, or an option is out of range.
-        SimulationError: Gazebo is not installed, or does not start.
+        SimulationError: Gazebo is not installed, or a server does not start.
     """
 
     render_modalities: ClassVar[Sequence[str]] = ()
@@ -90,12 +92,12 @@ class GazeboSimulation(Simulation):
         Layout(robots, scene, MeshFiles(None))
         installation = find_gazebo()
         self.layout = layout = Layout(robots, scene, MeshFiles(installation))
-        self.version = 0  # version of the state, for caching values that depend on it
+        self.version = 0  # incremented with each change of the state, to invalidate cached values
         self.positions, self.velocities, self.efforts = np.zeros((3, n, layout.joint_count))
         self.raw = np.zeros(
             (n, layout.body_count, 13)
-        )  # at the centers of mass: pos, quat_wxyz, linear and angular velocity
-        self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # of robots with a fixed base
+        )  # pos, quat_wxyz, linear and angular velocity of the centers of mass
+        self.bases = {name: np.tile(layout.start(name), (n, 1)) for name in robots}  # used for robots with a fixed base
         self.stands = {name: np.tile(pose_array(body.pose), (n, 1)) for name, body in scene.bodies.items()}
         self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
@@ -125,26 +127,26 @@ class GazeboSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Return the translation of a robot's model file."""
+        """Describe how the elements of a robot's model file are translated."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Server | None, ...]:
-        """The servers, one per environment; None for lost servers."""
+        """The environments' servers, with None for lost servers."""
         return tuple(self._fleet.server(env) for env in range(self.num_envs))
 
     @property
     def time(self) -> Floats:
-        """(num_envs,) [s] since the reset."""
+        """Simulated time since the reset, (num_envs,) [s]."""
         return np.asarray(self.steps * self.physics_timestep, np.float64)
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments that stopped because they diverged numerically or their server was lost, or None."""
+        """Mask of the environments that have diverged or whose server was lost, or None if no environment failed."""
         return self._diverged if self._diverged.any() else None
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the initial state of the scene, replacing lost servers."""
+        """Reset environments to the scene's initial state, and replace lost servers."""
         envs = self.envs(mask)
         fresh = [env for env in envs if self._fleet.server(env) is None]
         if self._closed:
@@ -173,7 +175,7 @@ class GazeboSimulation(Simulation):
             robot.hold(envs)
 
     def _part(self, envs: Sequence[int]) -> None:
-        """Disable collisions between links that overlap at home."""
+        """Disable collisions between links that overlap at the home position."""
         for name, placement in self.placements.items():
             if placement.robot.self_collision and envs:
                 model = protocol.text(self.layout.model_names["robot", name])
@@ -213,7 +215,10 @@ class GazeboSimulation(Simulation):
         return protocol.numbers(whole)
 
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
-        """Store the state from a server's answer, after a step also efforts and contacts; return whether it is valid."""
+        """Store the state in a server's answer, and return whether the state is valid.
+
+        The efforts and contacts in the answer are only stored after a step.
+        """
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
         if found[0]:
@@ -231,7 +236,10 @@ class GazeboSimulation(Simulation):
         return True
 
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
-        """Send messages to environments and return their last answers; those without a server count as diverged."""
+        """Send messages to environments, and return the answer to each environment's last message.
+
+        Environments without a server are marked as diverged.
+        """
         if self._closed:
             raise SimulationError("the simulation is closed.")
         answers = self._fleet.exchange(messages, steps)
@@ -244,12 +252,12 @@ class GazeboSimulation(Simulation):
         return not self._diverged[env]
 
     def set_diverged(self, which: Mask) -> None:
-        """Set the diverged environments, and mark the state as changed."""
+        """Set which environments have diverged, and mark the state as changed."""
         self._diverged[:] = which
         self.version += 1
 
     def later(self, env: int, op: Op, body: bytes) -> None:
-        """Send a message before the next step or write, ignoring its answer."""
+        """Queue a message, which is sent before the next step, write or ray cast, and whose answer is discarded."""
         self._queues[env].append((op, body))
 
     def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:
@@ -257,16 +265,16 @@ class GazeboSimulation(Simulation):
 
         Args:
             bodies: Index range of the bodies.
-            raw: (k, bodies, 13): pos, quat_wxyz, linear and angular velocity of the centers of mass.
-            envs: The k environments.
+            raw: Position, quat_wxyz, linear velocity and angular velocity of each center of mass, (k, bodies, 13).
+            envs: Indices of the k environments.
             joints: Index range of the joints that move with the bodies.
-            positions: (k, joints) positions of these joints.
+            positions: Positions of these joints, (k, joints) [rad or m].
         """
         messages = {}
         for row, env in enumerate(envs):
             sound = np.isfinite(raw[row]).all() and np.abs(raw[row, :, 7:]).max(initial=0.0) < FASTEST
             if not sound:
-                self._diverged[env] = True  # Gazebo could not handle them
+                self._diverged[env] = True  # Gazebo could not handle such values
             if self._diverged[env]:
                 continue
             angles = np.full(self.layout.joint_count, np.nan)
@@ -280,7 +288,7 @@ class GazeboSimulation(Simulation):
             self._take(env, answer)
 
     def place(self, body: str, poses: Floats, envs: Sequence[int]) -> None:
-        """Teleport a kinematic body to poses (k, 7)."""
+        """Teleport a kinematic body to poses (k, 7) in k environments."""
         model = protocol.text(self.layout.model_names["body", body])
         for pose, env in zip(poses, envs, strict=True):
             if (self.stands[body][env] != pose).any():
@@ -289,11 +297,11 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at all colliding shapes."""
+        """Cast rays against all colliding shapes."""
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that pass through one robot; return (num_envs, k) [m]."""
+        """Cast rays that ignore the robot ``blind_to``, if given, and return the distances, (num_envs, k) [m]."""
         count = origins.shape[1]
         head = protocol.count(count) + protocol.numbers(max_range)
         head += protocol.text(self.layout.model_names["robot", blind_to] if blind_to else "")
@@ -321,7 +329,7 @@ class GazeboSimulation(Simulation):
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter for each environment."""
+        """Return a physical parameter's value in each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -339,11 +347,11 @@ class GazeboSimulation(Simulation):
         snapshots.put_back(self, snapshot)
 
     def close(self) -> None:
-        """Stop the servers. Calling it again has no effect."""
+        """Stop the servers. Repeated calls have no effect."""
         if not self._closed:
             self._closed = True
             self._fleet.close()
 
     def envs(self, mask: Mask | None) -> list[int]:
-        """Return the indices of the environments selected by a mask."""
+        """Return the indices of the environments that a mask selects."""
         return list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()

@@ -1,4 +1,4 @@
-"""A robot as moving bodies and joints, with fixed links merged, and batched kinematics for the bodies."""
+"""Represents a robot as moving bodies and joints, with fixed links merged, and computes batched kinematics."""
 
 from __future__ import annotations
 
@@ -39,20 +39,21 @@ class Mass:
 
 
 class Skeleton:
-    """Bodies and moving joints of a model.
+    """The moving bodies and joints of a robot model.
 
     Args:
         model: Model of the robot.
 
     Attributes:
-        bodies: Name of the first link of each body, with the base first and parents before children.
-        frames: Body that contains each link, and the link's pose in that body's frame, (7,).
-        joints: The moving joints, including mimic joints; joint i moves body i + 1.
-        parents: Parent body of each joint.
+        bodies: Name of each body's first link. The base is the first body, and parents precede their children.
+        frames: For each link, the index of the body that includes the link, and the link's pose in this body's frame,
+            (7,).
+        joints: The moving joints, including mimic joints. Joint i moves body i + 1.
+        parents: Index of each joint's parent body.
         actuated: Index in ``joints`` of each actuated joint, in the file's order.
-        leaders: Leader of each joint, or the joint itself if it is not a mimic joint.
-        multipliers: (joints,) multiplier for the leader's position.
-        offsets: (joints,) [rad or m]
+        leaders: Index of the leader of each mimic joint, and for any other joint, the joint's own index.
+        multipliers: Factor by which the leader's position is multiplied, (joints,).
+        offsets: Offset that is added to the multiplied position, (joints,) [rad or m].
 
     Raises:
         ModelFileError: The model has a joint that cannot be simulated.
@@ -94,28 +95,29 @@ class Skeleton:
         self._cross_squared = np.matmul(self._cross, self._cross)
 
     def all_positions(self, actuated: Floats) -> Floats:
-        """Return the positions of all joints (n, joints), given those of the actuated joints (n, dof)."""
+        """Return the positions of all joints, (n, joints), for given positions of the actuated joints, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         positions: Floats = found[:, self.leaders] * self.multipliers + self.offsets
         return positions
 
     def all_velocities(self, actuated: Floats) -> Floats:
-        """Return the velocities of all joints (n, joints), given those of the actuated joints (n, dof)."""
+        """Return the velocities of all joints, (n, joints), for given velocities of the actuated joints, (n, dof)."""
         found = np.zeros((len(actuated), len(self.joints)))
         found[:, self.actuated] = actuated
         velocities: Floats = found[:, self.leaders] * self.multipliers
         return velocities
 
     def place(self, base: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the poses of the bodies.
+        """Return the poses of all bodies and the axes of all joints.
 
         Args:
-            base: (n, 7) position [m] and quat_wxyz of the root link in the world.
-            positions: (n, joints) [rad or m]
+            base: Position [m] and quat_wxyz of the root link in the world, (n, 7).
+            positions: Joint positions, (n, joints) [rad or m].
 
         Returns:
-            pos (n, bodies, 3) [m], rotations (n, bodies, 3, 3), and the axes of the joints in the world (n, joints, 3).
+            Positions (n, bodies, 3) [m], rotation matrices (n, bodies, 3, 3), and joint axes (n, joints, 3), in the
+            world.
         """
         n, count = positions.shape
         angles = np.where(self._slides, 0.0, positions)[..., None, None]
@@ -134,16 +136,16 @@ class Skeleton:
         return pos, turn, axes
 
     def move(self, pos: Floats, axes: Floats, base_twist: Floats, velocities: Floats) -> tuple[Floats, Floats]:
-        """Return the velocities of the bodies.
+        """Return the linear and angular velocities of all bodies.
 
         Args:
-            pos: Positions of the bodies, from :meth:`place`.
-            axes: Axes of the joints, from :meth:`place`.
-            base_twist: (n, 6) lin_vel_world [m/s] of the root link's origin and ang_vel_world [rad/s].
-            velocities: (n, joints) [rad/s or m/s]
+            pos: Positions of the bodies, as returned by :meth:`place`.
+            axes: Axes of the joints, as returned by :meth:`place`.
+            base_twist: lin_vel_world [m/s] and ang_vel_world [rad/s] at the root link's origin, (n, 6).
+            velocities: Joint velocities, (n, joints) [rad/s or m/s].
 
         Returns:
-            lin_vel_world of the bodies' origins and ang_vel_world, (n, bodies, 3) each.
+            lin_vel_world of the bodies' origins and ang_vel_world of the bodies, (n, bodies, 3) each.
         """
         lin, ang = np.empty_like(pos), np.empty_like(pos)
         lin[:, 0], ang[:, 0] = base_twist[:, :3], base_twist[:, 3:]
@@ -159,13 +161,13 @@ class Skeleton:
         return lin, ang
 
     def on_body(self, link: str, pos: Floats, turn: Floats) -> tuple[int, Floats, Floats]:
-        """Return the body that contains a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
+        """Return the index of the body that includes a link, and the link's pos (n, 3) and quat_wxyz (n, 4)."""
         body, offset = self.frames[link]
         at = pos[:, body] + (turn[:, body] * offset[:3]).sum(-1)
         return body, at, quat_from_matrix(np.matmul(turn[:, body], matrix_from_quat(offset[3:])))
 
     def jacobian(self, link: str, pos: Floats, turn: Floats, axes: Floats) -> Floats:
-        """Return (n, 6, dof): lin_vel_world and ang_vel_world of a link's origin per unit of each actuated velocity."""
+        """Return the world Jacobian of a link's origin, (n, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         body, at, _ = self.on_body(link, pos, turn)
         whole = np.zeros((len(pos), 6, len(self.joints)))
         while body > 0:
@@ -180,10 +182,11 @@ class Skeleton:
         return whole[:, :, self.actuated]
 
     def masses(self, changed: Mapping[str, float] | None = None) -> list[Mass]:
-        """Return the mass properties of each body; a massless body has a mass of 0.
+        """Return the mass properties of each body, which are 0 for a body without mass.
 
         Args:
-            changed: Changed link masses [kg]; the inertia of these links is scaled accordingly.
+            changed: Changed link masses [kg], by link name. The inertias of these links are scaled by the same ratios
+                as the masses.
         """
         parts: list[list[tuple[Link, int, Floats]]] = [[] for _ in self.bodies]
         for link in self.model.links:
@@ -193,7 +196,7 @@ class Skeleton:
         return [_joined(links, changed or {}, self._armature(body)) for body, links in enumerate(parts)]
 
     def _armature(self, body: int) -> Floats:
-        """Return the inertia of a body's motor, as if the motor were part of the body, (3, 3) [kg·m²]."""
+        """Return the armature of the revolute joint that moves a body, as an inertia of this body, (3, 3) [kg·m²]."""
         if body == 0 or self._slides[body - 1]:
             return np.zeros((3, 3))
         axis = self.axes[body - 1]

@@ -1,4 +1,4 @@
-"""The state of a simulation as arrays: the poses and velocities of all bodies, and the drive targets."""
+"""Saves and restores a simulation's state, including the poses and velocities of all bodies and the drive targets."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ ROBOT_GROUPS = (2, 3, 4, 5)
 PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
 """Contact impedance (``solimp``) of links that set their own friction, such as gripper pads.
 
-The contact time constant is two timesteps. With MuJoCo's default of 20 ms, pads that press with 70 N would sink 10 mm
-into a 0.1 kg object.
+The contact time constant is two timesteps. With MuJoCo's default time constant of 20 ms, pads that press with 70 N
+would sink 10 mm into a 0.1 kg object.
 """
 
 
@@ -81,10 +81,10 @@ def _add_plain_geom(
 def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
     """Set the sliding friction of a body's shapes, regardless of the other body's friction.
 
-    By default, MuJoCo uses the larger of two bodies' friction coefficients, so the body's shapes are given priority. If
-    ``friction`` is 0, the contact dimension is set to 1, because MuJoCo only omits friction in one-dimensional
-    contacts. If ``friction`` is positive, the shapes also use :data:`PAD_IMPEDANCE` and a time constant of two
-    timesteps.
+    By default, MuJoCo uses the larger of two bodies' friction coefficients, so this function raises the priority of the
+    body's shapes. If ``friction`` is 0, the contact dimension is set to 1, because MuJoCo only omits friction in
+    one-dimensional contacts. If ``friction`` is positive, the shapes also use :data:`PAD_IMPEDANCE` and a time constant
+    of two timesteps.
 
     Raises:
         ConfigurationError: The body does not exist.

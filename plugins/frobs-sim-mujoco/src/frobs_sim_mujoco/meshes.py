@@ -28,7 +28,7 @@ class Meshes:
     def hull(self, mesh: Mesh) -> list[Use]:
         """Return the collision meshes of a mesh: the whole mesh, or its convex pieces if it is decomposed.
 
-        MuJoCo computes collisions with the convex hulls of the returned meshes, and rays with their triangles.
+        MuJoCo uses the convex hulls of the returned meshes for collisions, but casts rays against the triangles.
 
         Raises:
             ModelFileError: The file cannot be read.

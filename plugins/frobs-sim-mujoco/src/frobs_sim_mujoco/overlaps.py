@@ -31,7 +31,7 @@ def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Ove
 
 
 def overlaps_at_home(model: mujoco.MjModel, robots: Mapping[str, Placement]) -> list[tuple[str, str]]:
-    """Return the body pairs that overlap within each robot at its home position, by MuJoCo body name."""
+    """Return the MuJoCo names of all pairs of bodies that overlap within a robot at the home position."""
     data = mujoco.MjData(model)
     for name, placement in robots.items():
         robot = placement.model

@@ -93,7 +93,7 @@ class MujocoRobot(RobotHandle):
         self._simulation.mark_stale(mask)
 
     def go_home(self) -> None:
-        """Set the joints to their home positions at rest, and command the drives to hold them."""
+        """Set the joints to their home positions at rest, and command the drives to hold these positions."""
         self.write_joint_state(self.home)
         self._hold()
 
@@ -137,7 +137,7 @@ class MujocoRobot(RobotHandle):
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """Twist of the root link: lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s]."""
+        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:

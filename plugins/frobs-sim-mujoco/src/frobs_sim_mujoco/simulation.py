@@ -65,7 +65,7 @@ class BareMujoco:
 
     Args:
         model: The compiled model.
-        num_envs: Number of environments. If it is greater than 1, a batch is used.
+        num_envs: Number of environments. Several environments run in a batch.
         num_threads: Number of threads for the batch.
     """
 
@@ -177,7 +177,8 @@ class MujocoSimulation(Simulation):
         self._placements = robots
         self.model = self._build_model()
         # With a single environment, the batch stores derived quantities, so that the next step does not recompute them.
-        # With several environments, this would require one MjData each, which costs more memory and time than it saves.
+        # With several environments, storing these quantities would require one MjData per environment, which costs more
+        # memory and time than it saves.
         self.batch = Batch(self.model, num_envs, 1 if num_envs == 1 else num_threads, persistent=num_envs == 1)
         self._warnings = self.batch.warning[:, _DIVERGED, 1]
         self._no_warnings = self._warnings.tobytes()

@@ -1,4 +1,4 @@
-"""A robot in one environment: Bullet's body, without the mechanics that Bullet would add to the robot's own."""
+"""A robot in one environment, as a Bullet body without Bullet's default damping, motors and velocity limits."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics
 FASTEST = 1e6
 """Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
 
-_STATIC = 2  # Bullet's collision group of static bodies
+_STATIC = 2  # Bullet's collision group for static bodies
 
 
 class Articulation:
-    """A robot's body in the simulated world, and a twin without shapes for computing mass matrices.
+    """A robot's body in the simulated world, and a twin body without shapes for computing mass matrices.
 
     Args:
         client: Client of the simulated world.
@@ -27,18 +27,19 @@ class Articulation:
         placement: Placement of the robot.
         dynamics: Object that computes mass matrices.
         meshes: Writer for Bullet's mesh files.
-        group: Collision group, a unique bit.
+        group: Collision group of the robot, as a unique bit.
 
     Attributes:
         body: Bullet's index of the body.
-        links: Bullet's index of each link that is a body; −1 is the base.
-        joints: Bullet's indices of the moving joints, in the order of the mass matrix.
+        links: Bullet's link index of each link that is a separate body, by link name. The base has the index −1.
+        joints: Bullet's indices of the moving joints, in the order of the mass matrix's columns.
         slots: Index in ``joints`` of each actuated joint, in the file's order.
-        in_order: Whether the actuated joints are exactly the moving joints, in the same order.
-        mimics: (follower, leader) in ``joints``, with the model's description.
-        offset: Number of columns of the mass matrix that belong to the base.
-        twin: Bullet's index of the twin.
-        twin_links: Index of each of the twin's links.
+        in_order: Whether the actuated joints and the moving joints are the same joints in the same order.
+        mimics: For each mimic joint, the indices in ``joints`` of the joint and of its leader, and the model's mimic
+            element.
+        offset: Number of columns in the mass matrix that belong to the base.
+        twin: Bullet's index of the twin body.
+        twin_links: Bullet's link indices in the twin body, by link name.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Articulation:
             for joint in model.joints
             if joint.mimic is not None and joint.type is not JointType.FIXED
         ]
-        self.coms: dict[int, tuple[Vector, Quat]] = {}  # Bullet's frame of a link is at its center of mass
+        self.coms: dict[int, tuple[Vector, Quat]] = {}  # Bullet's frame of a link is at the link's center of mass
         for index in self.links.values():
             self.coms[index] = p.getDynamicsInfo(self.body, index, client)[3:5]
         self.com_backs = {index: invert(com) for index, com in self.coms.items()}
@@ -106,7 +107,8 @@ class Articulation:
                 activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )
-            # A separate call, because with some other settings Bullet would leave the friction at its default of 0.5.
+            # Set the friction in a separate call. Together with some of the settings above, Bullet would ignore the
+            # friction and use its default of 0.5.
             friction = self.placement.robot.friction.get(name, 1.0)
             p.changeDynamics(self.body, link, lateralFriction=friction, physicsClientId=client)
             stands = link < 0 and not self.floating
@@ -117,7 +119,7 @@ class Articulation:
             follower,
             leader,
             mimic,
-        ) in self.mimics:  # the drive law also moves followers; this constraint keeps them in place during contact
+        ) in self.mimics:  # the drive law also moves mimic joints; this constraint supports them during contact
             ends = (self.body, self.joints[follower], self.body, self.joints[leader])
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(
@@ -132,7 +134,7 @@ class Articulation:
             self._part_neighbours()
 
     def _part_neighbours(self) -> None:
-        """Disable collisions between links that are connected by at most one joint."""
+        """Disable collisions between links that are separated by at most one moving joint."""
         welds, neighbours = self.bones.welds, set()
         for joint, parent, _ in self.bones.joints:
             neighbours.add(frozenset((welds[parent], welds[joint.child])))
@@ -143,34 +145,34 @@ class Articulation:
                 p.setCollisionFilterPair(self.body, self.body, *ends, 0, physicsClientId=self.client)
 
     def base(self) -> tuple[Vector, Quat]:
-        """Return the pose of the base's link frame."""
+        """Return the pose of the base link's frame."""
         return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
 
     def com(self, index: int) -> tuple[Vector, Quat]:
-        """Return Bullet's frame for a link. Bullet rounds link frames to single precision, but not centers of mass."""
+        """Return the pose of a link's center of mass, which Bullet does not round to single precision."""
         if index < 0:
             return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
         return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
 
     def link_frame(self, index: int) -> tuple[Vector, Quat]:
-        """Return the pose of a link's own frame."""
+        """Return the pose of a link's frame, as defined in the model."""
         return compose(self.com(index), self.com_backs[index])
 
     def on_twin(self, index: int, point: Vector) -> Vector:
-        """Return a point on a link for Bullet's Jacobian: relative to the link's origin, along the principal axes."""
+        """Rotate a point in a link's frame to the link's principal axes, which Bullet's Jacobian requires."""
         return rotate(conjugate(self.coms[index][1]), point)
 
     def put_root(self, root: tuple[Vector, Quat]) -> None:
-        """Teleport the root link, and the base with it."""
+        """Teleport the root link together with the base."""
         base = compose(root, invert(self.bones.root))
         p.resetBasePositionAndOrientation(self.body, *compose(base, self.coms[-1]), self.client)
 
     def place(self) -> None:
-        """Move the root to its pose in the scene."""
+        """Move the root link to its initial pose in the scene."""
         self.put_root(from_pose(self.placement.pose))
 
     def write_joints(self, positions: list[float], velocities: list[float]) -> None:
-        """Set the joint states, in the file's order."""
+        """Set the positions and velocities of the actuated joints, in the file's order."""
         full: list[tuple[float, float]] = [(0.0, 0.0)] * len(self.joints)
         for slot, q, v in zip(self.slots, positions, velocities, strict=True):
             full[slot] = q, v
@@ -181,12 +183,12 @@ class Articulation:
             p.resetJointState(self.body, joint, q, v, self.client)
 
     def write_mass(self, link: str, mass: float) -> None:
-        """Change a link's mass [kg], and scale the inertia by the same ratio."""
+        """Change a link's mass [kg], and scale its inertia by the same ratio."""
         if self.links[link] < 0 and not self.floating:
-            return  # the mass of a fixed body has no effect, and Bullet would let it fall
+            return  # a fixed base does not need a mass, and with a mass, Bullet would let the base fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
-        # Scale the model's inertia, so that earlier writes have no effect.
+        # Scale the model's inertia instead of the current inertia, so that earlier writes have no effect.
         moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
         p.changeDynamics(
             self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
@@ -195,7 +197,7 @@ class Articulation:
         self._stale = True
 
     def refresh(self) -> None:
-        """Update the masses of the twin, which moves to its own server."""
+        """Apply changed masses to the twin body, which is then moved to a separate physics server."""
         if self._stale:
             if self._own_dynamics is None:
                 self.dynamics = self._own_dynamics = Dynamics()
@@ -204,13 +206,13 @@ class Articulation:
             self._stale = False
 
     def close(self) -> None:
-        """Disconnect from the twin's own server, if there is one."""
+        """Disconnect from the twin body's separate physics server, if that server exists."""
         if self._own_dynamics is not None:
             self._own_dynamics.close()
             self._own_dynamics = None
 
     def overlaps(self) -> dict[tuple[str, str], float]:
-        """Return the current overlap depths [m] of links that can collide."""
+        """Return the current penetration depth [m] of each pair of overlapping links that can collide."""
         p.performCollisionDetection(self.client)
         names = {index: name for name, index in self.links.items()}
         depths: dict[tuple[str, str], float] = {}
@@ -221,7 +223,7 @@ class Articulation:
         return depths
 
     def let_overlap(self) -> None:
-        """Disable collisions between links that currently overlap; otherwise the robot could not be controlled."""
+        """Disable collisions of currently overlapping links, because such collisions would make control impossible."""
         if self.placement.robot.self_collision:
             for first, second in self.overlaps():
                 ends = self.links[first], self.links[second]

@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 class BarePybullet:
-    """A minimal loop as a user of PyBullet would write it: one arm with commanded joints and the drive law.
+    """Minimal PyBullet loop for benchmarks: one arm with joint commands and the drive law.
 
     Args:
-        simulation: Simulation for which :meth:`knows` returns True.
+        simulation: A simulation for which :meth:`knows` returns True.
     """
 
     @staticmethod
     def knows(simulation: PybulletSimulation) -> bool:
-        """Return whether the simulation is one arm on a fixed base, without mimic joints or joint friction."""
+        """Return whether the only robot of a simulation has a fixed base, no mimic joints and no joint friction."""
         placements = list(simulation.placements.values())
         joints = [joint for placement in placements for joint in placement.model.joints]
         plain = not any(joint.mimic or joint.friction for joint in joints)
@@ -42,13 +42,13 @@ class BarePybullet:
         self._robot.dynamics.set_gravity(simulation.scene.gravity)
 
     def load(self, snapshot: Snapshot) -> None:
-        """Load the state and the controls of the first environment from a snapshot."""
+        """Load the first environment's state and controls from a snapshot."""
         gains = snapshot[f"robots/{self._name}/gains"][0].tolist()
         self._controls = [snapshot[f"robots/{self._name}/command"][0].tolist(), *gains]
         self._world.load(snapshot["bullet"][0], int(snapshot["bullet_bytes"][0]), 0, False)
 
     def step(self, decimation: int) -> None:
-        """Advance by ``decimation`` physics steps, one environment after another."""
+        """Execute ``decimation`` physics steps for each environment, all in the first environment's world."""
         robot, h = self._robot, self._h
         body, joints, client = robot.body, robot.joints, robot.client
         twin, dynamics, zeros = robot.twin, robot.dynamics.client, [0.0] * len(robot.joints)
@@ -65,7 +65,7 @@ class BarePybullet:
             p.stepSimulation(client)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays, one environment after another."""
+        """Cast the rays of all environments in sequence, in the first environment's world."""
         for start, direction in zip(origins, directions, strict=True):
             ends = start + max_range * direction
             p.rayTestBatch(start.tolist(), ends.tolist(), numThreads=1, physicsClientId=self._robot.client)

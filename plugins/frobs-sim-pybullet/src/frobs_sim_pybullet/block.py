@@ -1,4 +1,4 @@
-"""A subset of the environments in one process."""
+"""A block of environments that run in the same process."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frobs_sim_pybullet.options import Engine
 
 
 class Block:
-    """A subset of the environments in this process.
+    """A block of environments that run in this process.
 
     Args:
         robots: Robots, by name.
@@ -44,32 +44,39 @@ class Block:
             meshes.clear()
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
-        """Advance; rows are (environments in this block, decimation, dof) by robot."""
+        """Advance all environments in this block.
+
+        Args:
+            decimation: Number of physics steps.
+            rows: Commands for each physics step, (environments in this block, decimation, dof), by robot. Robots may be
+                omitted.
+        """
         for n, world in enumerate(self.worlds.values()):
             world.apply_sizes()
             world.step(decimation, {name: row[n] for name, row in rows.items()} if rows else {})
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
-        """Call a method on some of the worlds.
+        """Call a method on several of the worlds in this block.
 
         Args:
             method: Name of the method.
             ids: Indices of the environments.
-            arguments: Arguments. Each world gets its row of arrays (n, …); other arguments are passed unchanged.
+            arguments: Arguments of the method. From each array (n, …), every world receives its own row. Other
+                arguments are passed unchanged.
 
         Returns:
-            The results, in the order of ``ids``.
+            The method's results, in the order of ``ids``.
         """
         results = []
         for n, i in enumerate(ids):
-            if method != "write_parameter":  # so that several consecutive size changes rebuild the world only once
+            if method != "write_parameter":  # consecutive size changes rebuild the world only once
                 self.worlds[i].apply_sizes()
             own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
             results.append(getattr(self.worlds[i], method)(*own))
         return results
 
     def close(self) -> None:
-        """Disconnect from Bullet. Calling it again has no effect."""
+        """Disconnect from Bullet. Repeated calls have no effect."""
         if self._dynamics.client >= 0:
             for world in self.worlds.values():
                 world.close()

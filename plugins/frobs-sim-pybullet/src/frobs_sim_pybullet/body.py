@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class PybulletBody(BodyHandle):
-    """A body in every environment; see :class:`frobs_core.interfaces.BodyHandle`.
+    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`.
 
     Attributes:
-        moves: Whether the body can move, that is, is not static.
+        moves: Whether the body is free or kinematic, and therefore not static.
     """
 
     def __init__(self, simulation: PybulletSimulation, name: str, body: Body) -> None:
@@ -29,13 +29,13 @@ class PybulletBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         pose = self._simulation.watched(f"bodies/{self.name}/pose")
         return pose[:, :3], pose[:, 3:]
 
     @property
     def twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
+        """Velocity: lin_vel_world (num_envs, 3) [m/s] of the body's origin and ang_vel_world (num_envs, 3) [rad/s]."""
         twist = self._simulation.watched(f"bodies/{self.name}/twist")
         return twist[:, :3], twist[:, 3:]
 

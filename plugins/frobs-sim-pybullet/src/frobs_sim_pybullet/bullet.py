@@ -1,4 +1,4 @@
-"""Imports PyBullet without its greeting on standard output, which may be used for JSON."""
+"""Imports PyBullet without printing its greeting, because standard output may be reserved for JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["pybullet", "quiet"]
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Discard output of native code to standard output and standard error inside the block."""
+    """Discard all output of native code to standard output and standard error inside a ``with`` block."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()

@@ -1,15 +1,15 @@
-"""Joint friction and position limits as in MuJoCo, so that both engines give the same motion.
+"""Joint friction and position limits as in MuJoCo, so that both engines produce the same motion.
 
-Dry friction decelerates a joint with a bounded effort. A position limit pushes back a joint that has exceeded it. The
-resulting efforts f minimize
+Dry friction decelerates a joint with a bounded effort. A position limit pushes back a joint that has exceeded the
+limit. The resulting efforts f minimize
 
     ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit,
 
-with the inverse mass matrix A, the acceleration a without the constraints, and a* = −B·v − K·d·r, the acceleration that
-a constraint requests for a velocity v and a distance r. The softness R is (1 − d)/d times A's diagonal at zero
-positions. Friction has MuJoCo's defaults: d = 0.9, K = 0, B = 2 / (0.95 · 20 ms). Limits are as hard as the timestep h
-allows: d from 0.99 to 0.999 over 1 mm or mrad, K = 1 / (0.999 · 2h)², B = 2 / (0.999 · 2h). See "Computation:
-Constraint model" in MuJoCo's documentation.
+where A is the inverse mass matrix, a is the acceleration without constraints, and a* = −B·v − K·d·r is the acceleration
+that a constraint requests at a velocity v and a distance r. The softness R is (1 − d)/d times the diagonal of A at zero
+joint positions. Friction uses MuJoCo's defaults: d = 0.9, K = 0, and B = 2 / (0.95 · 20 ms). Limits are as hard as the
+timestep h allows: d rises from 0.99 to 0.999 over 1 mm or 1 mrad, K = 1 / (0.999 · 2h)², and B = 2 / (0.999 · 2h). For
+details, see "Computation: Constraint model" in MuJoCo's documentation.
 """
 
 from __future__ import annotations
@@ -27,13 +27,14 @@ _GUESSES, _SWEEPS, _TOLERANCES = 10, 20, (1e-12, 1e-11, 1e-10, 1e-9, 1e-8)
 
 
 class Constraints:
-    """Dry friction and position limits of the joints of one robot.
+    """Dry friction and position limits of one robot's joints.
 
     Args:
-        friction: Maximum effort of each moving joint [N·m or N].
-        lower: Lower limit of each joint [rad or m], or −inf if there is none.
-        upper: Upper limit of each joint [rad or m], or inf if there is none.
-        inverse_at_zero: Diagonal of the inverse mass matrix at zero positions; its last entries belong to the joints.
+        friction: Maximum effort of each moving joint's dry friction [N·m or N].
+        lower: Lower position limit of each joint [rad or m], or −inf for an unlimited joint.
+        upper: Upper position limit of each joint [rad or m], or inf for an unlimited joint.
+        inverse_at_zero: Diagonal of the inverse mass matrix at zero joint positions. The last entries of the diagonal
+            belong to the joints.
         physics_timestep: [s]
     """
 
@@ -58,13 +59,13 @@ class Constraints:
         self._damping = 2.0 / (_LIMIT_LARGEST * 2.0 * physics_timestep)  # [1/s]
 
     def __call__(self, inverse: Floats, accelerations: Floats, q: Sequence[float], v: Sequence[float]) -> Floats | None:
-        """Return the efforts, (size,), or None if no constraint is active.
+        """Return the constraint efforts, (size,), or None if no constraint is active.
 
         Args:
             inverse: Inverse mass matrix, (size, size).
             accelerations: Accelerations without constraints, (size,).
-            q: Positions of the joints [rad or m].
-            v: Velocities of the joints [rad/s or m/s].
+            q: Joint positions [rad or m].
+            v: Joint velocities [rad/s or m/s].
         """
         beyond = [*self._limit_rows(q, v)]
         if not (self._rubbing or beyond):
@@ -83,7 +84,7 @@ class Constraints:
         return result
 
     def _limit_rows(self, q: Sequence[float], v: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield column, sign, requested acceleration, softness and effort bounds for each joint beyond a limit."""
+        """Yield the column, sign, requested acceleration, softness and effort bounds of each joint beyond a limit."""
         for i, (x, (lower, upper)) in enumerate(zip(q, self._ends, strict=True)):
             if lower <= x <= upper:
                 continue
@@ -95,7 +96,7 @@ class Constraints:
 
 
 def _impedance(depth: float) -> float:
-    """Return the impedance of a limit at a given depth: MuJoCo's curve with power 2 and midpoint 0.5."""
+    """Return a limit's impedance at a given depth, according to MuJoCo's curve with power 2 and midpoint 0.5."""
     x = min(1.0, depth / _LIMIT_WIDTH)
     rise = 2.0 * x * x if x <= 0.5 else 1.0 - 2.0 * (1.0 - x) ** 2
     return _LIMIT_IMPEDANCE + rise * (_LIMIT_LARGEST - _LIMIT_IMPEDANCE)
@@ -104,9 +105,9 @@ def _impedance(depth: float) -> float:
 def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Floats:
     """Return the f in [low, high] that minimizes ½·fᵀ·matrix·f + fᵀ·slope.
 
-    The set of efforts at their bounds is guessed a few times. Gauss-Seidel sweeps then verify the guess and correct it
-    if necessary. If many sweeps are needed, their result becomes the next guess, which may be slightly less exact
-    because, due to rounding, efforts that are tiny compared with others never converge.
+    An active-set method guesses which efforts are at their bounds. Gauss-Seidel sweeps then verify the guess and
+    correct it if necessary. If the sweeps do not converge, the next guess starts from the result of the sweeps, with a
+    larger tolerance. The tolerance increases because rounding errors can prevent very small efforts from converging.
     """
     efforts, free = np.zeros(len(slope)), np.ones(len(slope), np.bool_)
     for tolerance in _TOLERANCES:
@@ -119,15 +120,15 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Return efforts that are exact if the guess of which ones are not at their bounds is right.
+    """Return efforts from an active-set method, which are exact if the final set of active bounds is right.
 
     Args:
         matrix: (n, n)
         slope: (n,)
         low: (n,)
         high: (n,)
-        efforts: (n,) initial efforts.
-        free: (n,) initial guess of which efforts are not at their bounds.
+        efforts: Initial efforts, (n,).
+        free: Initial guess of which efforts lie strictly between their bounds, (n,) bool.
     """
     for _ in range(_GUESSES):
         inner, outer = free.nonzero()[0], (~free).nonzero()[0]
@@ -149,7 +150,7 @@ def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Fl
 def _sweep(
     matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, tolerance: float
 ) -> tuple[Floats, bool]:
-    """Return efforts improved by Gauss-Seidel sweeps, and whether the last sweep changed them only slightly."""
+    """Improve efforts by Gauss-Seidel sweeps, and return the efforts and whether they have converged."""
     found = efforts.tolist()
     rows = list(
         zip(matrix.tolist(), slope.tolist(), low.tolist(), high.tolist(), matrix.diagonal().tolist(), strict=True)

@@ -1,4 +1,4 @@
-"""Finds a scene's contacts among Bullet's contact points."""
+"""Finds a scene's declared contacts among Bullet's contact points."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from frobs_core.arrays import Floats
 from frobs_core.interfaces import Contact
 
 Side: TypeAlias = tuple[int, int]
-"""Bullet's body and link; −1 for any body, −2 for any link."""
+"""Bullet's body index and link index. A body index of −1 means any body, and a link index of −2 means any link."""
 
 ANY: Side = (-1, -2)
 
 
 @dataclass(frozen=True)
 class Question:
-    """The definition of one contact, in terms of Bullet's indices.
+    """Definition of a declared contact in terms of Bullet's indices.
 
     Attributes:
         first: First side of the contact.
         second: Second side of the contact.
-        ignored: Bodies that do not count as the second side, including ``ANY`` link of a body.
+        ignored: Objects that do not count as the second side. A link index of −2 ignores all links of a body.
     """
 
     first: Side
@@ -32,10 +32,11 @@ class Question:
     ignored: frozenset[Side]
 
     def direction(self, point: Sequence[Any]) -> int | None:
-        """Return which side receives the force that a Bullet contact point exerts on its body A.
+        """Return which side of this contact includes body A of a Bullet contact point.
 
         Returns:
-            1 for the first side, −1 for the second side, 0 for both, or None if the point is not part of this contact.
+            1 for the first side, −1 for the second side, 0 for both sides, or None if the contact point does not belong
+            to this contact.
         """
         a, b = (point[1], point[3]), (point[2], point[4])
         forward, backward = self._joins(a, b), self._joins(b, a)
@@ -54,11 +55,11 @@ def _covers(side: Side, shape: Side) -> bool:
 
 
 def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
-    """Return the definition of a contact, or None if one side has no shape.
+    """Return the definition of a declared contact, or None if one of its sides does not have a shape.
 
     Args:
         contact: Contact declared by the scene.
-        sides: Bullet's indices for all objects that have a shape.
+        sides: Bullet's indices of all objects that have a shape, by name.
     """
     known = {**sides, "*": ANY}
     if contact.first not in known or contact.second not in known:
@@ -68,9 +69,10 @@ def question(contact: Contact, sides: Mapping[str, Side]) -> Question | None:
 
 
 def force_on_first(point: Sequence[Any]) -> Floats:
-    """Return the force that a Bullet contact point exerts on its body A, (3,) [N] in the world.
+    """Return the force on body A at a Bullet contact point, in the world frame, (3,) [N].
 
-    If a body filter swaps the two bodies, Bullet inverts the normal but not the friction, so do not use filters.
+    The contact point must come from an unfiltered query. If a body filter swaps the two bodies, Bullet inverts the
+    normal force but not the friction force.
     """
     force: Floats = np.array(point[7]) * point[9] + np.array(point[11]) * point[10] + np.array(point[13]) * point[12]
     return force

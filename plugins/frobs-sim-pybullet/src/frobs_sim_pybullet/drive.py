@@ -1,4 +1,4 @@
-"""The drives of one robot in one environment, evaluated in each physics step."""
+"""Computes the drive efforts of one robot in one environment in each physics step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_sim_pybullet.urdf import position_range
 
 
 class Drive:
-    """The drives of a robot, with the law of :mod:`frobs_sim_pybullet.law`.
+    """A robot's drives, which follow the law in :mod:`frobs_sim_pybullet.law`.
 
     Args:
         articulation: The robot.
@@ -37,7 +37,7 @@ class Drive:
         self._armature = [joint.armature for joint in articulation.moving]
         self._passive = [
             joint.damping for joint in articulation.moving
-        ]  # damping of followers; the others have parameters
+        ]  # only used for mimic joints, because the damping of actuated joints is a parameter
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
@@ -47,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # a robot without joints has empty gains
+        self._seen_gains: bytes | None = None  # not b"", because the gains of a robot without joints are empty
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
@@ -66,13 +66,13 @@ class Drive:
         return GeneralLaw(robot.offset, self._count, constraints, self._armature, robot.mimics)
 
     def _at_limits(self) -> Law:
-        """Return the law that also handles joints beyond their limits. Most robots never need it."""
+        """Return the law that also handles joints beyond their limits. The law is created on first use."""
         if self._law_at_limits is None:
             self._law_at_limits = self._law if self._rubs else self._general_law(constrained=True)
         return self._law_at_limits
 
     def _spread(self, values: list[float]) -> list[float]:
-        """Return the values of the actuated joints in the order of the mass matrix, with 0 for the others."""
+        """Return the actuated joints' values in the order of the mass matrix, with 0 for all other joints."""
         if self._robot.in_order:
             return values
         full = [0.0] * self._count
@@ -85,11 +85,11 @@ class Drive:
         self._gravity, self._turned = gravity, None
 
     def forget(self) -> None:
-        """Discard the cached state, because it was written."""
+        """Discard the cached joint states after the state has been written."""
         self._states = self._turned = None
 
     def set_gains(self, gains: Floats) -> None:
-        """Set Kp, Kd and the joints' own damping (3, dof) for the next physics steps, in the file's order."""
+        """Set Kp, Kd and the joint damping for the next physics steps, (3, dof), in the file's order."""
         seen = gains.tobytes()
         if seen == self._seen_gains:
             return
@@ -103,7 +103,7 @@ class Drive:
         self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:
-        """Apply a force [N] and a torque [N·m], in the world, at a link's center of mass in the next physics steps."""
+        """Apply a force [N] and a torque [N·m] in the world to a link's center of mass in the next physics steps."""
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
@@ -115,13 +115,13 @@ class Drive:
         self.pushes.clear()
 
     def states(self) -> tuple[list[float], list[float]]:
-        """Return joint positions and velocities, in the file's order."""
+        """Return the positions and velocities of the actuated joints, in the file's order."""
         robot = self._robot
         states = self._states = self._joint_states()
         return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
 
     def _joint_states(self) -> Sequence[tuple[float, ...]]:
-        """Return the states of the joints. Bullet returns None instead of an empty list for a robot without joints."""
+        """Return Bullet's joint states, or an empty tuple for a robot without joints, for which Bullet returns None."""
         robot = self._robot
         return p.getJointStates(robot.body, robot.joints, robot.client) or ()
 
@@ -130,10 +130,10 @@ class Drive:
         return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
 
     def __call__(self, command: list[float]) -> bool:
-        """Set the efforts for the next physics step; return False if the state has diverged.
+        """Set the efforts for the next physics step, or return False if the state has diverged.
 
         Args:
-            command: Kp·q*, Kd·v* or ff, in the file's order.
+            command: Kp·q*, Kd·v* or ff of each actuated joint, in the file's order.
         """
         robot = self._robot
         states = self._states or self._joint_states()
@@ -170,13 +170,13 @@ class Drive:
         return True
 
     def _turn(self) -> tuple[Quat, Vector]:
-        """Return the orientation of a fixed base, and gravity in the base's axes."""
+        """Return a fixed base's orientation and the gravity vector in the base's axes."""
         turn = self._robot.base()[1]
         self._turned = turn, rotate(conjugate(turn), self._gravity)
         return self._turned
 
     def _base_motion(self) -> list[float]:
-        """Return the linear and angular velocity of a free base's link frame, in that frame's axes."""
+        """Return the linear and angular velocity of a free base's link frame, expressed in this frame."""
         robot = self._robot
         (com, turned), (lin, ang) = (
             p.getBasePositionAndOrientation(robot.body, robot.client),
@@ -189,12 +189,12 @@ class Drive:
         return [*rotate(back, (lin[0] + arm[0], lin[1] + arm[1], lin[2] + arm[2])), *rotate(back, ang)]
 
     def _pushed(self, positions: list[float]) -> Floats:
-        """Return the generalized forces of the pushes, for each column of the mass matrix."""
+        """Return the generalized forces due to the applied forces, one for each column of the mass matrix."""
         robot, total = self._robot, np.zeros(self._size)
         assert self._turned is not None
         back = conjugate(self._turned[0])
         for _, _, link, point, force, torque in self.pushes:
-            if link >= 0:  # pushes do not move a fixed base
+            if link >= 0:  # forces do not move a fixed base
                 zeros = self._zeros
                 lin, ang = p.calculateJacobian(robot.twin, link, point, positions, zeros, zeros, robot.dynamics.client)
                 total += np.array(rotate(back, force)) @ np.array(lin) + np.array(rotate(back, torque)) @ np.array(ang)
@@ -212,6 +212,6 @@ class Drive:
         p.applyExternalTorque(robot.body, index, turning, p.WORLD_FRAME, robot.client)
 
     def positions(self) -> list[float]:
-        """Return all positions in the order of the mass matrix. A free base's are zero, in the base's own axes."""
+        """Return all positions in the order of the mass matrix, with zeros for the virtual joints of a free base."""
         states = self._states or self._joint_states()
         return self._lead + [state[0] for state in states]

@@ -1,4 +1,4 @@
-"""Writing to one environment and reading from it between steps."""
+"""Reads from and writes to one environment between steps."""
 
 from __future__ import annotations
 
@@ -17,10 +17,14 @@ from frobs_sim_pybullet.world import ROBOT_GROUPS, World
 
 
 class EditableWorld(World):
-    """An environment whose state can be written, pushed, saved and restored; see :class:`World`."""
+    """An environment whose state can be written, saved and restored, and whose bodies can be pushed."""
 
     def write_joints(self, robot: str, positions: Floats, velocities: Floats) -> None:
-        """Set a robot's joint state, (dof,) each. Values that Bullet cannot handle end the episode instead."""
+        """Set a robot's joint positions and velocities, (dof,) each.
+
+        Values that Bullet cannot handle are not written. Instead, the environment diverges in the next step, which ends
+        the episode.
+        """
         if not (math.hypot(*positions) < math.inf and math.hypot(*velocities) < FASTEST):
             self._broken = True
             return
@@ -28,7 +32,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_pose(self, robot: str, pose: Floats) -> None:
-        """Teleport a robot's root link to a pose (7,): position and quat_wxyz."""
+        """Teleport a robot's root link to a pose, (7,): position [m] and quat_wxyz."""
         if not self._can_bear(pose):
             return
         articulation = self.robots[robot]
@@ -39,7 +43,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_twist(self, robot: str, twist: Floats) -> None:
-        """Set a root link's twist (6,) in the world: the linear velocity of its origin, then the angular velocity."""
+        """Set a root link's twist in the world, (6,): linear velocity of the link's origin, and angular velocity."""
         if not self._can_bear(twist):
             return
         articulation = self.robots[robot]
@@ -52,7 +56,7 @@ class EditableWorld(World):
         self._written()
 
     def write_bodies(self, names: list[str], pos: Floats, quat_wxyz: Floats | None = None) -> None:
-        """Teleport k bodies to positions (k, 3) and orientations (k, 4), and stop them."""
+        """Teleport k bodies to positions (k, 3) and orientations (k, 4), and set their velocities to 0."""
         if not self._can_bear(pos.ravel() if quat_wxyz is None else np.concatenate([pos, quat_wxyz], axis=1).ravel()):
             return
         for i, name in enumerate(names):
@@ -66,7 +70,7 @@ class EditableWorld(World):
         self._written()
 
     def write_body_twist(self, body: str, twist: Floats) -> None:
-        """Set a free body's twist (6,) in the world: the linear velocity of its origin, then the angular velocity."""
+        """Set a free body's twist in the world, (6,): linear velocity of the body's origin, and angular velocity."""
         if self._can_bear(twist):
             lin_x, lin_y, lin_z, *ang = twist.tolist()
             self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
@@ -79,19 +83,19 @@ class EditableWorld(World):
         return bearable
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays, (k, 3) each; return (k,) [m].
+        """Cast k rays, and return the distances at which they hit something, (k,) [m].
 
         Args:
-            origins: Origins [m].
-            directions: Unit vectors.
-            max_range: [m]
-            blind_to: Robot that the rays do not detect, or ``""`` to detect all robots.
+            origins: Start points in the world, (k, 3) [m].
+            directions: Unit vectors in the world, (k, 3).
+            max_range: Length of the rays [m].
+            blind_to: Name of the robot that the rays ignore, or ``""`` to detect all robots.
         """
         mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
         return self._rays.cast(origins, directions, max_range, mask)
 
     def push(self, target: str, force: Floats, torque: Floats) -> None:
-        """Apply a force and a torque, (3,) each, at the center of mass of a body or ``robot/link`` in the next step."""
+        """Apply a force and a torque, (3,) each, to the center of mass of a body or ``robot/link`` in the next step."""
         if target in self.bodies:
             self._body_pushes.append((self.bodies[target], tuple(force.tolist()), tuple(torque.tolist())))
             return
@@ -99,7 +103,7 @@ class EditableWorld(World):
         self._drives[robot].push(link, tuple(force.tolist()), tuple(torque.tolist()))
 
     def write_parameter(self, name: str, target: str, value: Floats) -> None:
-        """Change a mass, a friction, a size or the gravity."""
+        """Change a mass, a friction coefficient, a size factor or the gravity."""
         plain = value.tolist()
         self._resized |= name == "size" and plain != self._parameters.get((name, target), 1.0)
         self._parameters[name, target] = plain
@@ -114,7 +118,7 @@ class EditableWorld(World):
                 return np.frombuffer(file.read(), np.uint8)
 
     def load(self, state: np.ndarray[Any, np.dtype[np.uint8]], size: int, steps: int, broken: bool) -> None:
-        """Restore a state saved by this world or one with the same configuration."""
+        """Restore a state that was saved by this world or by another world with the same configuration."""
         if self._broken and not broken:
             self.reset()
         with tempfile.TemporaryDirectory() as folder:

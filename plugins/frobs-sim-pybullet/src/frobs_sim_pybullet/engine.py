@@ -1,4 +1,4 @@
-"""Bullet clients: one for the simulation, and one for the dynamics that the drives need."""
+"""Bullet clients for the simulation and for computing the dynamics that the drives require."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from frobs_sim_pybullet.transforms import Vector
 
 _FLAGS = (
     pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
-)  # otherwise cylinders become 32-sided prisms that are 1 mm too thick
+)  # without this flag, cylinders become 32-sided prisms that are 1 mm too thick
 MARGIN = 1e-4
-"""Rounding margin for meshes on the base [m]. Without a margin, rays miss them. Other links keep Bullet's 1 mm."""
+"""Collision margin of meshes on the base [m].
+
+Without a margin, rays would miss the base's meshes. The meshes of other links keep Bullet's margin of 1 mm.
+"""
 SELF_COLLISION = pybullet.URDF_USE_SELF_COLLISION
 
 
@@ -21,7 +24,7 @@ def connect() -> int:
     """Return a client for a new physics server in this process.
 
     Raises:
-        SimulationError: Bullet did not provide a server; it supports 1,024 per process.
+        SimulationError: Bullet did not provide a server, because it supports at most 1,024 servers per process.
     """
     client: int = pybullet.connect(pybullet.DIRECT)
     if client < 0:
@@ -55,10 +58,10 @@ def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: st
 
 
 class Dynamics:
-    """Mass matrices and bias forces of robots, in a client without gravity, shapes or time.
+    """Computes the mass matrices and bias forces of robots, in a Bullet client without shapes that is never stepped.
 
-    The simulated bodies cannot be used for this, because Bullet caches their masses, ignores the orientation of a fixed
-    base, and does not support inverse dynamics for a free base.
+    The simulated bodies cannot be used for these computations, because Bullet caches their masses, ignores the
+    orientation of a fixed base, and does not support inverse dynamics for a free base.
     """
 
     def __init__(self) -> None:
@@ -67,7 +70,7 @@ class Dynamics:
         self._bodies: dict[str, int] = {}
 
     def load(self, text: str) -> int:
-        """Return the body for a URDF. Identical robots share one body."""
+        """Return the index of the body for a URDF. Identical robots share one body."""
         if text not in self._bodies:
             body = self._bodies[text] = load_urdf(text, self.client, fixed=True)
             joints = [
@@ -75,18 +78,18 @@ class Dynamics:
             ]
             moving = sum(joint[2] != pybullet.JOINT_FIXED for joint in joints)
             if moving:
-                with quiet():  # Bullet builds its model here, and warns about axes whose length is off in the last bit
+                with quiet():  # Bullet builds its model here, and warns about rounding errors in unit vectors
                     pybullet.calculateMassMatrix(body, [0.0] * moving, 0, self.client)
         return self._bodies[text]
 
     def clear(self) -> None:
-        """Remove all bodies, because if only some are removed, Bullet confuses later bodies with them."""
+        """Remove all bodies. If only some bodies were removed, Bullet would confuse new bodies with removed ones."""
         pybullet.resetSimulation(physicsClientId=self.client)
         self._bodies.clear()
         self._gravity = None
 
     def set_gravity(self, gravity: Vector) -> None:
-        """Set the gravity for the next computations, in the base's axes [m/s²]."""
+        """Set the gravity vector for the next computations, in the base's axes [m/s²]."""
         if gravity != self._gravity:
             pybullet.setGravity(*gravity, self.client)
             self._gravity = gravity

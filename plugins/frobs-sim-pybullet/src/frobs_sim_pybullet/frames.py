@@ -1,4 +1,4 @@
-"""Poses and motions of the links of one robot in one environment; those requested are kept up to date."""
+"""Reads the poses, twists and Jacobians of one robot's links in one environment."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _UNTURNED = IDENTITY[1]
 
 
 class Frames:
-    """Reads frames of a robot into its row of the shared arrays.
+    """Reads poses, twists and Jacobians of a robot's links into one environment's row of the shared arrays.
 
     Args:
         articulation: The robot.
         drive: The robot's drives, which provide the joint positions.
-        row: Arrays to which to write, by name.
+        row: One environment's row of the shared arrays, by array name.
     """
 
     def __init__(self, articulation: Articulation, drive: Drive, row: Mapping[str, np.ndarray[Any, Any]]) -> None:
         self._robot, self._drive, self._row = articulation, drive, row
 
     def reader(self, kind: str, link: str) -> Callable[[], None]:
-        """Return a function that reads one frame.
+        """Return a function that reads a link's pose, twist or Jacobian into the shared arrays.
 
         Args:
             kind: ``"pose"``, ``"twist"`` or ``"jacobian"``.

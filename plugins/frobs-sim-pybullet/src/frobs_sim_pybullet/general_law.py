@@ -1,4 +1,4 @@
-"""The drive law in NumPy, for dry friction, joints beyond their limits, mimic joints, and many joints."""
+"""The drive law in NumPy, for robots with dry friction, mimic joints, many joints, or joints beyond their limits."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from frobs_sim_pybullet.law import Constants, Matrix
 
 
 class GeneralLaw:
-    """The law of :func:`frobs_sim_pybullet.law.law` in NumPy.
+    """The drive law of :func:`frobs_sim_pybullet.law.law` in NumPy, with mimic joints and constraints.
 
-    Mimic joints follow exactly, because the equations are those of the independent joints.
+    Mimic joints follow their leaders exactly, because the equations are only solved for the independent joints.
 
     Args:
-        offset: Number of columns of the mass matrix that belong to the base.
+        offset: Number of columns in the mass matrix that belong to the base.
         count: Number of joints.
-        constraints: Friction and limits, or None if there are none.
-        armature: Armatures of the joints [kg·m² or kg].
-        mimics: (follower, leader) among the joints, with the model's description.
+        constraints: Dry friction and position limits, or None to ignore them.
+        armature: Armature of each joint [kg·m² or kg].
+        mimics: For each mimic joint, the index of the joint, the index of its leader, and the model's mimic element.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class GeneralLaw:
         matrix: Matrix,
         bias: Sequence[float],
     ) -> tuple[list[float], list[float]]:
-        """Return the efforts for Bullet, and the efforts that the drives apply."""
+        """Return the efforts to pass to Bullet, and the efforts that the drives apply."""
         kp, kd, limit, damping, inertia, drive_inertia = np.reshape(constants, (-1, 6)).T
         speeds = np.array(v)
         explicit = np.array(command) - kp * np.array(q) - kd * speeds
@@ -74,7 +74,7 @@ class GeneralLaw:
         return torques, efforts.tolist()
 
     def _inverse(self, mass: Floats) -> Floats:
-        """Return the accelerations for unit efforts, including those of mimic joints."""
+        """Return the inverse mass matrix of all joints, including mimic joints, which follow their leaders."""
         if self._reduction is None:
             return np.asarray(np.linalg.inv(mass), np.float64)
         follow = self._reduction

@@ -1,11 +1,12 @@
-"""The drive law for one robot in one environment, in Python floats, because NumPy is slower for a few joints.
+"""The drive law for one robot in one environment, in Python floats, which are faster than NumPy for few joints.
 
 With the mass matrix M, bias forces b and physics timestep h, the acceleration a solves
 
     (M + h·D)·a = clip(Kp·(q* − q) − Kd·q̇ + ff) − d·q̇ − b,
 
-where D contains the joint damping d, plus Kd for joints that are not saturated, like MuJoCo's ``implicitfast`` with a
-position actuator. Bullet gets the effort M·a + b, for which its own dynamics yield this a.
+where the diagonal matrix D contains the joint damping d, plus Kd for joints whose drives are not saturated. This
+equation corresponds to MuJoCo's ``implicitfast`` integrator with a position actuator. The effort M·a + b is passed to
+Bullet, whose own dynamics then yield the acceleration a.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from typing import TypeAlias
 Matrix: TypeAlias = Sequence[Sequence[float]]
 
 LARGEST = 8
-"""Largest number of equations for which this law is as fast as :class:`frobs_sim_pybullet.general_law.GeneralLaw`."""
+"""Largest number of equations for which :func:`law` is as fast as the general law in NumPy."""
 
 
 Constants: TypeAlias = Sequence[tuple[float, float, float, float, float, float]]
-"""Constants during a control step, one row per joint: stiffness and damping of the drive, effort limit, damping of the
-joint, inertia of the joint (armature + h · damping), and the drive's contribution to that inertia (h · damping of the
-drive).
+"""Constants during a control step, with one row per joint.
+
+The columns are the drive's stiffness, the drive's damping, the effort limit, the joint's damping, the joint's inertia
+(armature + h · damping of the joint), and the drive's contribution to the inertia (h · damping of the drive).
 """
 
 Law: TypeAlias = Callable[
@@ -44,15 +46,15 @@ def law(
     """Compute the efforts for one physics step.
 
     Args:
-        q: (count,) joint positions [rad or m].
-        v: (count,) joint velocities [rad/s or m/s].
-        command: (count,) Kp·q*, Kd·v* or ff [N·m or N].
-        constants: (count, 6)
-        matrix: (size, size) mass matrix; its first size − count columns belong to a free base.
-        bias: (size,) bias forces.
+        q: Joint positions, (count,) [rad or m].
+        v: Joint velocities, (count,) [rad/s or m/s].
+        command: Kp·q*, Kd·v* or ff of each joint, (count,) [N·m or N].
+        constants: Constants of each joint, (count, 6).
+        matrix: Mass matrix, (size, size), whose first size − count columns belong to a free base.
+        bias: Bias forces, (size,).
 
     Returns:
-        The efforts for Bullet, and the efforts that the drives apply, (count,) [N·m or N] each.
+        The efforts to pass to Bullet, and the efforts that the drives apply, (count,) [N·m or N] each.
     """
     base = len(bias) - len(q)
     right: list[float] = []
@@ -81,16 +83,16 @@ def law(
 
 
 def solve(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float], first: int = 0) -> Sequence[float]:
-    """Solve (matrix + diag(diagonal))·x = right by LDLᵀ.
+    """Solve (matrix + diag(diagonal))·x = right for x by LDLᵀ decomposition.
 
     Args:
-        matrix: (size, size), symmetric; only its lower triangle is used.
+        matrix: Symmetric matrix, (size, size), of which only the lower triangle is used.
         diagonal: (size,)
         right: (size,)
         first: Index of the first component of x to compute.
 
     Returns:
-        (size − first,) components of x, beginning with ``first``.
+        The components of x from the index ``first`` to the end, (size − first,).
     """
     size = len(right)
     if size == 6:
@@ -119,9 +121,9 @@ _Row: TypeAlias = tuple[int, int, list[tuple[int, int]]]
 
 @lru_cache
 def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
-    """Return the indices that :func:`solve` uses, in a flat list of the matrix's rows and the right-hand side.
+    """Return the indices that :func:`solve` uses in a flat list of the matrix's rows and the right-hand side.
 
-    The entries of L·D replace the lower triangle, and those of Lᵀ the upper triangle.
+    In the flat list, L·D replaces the lower triangle of the matrix, and Lᵀ replaces the upper triangle.
     """
     right = size * size
     pivots: list[_Pivot] = []
@@ -139,9 +141,9 @@ def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
 
 
 def _solve_six(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> Sequence[float]:
-    """Solve six equations, as for most arms, in less than half the time of the loops, with the same rounding.
+    """Solve six equations, as for most arms, with the same rounding as the loops but in less than half the time.
 
-    m is the matrix, p a pivot, l an entry of L, and u an entry of L·D.
+    In the variable names, m denotes an entry of the matrix, p an inverse pivot, l an entry of L, and u an entry of L·D.
     """
     row0, row1, row2, row3, row4, row5 = matrix
     m00, _, _, _, _, _ = row0

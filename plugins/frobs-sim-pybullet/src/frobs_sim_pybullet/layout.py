@@ -1,4 +1,4 @@
-"""Arrays shared by the simulation and its worlds, (num_envs, …) each, in one block of memory for all processes."""
+"""Defines the arrays, (num_envs, …) each, that the simulation shares with its worlds in all processes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ import numpy as np
 from frobs_core.interfaces import ContactState, Placement, Scene
 
 Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
-"""Shape of one environment's row, and dtype, by array name."""
+"""Shape of one environment's row and dtype of each shared array, by array name."""
 
 Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
 
 
 def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
-    """Return the layout of the shared arrays. Arrays that are never read are never written, so they use no memory."""
+    """Return the layout of the shared arrays.
+
+    Poses, twists and Jacobians are only written on request, so unused arrays do not occupy physical memory.
+    """
     found: Layout = {
         "time": ((), "f8"),
         "diverged": ((), "?"),
@@ -32,7 +35,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
         found[f"robots/{name}/gains"] = (
             (3, dof),
             "f8",
-        )  # Kp and Kd in the current command mode, and the joints' own damping
+        )  # Kp and Kd in the current command mode, and the joint damping
         for sensor in placement.force_torque_sensors:
             found[f"robots/{name}/wrench/{sensor}"] = (6,), "f8"
         for link in placement.model.links:
@@ -46,7 +49,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
 
 
 def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
-    """Return a zeroed buffer for all arrays, shared between the processes of ``context``, if there is one."""
+    """Return a zeroed buffer for all arrays, which processes share if a multiprocessing context is given."""
     size = sum(_size(shape, num_envs) for shape, _ in fields.values())
     if context is None:
         return (ctypes.c_byte * size)()
@@ -54,7 +57,7 @@ def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
 
 
 def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
-    """Return the arrays as views into their buffer."""
+    """Return the arrays as views of a buffer."""
     views, offset = {}, 0
     for name, (shape, dtype) in fields.items():
         whole = (num_envs, *shape)
@@ -65,17 +68,17 @@ def arrays(fields: Layout, num_envs: int, buffer: Any) -> Arrays:
 
 
 def row(whole: Arrays, env: int) -> Arrays:
-    """Return one environment's part of each array, as views."""
+    """Return a view of one environment's row in each array."""
     return {name: array[env, ...] for name, array in whole.items()}
 
 
 def state_names(names: Iterable[str]) -> list[str]:
-    """Return the names of the arrays that are part of the state itself."""
+    """Return the names of the state arrays, which are all arrays except poses, twists and Jacobians."""
     return [name for name in names if split(name)[2:3] not in (["pose"], ["twist"], ["jacobian"])]
 
 
 def split(name: str) -> list[str]:
-    """Return the parts of an array's name: kind, robot or body, field, link. Body names may contain slashes."""
+    """Split an array's name into kind, robot or body, field, and link. Body names may contain slashes."""
     kind, _, rest = name.partition("/")
     if kind == "bodies":
         body, _, field = rest.rpartition("/")
@@ -84,4 +87,4 @@ def split(name: str) -> list[str]:
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:
-    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # to avoid sharing cache lines with other arrays
+    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # so that arrays do not share cache lines

@@ -1,4 +1,7 @@
-"""Rays in one environment. Bullet finds the object hit, and exact geometry gives the distance for round shapes."""
+"""Casts rays in one environment.
+
+Bullet determines which objects the rays hit. The distances to round shapes are then computed exactly.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +18,11 @@ from frobs_sim_pybullet.rays import ROUND, distances
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose
 
 _LARGEST_BATCH = 16384 - 1  # maximum number of rays per Bullet call
-_BEYOND = 0.02  # [m] distance beyond a reported hit at which a ray continues if it actually misses the shape
+_BEYOND = 0.02  # [m] distance behind a reported hit where a ray continues if it actually misses the shape
 _MOST_PASSES = 8
 
 Collider: TypeAlias = tuple[tuple[tuple[Geometry, Pose], ...], Callable[[], tuple[Vector, Quat]]]
-"""The shapes of a link, and a function that returns the pose of the link's frame."""
+"""A link's shapes, and a function that returns the pose of the link's frame."""
 
 
 class Rays:
@@ -27,7 +30,7 @@ class Rays:
 
     Args:
         client: Client for the world.
-        colliders: Colliders by Bullet's body and link.
+        colliders: Colliders, by Bullet's body and link indices.
     """
 
     def __init__(self, client: int, colliders: Mapping[tuple[int, int], Collider]) -> None:
@@ -39,16 +42,16 @@ class Rays:
         }
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, mask: int) -> Floats:
-        """Return the distance of each ray, (k,) [m].
+        """Return the distance at which each ray hits something, (k,) [m].
 
         Args:
-            origins: (k, 3) [m]
-            directions: (k, 3) unit vectors.
-            max_range: [m]
-            mask: Bullet's collision groups that rays can hit.
+            origins: Start points in the world, (k, 3) [m].
+            directions: Unit vectors in the world, (k, 3).
+            max_range: Length of the rays [m].
+            mask: Bit mask of Bullet's collision groups that rays can hit.
         """
         result = np.full(len(origins), max_range)
-        passed = np.zeros(len(origins))  # [m] start of the remaining part of each ray
+        passed = np.zeros(len(origins))  # [m] distance at which the remaining part of each ray starts
         open_rays = np.arange(len(origins))
         for _ in range(_MOST_PASSES):
             if not len(open_rays):
@@ -83,7 +86,7 @@ class Rays:
         passed: Floats,
         max_range: float,
     ) -> np.ndarray:
-        """Set the exact distances to round shapes; return the rays that miss them, which continue behind them."""
+        """Set the exact distances to round shapes, and return the rays that miss these shapes and must be continued."""
         groups: dict[tuple[int, int], list[int]] = {}
         for ray, hit in zip(rays.tolist(), hits, strict=True):
             if hit in self._round:

@@ -1,4 +1,4 @@
-"""Robot meshes as files for Bullet, which supports few formats and silently accepts broken files."""
+"""Writes robot meshes to files for Bullet, which supports few formats and silently accepts broken files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Rgba: TypeAlias = tuple[float, float, float, float]
 
 
 class MeshFiles:
-    """Writes each mesh once, in meters, to a temporary folder, and removes the folder at the end."""
+    """Writes each mesh once, in meters, to a temporary folder, which :meth:`clear` removes."""
 
     def __init__(self) -> None:
         self._folder: Path | None = None
@@ -23,7 +23,9 @@ class MeshFiles:
         self._drawn: dict[Mesh, list[tuple[Path, Rgba | None]]] = {}
 
     def hulls(self, mesh: Mesh) -> list[Path]:
-        """Return a file with a mesh's points, or one per convex piece; Bullet uses the points' convex hull.
+        """Return files with the points of each convex piece of a mesh, or of the whole mesh if it is not decomposed.
+
+        Bullet uses the convex hull of the points in each file.
 
         Raises:
             ModelFileError: The mesh cannot be read.
@@ -35,14 +37,14 @@ class MeshFiles:
                 points = np.unique(piece.vertices, axis=0)
                 corners = np.arange(-(-len(points) // 3) * 3) % len(
                     points
-                )  # each point once, which is enough for a hull
+                )  # each point occurs at least once, which suffices for a hull
                 part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
                 files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
             self._hulls[mesh] = files
         return self._hulls[mesh]
 
     def drawn(self, mesh: Mesh) -> list[tuple[Path, Rgba | None]]:
-        """Return a file for each of a mesh's colors, along with the color.
+        """Return a file and a color for each single-color part of a mesh.
 
         Raises:
             ModelFileError: The mesh cannot be read.
@@ -62,7 +64,7 @@ class MeshFiles:
         return path
 
     def clear(self) -> None:
-        """Remove the files; they are written again on demand."""
+        """Remove all files. Meshes that are requested later are written again."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None

@@ -37,7 +37,8 @@ def read_options(given: Mapping[str, Any]) -> dict[str, int | float]:
     """Validate options, and return them as keyword arguments for ``pybullet.setPhysicsEngineParameter``.
 
     Args:
-        given: Arguments of the simulation, by name. Only options are used; None means Bullet's default.
+        given: Arguments of the simulation, by name. Arguments that are not engine options are ignored. If an option is
+            None, Bullet's default applies.
 
     Raises:
         ConfigurationError: A value is out of range.

@@ -1,4 +1,4 @@
-"""Physical parameters that differ between environments."""
+"""Reads and writes physical parameters that differ between environments."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class PybulletParameters(WrittenParameters):
         self._simulation = simulation
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Pass a parameter to the worlds selected by ``mask``."""
+        """Pass a parameter's values to the worlds selected by ``mask``."""
         rows = slice(None) if mask is None else np.flatnonzero(mask)
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
 
     def sizes(self, env: int) -> dict[str, float]:
-        """Return the sizes that have been written in an environment, by body."""
+        """Return an environment's written size factors, by body."""
         return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def restore(self, state: Snapshot) -> None:

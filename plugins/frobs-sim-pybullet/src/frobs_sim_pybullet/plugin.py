@@ -23,13 +23,14 @@ def frobs_simulators() -> list[SimulatorRecord]:
             install_hint="pip install frobs-sim-pybullet, with Python 3.11: PyBullet has no wheel for newer versions",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
-                # Attachments are engine constraints; the drives do not include the attached mass.
+                # Attachments are constraints in the engine, and the drive law does not include the attached mass.
                 "attachments": Level.APPROXIMATE,
-                # Readings are exact at rest; in fast motion, Bullet's values are a few percent too low.
+                # Readings are exact at rest. During fast motion, Bullet's values are a few percent too low.
                 "force_torque": Level.APPROXIMATE,
-                # Each environment is a separate engine that takes about 30 MB.
+                # Each environment is a separate engine instance that requires about 30 MB of memory.
                 "batched": Level.APPROXIMATE,
-                # Bullet multiplies the friction of two bodies; only on the floor is the larger used, as in MuJoCo.
+                # Bullet multiplies the friction coefficients of two bodies. The larger coefficient is only used for
+                # contacts with the floor, as in MuJoCo.
                 "randomize_friction": Level.APPROXIMATE,
             },
         )
@@ -37,7 +38,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
 
 
 def _summary() -> str:
-    """Return the text for ``frobs list``, which says how to get PyBullet if this Python lacks it."""
+    """Return the summary for ``frobs list``, with instructions if PyBullet does not support this Python version."""
     if sys.version_info < (3, 12) or find_spec("pybullet"):
         return "PyBullet: many environments at once in worker processes"
     return f"PyBullet, which has no wheel for Python {sys.version_info[0]}.{sys.version_info[1]}: use Python 3.11, or the simulator mujoco"

@@ -1,7 +1,7 @@
-"""Environments in several processes: blocks that are called through pipes and answer in shared memory.
+"""Runs blocks of environments in several processes, which receive calls through pipes and share memory.
 
-The first block runs in this process, because merely waiting for others would waste a processor, and each message costs
-as much as a tenth of a step.
+The first block runs in this process, because a process that only waits for workers would waste a processor, and because
+each message to a worker takes about a tenth of the time of a step.
 """
 
 from __future__ import annotations
@@ -29,42 +29,43 @@ from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.worker import work
 
-CONTEXT = multiprocessing.get_context("spawn")  # a forked process would inherit locks of threads that it does not have
+CONTEXT = multiprocessing.get_context("spawn")  # a forked process would inherit locks without their threads
 
 _GRACE = 5.0  # [s] time for a worker to exit by itself after its pipe is closed
 
 
 def count_workers(num_envs: int, num_threads: int) -> int:
-    """Return the number of processes for a simulation, including this one.
+    """Return the number of processes for a simulation, including this process.
 
     Args:
         num_envs: ≥ 1.
-        num_threads: Number of processes; 0 means one per processor.
+        num_threads: Maximum number of processes, or 0 for one per processor.
     """
     if multiprocessing.current_process().daemon:
-        return 1  # daemonic processes, such as those of Gymnasium's AsyncVectorEnv, cannot have children
+        return 1  # daemonic processes, such as workers of Gymnasium's AsyncVectorEnv, cannot have child processes
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(num_envs, num_threads or usable)
 
 
 class Pool:
-    """Blocks of environments, one in this process and the others in workers, with the interface of a single block.
+    """A pool of environment blocks that has the interface of a single block.
 
-    Workers never outlive the pool: they exit when their pipe is closed, whether by :meth:`close`, by the garbage
-    collector, or because this process has exited.
+    The first block runs in this process, and each of the other blocks runs in a worker process. Workers never outlive
+    the pool. A worker exits when its pipe is closed by :meth:`close` or by the garbage collector, or when this process
+    exits.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
         engine: Settings of the physics engine.
         fields: Layout of the shared arrays.
-        num_envs: Number of environments in all blocks.
+        num_envs: Total number of environments in all blocks.
         buffer: The shared memory.
         count: Number of blocks, ≥ 2.
 
     Raises:
         SimulationError: A worker did not start.
-        FrobsError: A worker raised this error while building its environments.
+        FrobsError: A worker raised the error while it built its environments.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class Pool:
                 self._end()
                 raise
             finally:
-                there.close()  # so that reads end when the worker exits
+                there.close()  # so that reading from the pipe ends when the worker exits
         try:
             self._own = Block(robots, scene, engine, arrays(fields, num_envs, buffer), self._ids[0])
         except BaseException:
@@ -110,13 +111,18 @@ class Pool:
             raise
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
-        """Advance; rows are (num_envs, decimation, dof) by robot."""
+        """Advance all environments.
+
+        Args:
+            decimation: Number of physics steps.
+            rows: Commands for each physics step, (num_envs, decimation, dof), by robot. Robots may be omitted.
+        """
         parts = [{name: row[ids[0] : ids[-1] + 1] for name, row in rows.items()} for ids in self._ids]
         with self._asked({number: ("step", decimation, part) for number, part in enumerate(parts[1:])}, "step"):
             self._own.step(decimation, parts[0])
 
     def call(self, method: str, ids: Sequence[int], arguments: Sequence[Any]) -> list[Any]:
-        """Call a method on some of the worlds; see :meth:`frobs_sim_pybullet.block.Block.call`."""
+        """Call a method on several worlds. See :meth:`frobs_sim_pybullet.block.Block.call`."""
         owners = self._owner[list(ids)]
         results: list[Any] = [None] * len(owners)
         calls: dict[int, tuple[str, list[int], list[Any]]] = {}
@@ -135,13 +141,13 @@ class Pool:
 
     @contextmanager
     def _asked(self, messages: Mapping[int, Any], what: str) -> Iterator[dict[int, Any]]:
-        """Send messages to the workers, let this process do its own part, and append the answers to its results."""
+        """Send messages to workers, run the ``with`` block, and add the workers' answers to the yielded dictionary."""
         for number, message in messages.items():
             self._send(number, message, what)
         answers: dict[int, Any] = {}
         try:
             yield answers
-        finally:  # each message has an answer, even after an error
+        finally:  # each message is answered, even after an error, so read all answers
             answers.update(zip(messages, self._collect(list(messages), what), strict=True))
 
     def _send(self, number: int, message: Any, what: str) -> None:
@@ -153,10 +159,10 @@ class Pool:
             self._fail(number, what)
 
     def _collect(self, numbers: Sequence[int], what: str) -> list[Any]:
-        """Wait for the workers' answers. After all have answered, report the first failure."""
+        """Wait until all workers have answered, and return the answers or raise the first error among them."""
         answers: dict[int, Any] = {}
         waiting: dict[Any, int] = {self._pipes[number]: number for number in numbers}
-        while waiting:  # waits for all at once; otherwise a dead worker would go unnoticed while waiting for a busy one
+        while waiting:  # waits for all workers at once to notice a dead worker while another is busy
             for pipe in wait(list(waiting)):
                 number = waiting.pop(pipe)
                 try:
@@ -189,14 +195,14 @@ class Pool:
         raise self._failure
 
     def close(self) -> None:
-        """Stop the workers and disconnect from Bullet. Calling it again has no effect."""
+        """Stop the workers and disconnect from Bullet. Repeated calls have no effect."""
         self._end()
         self._own.close()
 
 
 @contextmanager
 def _without_main() -> Iterator[None]:
-    """Hide the user's script from a new process, which would otherwise run it again."""
+    """Hide the user's main script from a new process, which would otherwise run the script again."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:

@@ -1,4 +1,7 @@
-"""Exact intersections of rays with round shapes. Bullet's are off by up to a centimeter at grazing angles."""
+"""Computes exact intersections of rays with primitive shapes.
+
+At grazing angles, Bullet's intersections with round shapes are wrong by up to 1 cm.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +12,16 @@ from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
 
 ROUND = (Sphere, Cylinder, Capsule)
-"""Shapes for which Bullet's rays end some distance away from the surface."""
+"""Shapes for which Bullet's rays do not end exactly at the surface."""
 
 
 def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats:
-    """Return the distance at which each ray first hits a shape from outside, (k,) [m], or infinity if it misses.
+    """Return the distance at which each ray hits a shape from outside, (k,) [m], or infinity for a ray that misses.
 
     Args:
         geometry: The shape, which must not be a mesh.
-        origins: (k, 3) in the shape's frame [m]
-        directions: (k, 3) unit vectors.
+        origins: Start points in the shape's frame, (k, 3) [m].
+        directions: Unit vectors in the shape's frame, (k, 3).
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         match geometry:
@@ -39,7 +42,7 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
 
 
 def _slabs(origins: Floats, directions: Floats, low: Floats, high: Floats) -> Floats:
-    """Intersect a box from outside: a ray hits it if it enters the last slab before leaving the first."""
+    """Intersect rays with a box. A ray hits the box if it enters the last slab before it leaves the first slab."""
     at_low, at_high = (low - origins) / directions, (high - origins) / directions
     enter = np.nanmax(np.minimum(at_low, at_high), axis=1)
     leave = np.nanmin(np.maximum(at_low, at_high), axis=1)
@@ -55,7 +58,7 @@ def _ball(origins: Floats, directions: Floats, radius: float) -> Floats:
 
 
 def _side(origins: Floats, directions: Floats, radius: float, length: float) -> Floats:
-    """Intersect the side of a cylinder along z."""
+    """Intersect rays with the lateral surface of a cylinder along the z axis."""
     a = (directions[:, :2] ** 2).sum(axis=1)
     b = (origins[:, :2] * directions[:, :2]).sum(axis=1)
     root = b**2 - a * ((origins[:, :2] ** 2).sum(axis=1) - radius**2)
@@ -65,7 +68,7 @@ def _side(origins: Floats, directions: Floats, radius: float, length: float) -> 
 
 
 def _cylinder(origins: Floats, directions: Floats, radius: float, length: float) -> Floats:
-    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # the cap that faces the ray
+    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # to the cap that faces the ray
     there = origins[:, :2] + cap[:, None] * directions[:, :2]
     lid = _where((cap >= 0.0) & ((there**2).sum(axis=1) <= radius**2), cap)
     return np.minimum(_side(origins, directions, radius, length), lid)

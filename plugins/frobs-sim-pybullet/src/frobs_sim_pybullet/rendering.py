@@ -1,4 +1,4 @@
-"""Rendering with Bullet's software renderer, which does not require OpenGL, and the viewer, which does."""
+"""Renders images in software, without OpenGL, and opens Bullet's viewer, which requires OpenGL."""
 
 from __future__ import annotations
 
@@ -48,17 +48,17 @@ class Renderer:
         markers: Sequence[Marker],
         fast: bool,
     ) -> np.ndarray[Any, Any]:
-        """Render one environment, (h, w, c) as in ``Simulation.render``.
+        """Return an image of one environment, (h, w, c), in the format of ``Simulation.render``.
 
         Args:
             arrays: Arrays of the simulation.
             env: Index of the environment.
-            sizes: Body sizes that differ from the scene.
-            camera: Name of the camera, or None if the scene has no camera.
-            frame: Pose of the frame to which the camera is fixed.
+            sizes: Written size factors of scene bodies, by name.
+            camera: Name of the camera, or None for a default camera.
+            frame: World pose of the frame to which the camera is fixed.
             size: (height, width)
             modality: ``"rgb"``, ``"depth"`` or ``"segmentation"``.
-            markers: Markers to draw in rgb images.
+            markers: Spheres to draw in rgb images.
             fast: Whether to omit shadows.
         """
         self._stage.pose(arrays, env, sizes)
@@ -89,7 +89,7 @@ class Renderer:
         return self._segments(np.reshape(np.asarray(segments, np.int64), (height, width, 1)))
 
     def _segments(self, coded: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Convert Bullet's indices, body + (link + 1) << 24, to segmentation numbers."""
+        """Convert Bullet's pixel codes, body + (link + 1) << 24, to segmentation numbers."""
         result = np.full(coded.shape, -1, np.int32)
         for code in np.unique(coded[coded >= 0]).tolist():
             result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)
@@ -108,7 +108,7 @@ class Viewer:
         scene: The rest of the scene.
 
     Raises:
-        RenderingUnavailableError: There is no display, or no OpenGL.
+        RenderingUnavailableError: There is no display, or OpenGL is not available.
     """
 
     def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -129,7 +129,7 @@ class Viewer:
             p.resetDebugVisualizerCamera(distance, yaw, pitch, camera.target, self._client)
 
     def sync(self, arrays: Arrays, sizes: Mapping[str, float]) -> None:
-        """Show the current state. This has no effect after the window is closed."""
+        """Show the current state, unless the window has been closed."""
         if p.isConnected(self._client):
             p.configureDebugVisualizer(p.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             self._stage.pose(arrays, 0, sizes)
@@ -142,7 +142,7 @@ class Viewer:
 
 
 def _view(camera: Camera, frame: tuple[Vector, Quat]) -> list[float]:
-    """Return the OpenGL view matrix, in column-major order."""
+    """Return a camera's OpenGL view matrix, in column-major order."""
     pos, quat = frame
     back = np.subtract(camera.pos, camera.target)
     upright = abs(back[2]) <= 0.999 * float(np.linalg.norm(back))

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PybulletRobot(RobotHandle):
-    """A robot in every environment; see :class:`frobs_core.interfaces.RobotHandle`."""
+    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`."""
 
     def __init__(self, simulation: PybulletSimulation, name: str, placement: Placement) -> None:
         self._simulation = simulation
@@ -35,17 +35,17 @@ class PybulletRobot(RobotHandle):
 
     @property
     def joint_positions(self) -> Floats:
-        """(num_envs, dof) [rad or m]."""
+        """Joint positions, (num_envs, dof) [rad or m]."""
         return self._positions
 
     @property
     def joint_velocities(self) -> Floats:
-        """(num_envs, dof) [rad/s or m/s]."""
+        """Joint velocities, (num_envs, dof) [rad/s or m/s]."""
         return self._velocities
 
     @property
     def joint_efforts(self) -> Floats:
-        """(num_envs, dof) [N·m or N]: efforts that the drives applied in the last physics step."""
+        """Efforts that the drives applied in the last physics step, (num_envs, dof) [N·m or N]."""
         return self._efforts
 
     def write_joint_state(self, positions: Floats, velocities: Floats | float = 0.0, mask: Mask | None = None) -> None:
@@ -53,22 +53,22 @@ class PybulletRobot(RobotHandle):
         self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold."""
+        """Change the command mode, and command the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self.apply_gains()
         self.hold(slice(None))
 
     def apply_gains(self) -> None:
-        """Pass each environment's gains for the current command modes to the drives."""
+        """Pass each environment's gains in the current command modes to the drives."""
         self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Change Kp (0) or Kd (1) in some environments. The drives keep their targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
         self._command[rows] *= self._write_gains(which, rows, values)
         self.apply_gains()
 
     def command(self, values: Floats) -> None:
-        """Set the targets of the drives."""
+        """Set the drives' targets."""
         if values.ndim == 2:
             np.multiply(self._factor, values, out=self._command)
             self._simulation.command_rows.pop(self.name, None)
@@ -76,17 +76,17 @@ class PybulletRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def hold(self, rows: slice | np.ndarray) -> None:
-        """Command some environments to hold their positions, or to rest."""
+        """Command the current positions, zero velocity or zero effort in some environments."""
         self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) of the root link in the world."""
+        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
     def base_twist(self) -> tuple[Floats, Floats]:
-        """lin_vel_world (num_envs, 3) [m/s] and ang_vel_world (num_envs, 3) [rad/s] of the root link's origin."""
+        """Twist at the root link's origin: lin_vel_world (num_envs, 3) [m/s], ang_vel_world (num_envs, 3) [rad/s]."""
         return self.frame_velocity(self.model.root)
 
     def write_base_pose(self, pos: Floats, quat_wxyz: Floats, mask: Mask | None = None) -> None:
@@ -104,26 +104,26 @@ class PybulletRobot(RobotHandle):
         self._simulation.call("write_base_twist", mask, self.name, (twist, (6,)))
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, currently or for given joint positions."""
+        """Return the pose of a link in the world, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
         if found is None:
             pose = self._watched("pose", frame)
-            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views of arrays that are kept up to date
+            found = self._poses[frame] = pose[:, :3], pose[:, 3:]  # views that the worlds update in place
         return found
 
     def frame_velocity(self, frame: str) -> tuple[Floats, Floats]:
-        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin."""
+        """Return lin_vel_world [m/s] and ang_vel_world [rad/s] of a link's origin, (num_envs, 3) each."""
         twist = self._watched("twist", frame)
         return twist[:, :3], twist[:, 3:]
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return (num_envs, 6, dof): rows 0–2 linear, rows 3–5 angular, in the world."""
+        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
         return self._watched("jacobian", frame)
 
     def lidar(self, name: str) -> Floats:
-        """Return the ranges of a lidar of the robot, (num_envs, rays) [m]."""
+        """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
         return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)
 

@@ -32,7 +32,7 @@ def add_body(client: int, body: Body, meshes: MeshFiles) -> int:
 
 
 def is_plain(body: Body) -> bool:
-    """Return whether a body is a single primitive, centered in its frame, with principal moments of inertia."""
+    """Return whether a body is a single primitive at its frame's origin, with a diagonal inertia matrix."""
     part, inertial = body.parts[0], body.inertial
     return (
         len(body.parts) == 1
@@ -55,7 +55,7 @@ def _add_plain_body(client: int, body: Body) -> int:
 
 
 def prepare(client: int, number: int, friction: float, torsional: float = 0.0, rolling: float = 0.0) -> None:
-    """Set a body's friction, and disable the mechanics that Bullet would add to the body's own."""
+    """Set a body's friction, and disable Bullet's damping, restitution, sleeping and velocity limit."""
     p.changeDynamics(
         number,
         -1,
@@ -72,11 +72,11 @@ def prepare(client: int, number: int, friction: float, torsional: float = 0.0, r
 
 
 def shape_keywords(geometry: Geometry, length_name: str) -> dict[str, Any]:
-    """Return the keyword arguments for creating a primitive.
+    """Return the keyword arguments for creating a primitive shape in Bullet.
 
     Args:
         geometry: The primitive.
-        length_name: Keyword for the length: ``"height"`` for ``createCollisionShape``, ``"length"`` for
+        length_name: Keyword for the length, which is ``"height"`` for ``createCollisionShape`` and ``"length"`` for
             ``createVisualShape``.
     """
     match geometry:

@@ -1,4 +1,4 @@
-"""The PyBullet simulation: one physics server per environment, in this process or in workers."""
+"""The PyBullet simulation, with one physics server per environment, in this process or in worker processes."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ from frobs_sim_pybullet.robot import PybulletRobot
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""Translation of each kind of model file element."""
+"""YAML file that describes how each kind of model-file element is translated."""
 
 
 class Native(NamedTuple):
-    """PyBullet's own indices in one environment.
+    """PyBullet's client and body indices in one environment.
 
     Attributes:
-        client: Client for the environment's physics server.
-        robots: Body index of each robot.
-        bodies: Body index of each scene body.
+        client: Client of the environment's physics server.
+        robots: Body index of each robot, by name.
+        bodies: Body index of each scene body, by name.
     """
 
     client: int
@@ -55,20 +55,21 @@ class Native(NamedTuple):
 
 
 class PybulletSimulation(Simulation):
-    """``num_envs`` copies of robots and a scene in PyBullet; see :class:`frobs_core.interfaces.Simulation`.
+    """Simulation of ``num_envs`` copies of robots and a scene in PyBullet.
 
-    With a single environment or ``num_threads=1``, everything runs in this process. Otherwise, the environments are
-    distributed over ``num_threads`` worker processes. For the engine's options, None means Bullet's default.
+    For the methods, see :class:`frobs_core.interfaces.Simulation`. With a single environment or ``num_threads=1``, the
+    simulation runs in this process. Otherwise, the environments are distributed over this process and worker processes.
+    If an option of the engine is None, Bullet's default applies.
 
     Args:
         robots: Robots, by name.
         scene: The rest of the scene.
-        num_envs: ≥ 1.
+        num_envs: Number of environments, ≥ 1.
         physics_timestep: [s]
-        num_threads: Number of processes; 0 means one per processor.
+        num_threads: Maximum number of processes, including this process, or 0 for one per processor.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
         iterations: Maximum number of constraint solver iterations per physics step, ≥ 1.
-        tolerance: Residual below which the solver stops, ≥ 0.
+        tolerance: Residual below which the constraint solver stops, ≥ 0.
         erp: Fraction of a joint's constraint error that is corrected per physics step.
         contact_erp: Fraction of a contact's penetration that is corrected per physics step.
         friction_erp: Fraction of a friction anchor's error that is corrected per physics step.
@@ -131,12 +132,12 @@ class PybulletSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Return the translation of a robot's model file."""
+        """Describe how the elements of a robot's model file are translated."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
     def native(self) -> tuple[Native, ...]:
-        """PyBullet's indices, one object per environment.
+        """PyBullet's indices of robots and bodies, as one :class:`Native` per environment.
 
         Raises:
             SimulationError: The environments are in worker processes, which the caller cannot access.
@@ -151,16 +152,16 @@ class PybulletSimulation(Simulation):
 
     @property
     def time(self) -> Floats:
-        """(num_envs,) [s] since the reset."""
+        """Simulated time since the reset, (num_envs,) [s]."""
         return self.arrays["time"]
 
     @property
     def diverged(self) -> Mask | None:
-        """Environments that stopped because they diverged numerically, or None."""
+        """Mask of the environments that stopped because they diverged numerically, or None if none diverged."""
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the initial state of the scene."""
+        """Reset environments to the scene's initial state."""
         self.call("reset", mask)
         self.contacts.clear(mask)
         for robot in self.robots.values():
@@ -187,11 +188,11 @@ class PybulletSimulation(Simulation):
             self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays at all colliding shapes."""
+        """Cast rays against all colliding shapes."""
         return self.cast(origins, directions, max_range, "")
 
     def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that pass through one robot; return (num_envs, k) [m]."""
+        """Cast rays that ignore the robot ``blind_to``, if given, and return the distances, (num_envs, k) [m]."""
         ends = origins.shape[1:]
         return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
 
@@ -200,7 +201,7 @@ class PybulletSimulation(Simulation):
     ) -> None:
         """Teleport several bodies."""
         if not all(self.bodies[name].moves for name in names):
-            super().write_body_poses(names, pos, quat_wxyz, mask)  # raises an error that names the static body
+            super().write_body_poses(names, pos, quat_wxyz, mask)  # raises an error with the name of the static body
             return
         quats = () if quat_wxyz is None else ((quat_wxyz, (len(names), 4)),)
         self.call("write_bodies", mask, list(names), (pos, (len(names), 3)), *quats)
@@ -212,7 +213,7 @@ class PybulletSimulation(Simulation):
         self.wrenches.append((body, force_world, torque_world, mask))
 
     def parameter(self, name: str, target: str = "") -> Floats:
-        """Return a physical parameter for each environment."""
+        """Return a physical parameter's value in each environment."""
         return self.parameters.read(name, target)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -220,11 +221,11 @@ class PybulletSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the bodies whose ``size`` can change."""
+        """Return a parameter's targets, which for ``size`` are the scene bodies that can be resized."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
-        """Return Bullet's state, the state of the simulation, and the written parameters."""
+        """Return the states of Bullet and of the simulation, and the written parameters."""
         saved = self.call("save", None)
         longest = max(map(len, saved))
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
@@ -267,7 +268,7 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # to give an empty result its shape and dtype
+            for i in chosen or [0]  # an empty result takes its shape and dtype from one image
         ]
         return np.stack(pictures)[: len(chosen)]
 
@@ -285,7 +286,7 @@ class PybulletSimulation(Simulation):
             _ = body.pose
 
     def _frame(self, camera: str | None, env: int) -> tuple[Vector, Quat]:
-        """Return the pose of the frame to which a camera is fixed."""
+        """Return the world pose of the frame to which a camera is fixed."""
         frame = None if camera is None else self.scene.cameras[camera].frame
         if frame is None:
             return IDENTITY
@@ -295,20 +296,20 @@ class PybulletSimulation(Simulation):
         return tuple(pos), (x, y, z, w)
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
+        """Return a robot's overlapping link pairs in the first environment, deepest first.
 
-        Pairs that overlap at home are included; they never push each other apart.
+        Link pairs that overlap at the home position are included, although they never collide in the simulation.
         """
         if robot not in self.robots:
             raise UnknownNameError("robot of the simulation", robot, self.robots)
         return find_overlaps(self.placements[robot], self.robots[robot].joint_positions[0])
 
     def bare_engine(self) -> BarePybullet | None:
-        """Return PyBullet without FRobs, available only for a single robot with a fixed base."""
+        """Return a bare PyBullet engine for benchmarks, or None if the bare engine does not support the robots."""
         return BarePybullet(self) if BarePybullet.knows(self) else None
 
     def close(self) -> None:
-        """Release the physics servers and the workers. Calling it again has no effect."""
+        """Release the physics servers, the worker processes and the windows. Repeated calls have no effect."""
         if not self._closed:
             self._closed = True
             for resource in (self._renderer, self._viewer):
@@ -318,7 +319,7 @@ class PybulletSimulation(Simulation):
             self._backend.close()
 
     def count(self, mask: Mask | None) -> int:
-        """Return the number of environments selected by a mask."""
+        """Return the number of environments that a mask selects."""
         return self.num_envs if mask is None else int(np.count_nonzero(mask))
 
     def call(self, method: str, mask: Mask | None, *arguments: Any) -> list[Any]:
@@ -326,9 +327,9 @@ class PybulletSimulation(Simulation):
 
         Args:
             method: Name of a method of :class:`frobs_sim_pybullet.editing.EditableWorld`.
-            mask: The environments.
-            *arguments: Arrays with one row per environment, or (values, shape of a row), which are broadcast. Other
-                arguments are passed unchanged.
+            mask: Mask of the environments.
+            *arguments: Arguments of the method. An array must have one row per selected environment. A tuple (values,
+                shape of a row) is broadcast to one row per selected environment. Other arguments are passed unchanged.
         """
         if self._closed:
             raise SimulationError("the simulation is closed.")
@@ -342,7 +343,7 @@ class PybulletSimulation(Simulation):
         return self._backend.call(method, ids, rows)
 
     def watched(self, channel: str) -> Floats:
-        """Return an array that the worlds keep up to date from now on."""
+        """Return a read-only view of a shared array, and keep the array up to date from now on."""
         found = self._seen.get(channel)
         if found is None:
             self.call("watch", None, channel)

@@ -1,4 +1,4 @@
-"""The rendered world: a second world with visual shapes but no physics, moved to an environment's poses."""
+"""The rendered world, which has visual shapes but no physics, and shows the poses of one environment."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from frobs_sim_pybullet.transforms import Quat, Vector, compose, invert
 from frobs_sim_pybullet.urdf import skeleton, write_link_urdf, write_urdf
 
 _FLOOR_RGBA = ((0.78, 0.80, 0.82, 1.0), (0.72, 0.74, 0.77, 1.0))
-_TILE, _TILES = 0.5, 12  # [m] edge; along each axis
+_TILE, _TILES = 0.5, 12  # [m] edge length of a tile, and number of tiles along each axis
 _FAR, _LARGE_TILE, _MOST_TILES = (
     8.0,
     2.0,
     40,
-)  # [m] viewing distance from which the floor needs larger tiles; [m] edge; tiles along each axis
+)  # [m] viewing distance that requires larger tiles, [m] their edge length, and their maximum number along each axis
 
 
 class Stage:
@@ -36,7 +36,7 @@ class Stage:
         scene: The rest of the scene.
 
     Attributes:
-        numbers: Segmentation number of each Bullet body and link; 0 is the floor.
+        numbers: Segmentation numbers, by Bullet body and link index. The floor has the number 0.
     """
 
     def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -97,12 +97,12 @@ class Stage:
         return int(p.createMultiBody(0.0, -1, shape, physicsClientId=self.client))
 
     def pose(self, arrays: Arrays, env: int, sizes: Mapping[str, float]) -> None:
-        """Move everything to its pose in an environment.
+        """Move all robots and bodies to their poses in an environment.
 
         Args:
-            arrays: Arrays of the simulation, with current poses of root links and bodies.
+            arrays: Shared arrays of the simulation, with up-to-date poses of root links and bodies.
             env: Index of the environment.
-            sizes: Body sizes that differ from the scene.
+            sizes: Written size factors of scene bodies, by name.
         """
         for name, size in self._sizes.items():
             if sizes.get(name, 1.0) != size:
@@ -125,7 +125,7 @@ class Stage:
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
 
     def _resize(self, name: str, size: float) -> None:
-        """Draw a body at another size, with the same segmentation number."""
+        """Replace a body with a resized copy that has the same segmentation number."""
         self._sizes[name] = size
         segment = self.numbers.pop((self._bodies[name], -1))
         p.removeBody(self._bodies[name], self.client)
@@ -133,7 +133,7 @@ class Stage:
         self.numbers[number, -1] = segment
 
     def mark(self, markers: Sequence[Marker], env: int) -> None:
-        """Show markers, and remove those from the last call."""
+        """Show markers, and remove the markers of the previous call."""
         for number in self._markers:
             p.removeBody(number, self.client)
         self._markers = []

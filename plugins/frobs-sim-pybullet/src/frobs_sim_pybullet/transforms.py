@@ -1,4 +1,4 @@
-"""Rigid transforms of single bodies, as tuples in Bullet's (x, y, z, w) order, which are faster than small arrays."""
+"""Rigid transforms as tuples, which are faster than small arrays, with quaternions in Bullet's order (x, y, z, w)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ IDENTITY: tuple[Vector, Quat] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
 
 def from_pose(pose: Pose) -> tuple[Vector, Quat]:
-    """Convert a FRobs pose to a position and quat_xyzw."""
+    """Convert a FRobs pose to a position and a quat_xyzw."""
     w, x, y, z = pose.quat_wxyz
     return tuple(map(float, pose.pos)), (float(x), float(y), float(z), float(w))  # type: ignore[return-value]
 
 
 def multiply(first: Quat, second: Quat) -> Quat:
-    """Return the rotation by ``second``, then by ``first``, as quat_xyzw."""
+    """Return the rotation that applies ``second`` and then ``first``, as a quat_xyzw."""
     x1, y1, z1, w1 = first
     x2, y2, z2, w2 = second
     w, x, y, z = multiply_components(w1, x1, y1, z1, w2, x2, y2, z2)
@@ -34,19 +34,19 @@ def cross(a: Vector, b: Vector) -> Vector:
 
 
 def rotate(quat: Quat, vector: Vector) -> Vector:
-    """Rotate a vector by quat_xyzw."""
+    """Rotate a vector by a quat_xyzw."""
     x, y, z, w = quat
     return rotate_components(w, x, y, z, *vector)
 
 
 def conjugate(quat: Quat) -> Quat:
-    """Return the inverse rotation, as quat_xyzw."""
+    """Return the inverse of a rotation, as a quat_xyzw."""
     x, y, z, w = quat
     return -x, -y, -z, w
 
 
 def compose(outer: tuple[Vector, Quat], inner: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
-    """Return the transform that applies ``inner``, then ``outer``."""
+    """Return the transform that applies ``inner`` and then ``outer``."""
     (px, py, pz), quat = outer
     x, y, z = rotate(quat, inner[0])
     return (px + x, py + y, pz + z), multiply(quat, inner[1])
@@ -60,6 +60,6 @@ def invert(transform: tuple[Vector, Quat]) -> tuple[Vector, Quat]:
 
 
 def rpy_from_quat(quat: Quat) -> Vector:
-    """Convert quat_xyzw to roll, pitch and yaw about fixed axes."""
+    """Convert a quat_xyzw to roll, pitch and yaw about fixed axes [rad]."""
     x, y, z, w = quat
     return rotations.rpy_from_quat((w, x, y, z))

@@ -1,8 +1,8 @@
 """Writes a robot's model as a URDF for Bullet.
 
-Bullet gets the model from the core's reader, regardless of the file's format. Each link's inertia is given along its
-principal axes, because Bullet would compute them with only six digits. A link without mass and shape is only a frame:
-it is omitted and represented by its pose on the link that carries it.
+The URDF is generated from the parsed model, regardless of the format of the robot's file. Each link's inertia is
+written along the link's principal axes, because Bullet would compute these axes with only six digits. A link without a
+mass and without shapes is omitted and only represented by its pose on another link.
 """
 
 from __future__ import annotations
@@ -40,24 +40,26 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _WEIGHTLESS = Inertial(0.0, Pose(), (0.0,) * 6)
 NET = {JointType.REVOLUTE: 0.02, JointType.PRISMATIC: 0.002}
-"""Distance beyond a position limit at which Bullet stops a joint [rad], [m]; at the limit itself, the drive law stops
-it.
+"""Distance beyond a position limit at which Bullet stops a joint, by joint type [rad or m].
+
+At the position limit itself, the drive law stops the joint.
 """
 
 VIRTUAL = 6
-"""Number of joints of a floating base in the dynamics model: three prismatic, three revolute."""
+"""Number of virtual joints of a floating base in the dynamics model: three prismatic and three revolute joints."""
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The links of a model that are separate bodies, and the poses of the other links on these bodies.
+    """The links of a model that are separate bodies in Bullet, and the poses of all other links on these bodies.
 
     Attributes:
-        bodies: Names of the links that are bodies, base first.
-        frames: Body that carries each link, and the link's pose on that body.
-        joints: Each joint that leads to a body, with its parent body and its pose on the parent.
+        bodies: Names of the links that are separate bodies, with the base first.
+        frames: For each link, the name of the body that carries the link, and the link's pose on this body.
+        joints: Joints whose child is a separate body, each with the name of its parent body and its pose on the parent
+            body.
         root: Pose of the root link on the base.
-        welds: For each body, the first of the bodies that move together with it.
+        welds: For each body, the first body in its group of rigidly connected bodies.
     """
 
     bodies: tuple[str, ...]
@@ -68,10 +70,10 @@ class Skeleton:
 
 
 def skeleton(model: RobotModel, *, floating: bool) -> Skeleton:
-    """Distinguish bodies from links that are only frames.
+    """Determine which links of a model are separate bodies in Bullet.
 
-    The base is normally the root. Bullet treats a floating base without mass as fixed, so if the root has no mass, the
-    first link that is fixed to the root and has mass becomes the base.
+    The base is normally the root link. However, Bullet treats a floating base without a mass as fixed. Therefore, if a
+    floating root link has no mass, the first link that has a mass and is fixed to the root becomes the base.
 
     Args:
         model: Model of the robot.
@@ -112,7 +114,7 @@ def _hang_from_a_weight(
     frames: dict[str, tuple[str, tuple[Vector, Quat]]],
     joints: list[tuple[Joint, str, tuple[Vector, Quat]]],
 ) -> tuple[Vector, Quat]:
-    """Make a link with mass the base, instead of the root to which it is fixed; return the root's pose on that link."""
+    """Select a base that has a mass and is fixed to the root link, and return the root link's pose on the base."""
     root = model.root
     for found in joints:
         joint, parent, place = found
@@ -151,7 +153,8 @@ def write_urdf(
         meshes: Writer for the mesh files to which the URDF refers.
         floating: Whether the base moves.
         collisions: Whether to include collision shapes.
-        visuals: Whether to include visual shapes, or the collision shapes of links without any.
+        visuals: Whether to include visual shapes. For a link without visual shapes, its collision shapes are included
+            instead.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
     lines = [f"<robot name={quoteattr(model.name)}>"]
@@ -162,7 +165,7 @@ def write_urdf(
 
 
 def write_link_urdf(link: Link, meshes: MeshFiles, *, visuals: bool = False) -> str:
-    """Return the URDF for a single link. The arguments are as for :func:`write_urdf`."""
+    """Return the URDF for a single link. See :func:`write_urdf` for the arguments."""
     lines = _link(link, meshes, collisions=not visuals, visuals=visuals)
     return "\n".join(['<robot name="body">', *lines, "</robot>"])
 
@@ -177,21 +180,22 @@ def _link(link: Link, meshes: MeshFiles, *, collisions: bool, visuals: bool) -> 
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return a joint's position range [rad or m], or None if it has no limits."""
+    """Return a joint's position range [rad or m], or None if the joint has no position limits."""
     lower, upper = joint.limits.lower, joint.limits.upper
     limited = joint.type in NET and math.isfinite(lower) and math.isfinite(upper)
     return (lower, upper) if limited else None
 
 
 def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
-    """Return the URDF for computing the drives' mass matrices and bias forces, without shapes and with a fixed base.
+    """Return a URDF without shapes and with a fixed base, for computing mass matrices and bias forces.
 
-    A floating base is connected through six virtual joints, because Bullet's inverse dynamics supports only fixed
-    bases.
+    A floating base is connected to the fixed base by six virtual joints, because Bullet's inverse dynamics only
+    supports fixed bases.
 
     Args:
         model: Model of the robot.
-        masses: Changed link masses [kg]; the inertia of these links is scaled accordingly.
+        masses: Changed link masses [kg], by link name. The inertias of these links are scaled by the same ratios as the
+            masses.
         floating: Whether the base moves.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
@@ -210,14 +214,14 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
     for name in bones.bodies:
         inertial = links[name].inertial or _WEIGHTLESS
         if name == bones.bodies[0] and not floating:
-            inertial = _WEIGHTLESS  # its mass has no effect, and Bullet would refer everything to the center of mass
+            inertial = _WEIGHTLESS  # with a mass, Bullet would use the center of mass as the origin
         lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])
 
 
 def principal(inertial: Inertial) -> tuple[Vector, Quat, Vector]:
-    """Return the center of mass, the orientation of the principal axes, and the moments about these axes [kg·m²]."""
+    """Return the center of mass, the orientation of the principal axes, and the principal moments [kg·m²]."""
     ixx, ixy, ixz, iyy, iyz, izz = inertial.inertia
     pos, quat = from_pose(inertial.origin)
     if ixy == ixz == iyz == 0.0:
@@ -254,7 +258,7 @@ def _joint(joint: Joint, parent: str, origin: tuple[Vector, Quat]) -> str:
 
 
 def _solids(geometry: Geometry, meshes: MeshFiles) -> list[str]:
-    """Return the <collision> elements for a shape: one, or one per convex piece of a mesh."""
+    """Return the contents of a shape's <geometry> elements, with one element per convex piece of a mesh."""
     if isinstance(geometry, Mesh):
         return [_mesh(path) for path in meshes.hulls(geometry)]
     return [_geometry(geometry)]
@@ -265,7 +269,7 @@ def _collision(inner: str, shape: Collision) -> str:
 
 
 def _visuals(shape: Visual | Collision, meshes: MeshFiles) -> list[str]:
-    """Return the <visual> elements for a shape: one, or one per color of a mesh."""
+    """Return a shape's <visual> elements, with one element per color of a mesh."""
     geometry, rgba = shape.geometry, getattr(shape, "rgba", None) or _GREY
     if isinstance(geometry, Mesh):
         parts = [(_mesh(path), own or rgba) for path, own in meshes.drawn(geometry)]

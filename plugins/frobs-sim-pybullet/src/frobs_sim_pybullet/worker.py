@@ -18,12 +18,12 @@ from frobs_sim_pybullet.options import Engine
 
 
 def portable(error: Exception) -> FrobsError:
-    """Return an error that can be sent to other processes: FRobs errors unchanged, others as SimulationError."""
+    """Return a picklable error: the given error if it is a picklable FRobs error, otherwise a SimulationError."""
     ours = isinstance(error, FrobsError)
     if ours:
         try:
             pickle.dumps(error)
-        except Exception:  # a field in a plugin's error may have any type
+        except Exception:  # a plugin's error may have fields that cannot be pickled
             ours = False
     sent = (
         error
@@ -44,10 +44,10 @@ def work(
     buffer: Any,
     ids: Sequence[int],
 ) -> None:
-    """Run a block of environments, and execute requests from the pipe until it is closed."""
+    """Run a block of environments, and execute requests from the pipe until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent process
     block: Block | None = None
-    with contextlib.suppress(EOFError, OSError):  # the other end is closed, so there is no one to report to
+    with contextlib.suppress(EOFError, OSError):  # if the pipe is closed, errors cannot be reported
         try:
             block = Block(robots, scene, engine, arrays(fields, num_envs, buffer), ids)
             pipe.send(None)

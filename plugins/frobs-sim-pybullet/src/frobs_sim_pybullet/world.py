@@ -1,4 +1,4 @@
-"""One environment: a separate physics server with robots, bodies and a floor."""
+"""One environment, which is a separate Bullet physics server with robots, bodies and a floor."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, cross
 from frobs_sim_pybullet.wrenches import WrenchSensor
 
 ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
-"""Bullet's collision group for each robot; lidars ignore their own robot's group."""
+"""Bullet's collision groups of the robots. A robot's lidars ignore the robot's own group."""
 
 
-_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment; with Bullet's default, it breaks at a few newtons
+_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment, which would break at a few newtons by default
 
 
 class RobotRow(NamedTuple):
-    """A robot's part of the shared arrays, in one environment."""
+    """A robot's rows of the shared arrays in one environment."""
 
     command: np.ndarray[Any, Any]
     gains: np.ndarray[Any, Any]
@@ -45,7 +45,7 @@ class RobotRow(NamedTuple):
 
     @classmethod
     def of(cls, row: Arrays, robot: str) -> RobotRow:
-        """Return the part of one robot."""
+        """Return one robot's rows of the shared arrays."""
         return cls(*(row[f"robots/{robot}/{field}"] for field in cls._fields))
 
 
@@ -78,15 +78,15 @@ class World:
         self._still: set[str] = set()
         self._moving: list[Callable[[], None]] = []
         self._parameters: dict[tuple[str, str], Any] = {}
-        self._resized = False  # whether sizes were written since the bodies were built
+        self._resized = False  # whether sizes have been written since the bodies were built
         self._build()
 
     def _build(self) -> None:
         client = self.client = connect()
         p.setTimeStep(self._h, client)
         p.setGravity(*self._scene.gravity, client)
-        # Sorted pairs prevent the history before a reset or restore from influencing the results. There is no slop,
-        # because contacts that allow slight penetration would first let bodies fall and then push them harder than
+        # With sorted pairs, the results do not depend on the history before a reset or restore. The slop is 0, because
+        # with contacts that allow slight penetration, bodies would first fall and then be pushed up with more than
         # their weight.
         p.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
@@ -95,14 +95,14 @@ class World:
         if self._scene.floor:
             plane = p.createCollisionShape(p.GEOM_PLANE, physicsClientId=client)
             floor = p.createMultiBody(0.0, plane, physicsClientId=client)
-            prepare(client, floor, 1.0)  # _set_friction folds the floor's friction into that of the bodies
+            prepare(client, floor, 1.0)  # _set_friction applies the floor's friction to the bodies
             sides["floor"] = floor, -1
         bodies = {
             name: body.resized(self._parameters.get(("size", name), 1.0)) for name, body in self._scene.bodies.items()
         }
         self._resized = False
         self.bodies = {name: add_body(client, body, self._meshes) for name, body in bodies.items()}
-        self._coms = {  # pose of Bullet's frame in each body's own frame, if it differs
+        self._coms = {  # pose of Bullet's frame in each body's frame, if they differ
             name: p.getDynamicsInfo(number, -1, client)[3:5]
             for name, number in self.bodies.items()
             if not is_plain(bodies[name])
@@ -165,7 +165,10 @@ class World:
         return found
 
     def _attach(self, attachment: Attachment, pose: tuple[Vector, Quat]) -> None:
-        """Fix two bodies or links to each other; ``pose`` is the second one's pose in the first one's frame."""
+        """Attach two bodies or links to each other.
+
+        ``pose`` is the pose of the second body or link in the frame of the first.
+        """
         (first, first_link, first_at), (second, second_link, second_at) = (
             self._in_bullet(side) for side in (attachment.first, attachment.second)
         )
@@ -178,7 +181,10 @@ class World:
         p.setCollisionFilterPair(first, second, first_link, second_link, 0, self.client)
 
     def _in_bullet(self, side: str) -> tuple[int, int, tuple[Vector, Quat]]:
-        """Return Bullet's body and link for a scene body or ``robot/link``, and its frame's pose in Bullet's frame."""
+        """Return Bullet's indices for a scene body or ``robot/link``, and the pose of the object's frame.
+
+        The indices are the body index and the link index. The pose is relative to Bullet's frame of the link.
+        """
         if side in self.bodies:
             return self.bodies[side], -1, invert(self._coms.get(side, IDENTITY))
         name, _, link = side.partition("/")
@@ -194,16 +200,16 @@ class World:
         return pose if com is None else compose(pose, invert(com))
 
     def _set_twist(self, name: str, lin: Vector, ang: Vector) -> None:
-        """Set a scene body's velocity: the linear velocity of its origin, and its angular velocity."""
+        """Set the linear velocity of a scene body's origin and the body's angular velocity."""
         if name in self._coms:
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] + shift[0], lin[1] + shift[1], lin[2] + shift[2]
         p.resetBaseVelocity(self.bodies[name], lin, ang, self.client)
 
     def _twist(self, name: str) -> tuple[Vector, Vector]:
-        """Return a scene body's velocity: the linear velocity of its origin, and its angular velocity."""
+        """Return the linear velocity of a scene body's origin and the body's angular velocity."""
         lin, ang = p.getBaseVelocity(self.bodies[name], self.client)
-        if name in self._coms:  # Bullet's velocity refers to the center of mass
+        if name in self._coms:  # Bullet's linear velocity refers to the center of mass
             shift = cross(ang, rotate(self.body_frame(name)[1], self._coms[name][0]))
             lin = lin[0] - shift[0], lin[1] - shift[1], lin[2] - shift[2]
         return lin, ang
@@ -220,7 +226,7 @@ class World:
         robot.write_joints(home, [0.0] * len(home))
 
     def reset(self) -> None:
-        """Return to the initial state, keeping the parameters."""
+        """Reset the environment to its initial state. Physical parameters keep their written values."""
         if self._broken:
             self._rebuild()  # NaNs may have corrupted Bullet's state
         else:
@@ -235,7 +241,7 @@ class World:
         self._written()
 
     def _rebuild(self) -> None:
-        """Rebuild everything in the initial state."""
+        """Rebuild the physics server and all of its objects in the initial state."""
         self.close()
         self._build()
         self._meshes.clear()
@@ -244,9 +250,9 @@ class World:
         self._sort_readers()
 
     def apply_sizes(self) -> None:
-        """Rebuild everything in the current state if a size was written.
+        """Rebuild all objects in their current state if the size of a body has been written.
 
-        Bullet cannot change a shape. Because the order of the bodies affects its solver, all bodies are rebuilt.
+        Bullet cannot change the size of a shape. All objects are rebuilt, because their order affects Bullet's solver.
         """
         if not self._resized or self._broken:
             return
@@ -274,11 +280,12 @@ class World:
         return p.getBasePositionAndOrientation(number, client), p.getBaseVelocity(number, client), joints
 
     def step(self, decimation: int, rows: Mapping[str, Floats]) -> None:
-        """Advance.
+        """Advance the environment, unless it has diverged.
 
         Args:
             decimation: Number of physics steps.
-            rows: Commands for each physics step, (decimation, dof), by robot; robots may be omitted.
+            rows: Commands for each physics step, (decimation, dof), by robot. An omitted robot executes the command in
+                the shared arrays.
         """
         if self._broken or self._row["diverged"]:
             self._row["diverged"][...] = True
@@ -337,7 +344,7 @@ class World:
                     resultant[i] += direction / decimation * force_on_first(point)
 
     def _written(self) -> None:
-        """Update all shared arrays after a write."""
+        """Update all shared arrays after the state has been written."""
         for drive in self._drives.values():
             drive.forget()
         self._publish()
@@ -346,7 +353,7 @@ class World:
                 read()
 
     def _publish(self) -> None:
-        """Update all shared arrays that a step changes."""
+        """Update all shared arrays that a step can change."""
         self._time[...] = self._steps * self._h
         for _, drive, own in self._driven:
             own.positions[:], own.velocities[:] = drive.states()
@@ -355,10 +362,10 @@ class World:
             read()
 
     def watch(self, channel: str) -> None:
-        """Keep a pose, twist or Jacobian up to date from now on.
+        """Keep an array with poses, twists or Jacobians up to date from now on.
 
         Args:
-            channel: Name of the array.
+            channel: Name of the shared array.
         """
         if channel not in self._watched:
             self._watched[channel] = self._reader(channel)
@@ -366,7 +373,7 @@ class World:
             self._sort_readers()
 
     def _sort_readers(self) -> None:
-        """Separate the arrays that a step can change from the constant ones."""
+        """Separate the arrays that a step can change from the arrays that stay constant."""
         self._still = {channel for channel in self._watched if self._stands(channel)}
         self._moving = [read for channel, read in self._watched.items() if channel not in self._still]
 
@@ -420,8 +427,9 @@ class World:
     def _set_friction(self, name: str) -> None:
         """Set the sliding friction of a scene body in Bullet.
 
-        Bullet multiplies the coefficients of two bodies. The floor's coefficient is set to 1, and a free body's to the
-        larger of its own and the floor's, so that the body slides over the floor as in MuJoCo.
+        Bullet multiplies the friction coefficients of two bodies, whereas MuJoCo uses the larger coefficient. To
+        reproduce MuJoCo's friction on the floor, the floor's coefficient is always 1 in Bullet, and a free body's
+        coefficient is the larger of the two original coefficients.
         """
         body = self._scene.bodies[name]
         friction = self._parameters.get(("friction", name), body.friction)

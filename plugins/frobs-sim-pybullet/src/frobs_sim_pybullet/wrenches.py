@@ -14,13 +14,14 @@ from frobs_sim_pybullet.transforms import compose, conjugate, cross, from_pose, 
 
 
 class WrenchSensor:
-    """Adds up Bullet's joint reactions for the bodies below a link.
+    """A force-torque sensor at a link's joint, which adds up Bullet's joint reactions.
 
-    Usually there is a single joint, the link's own, unless the link is only a frame, which Bullet does not contain.
+    The sensor usually reads only the link's own joint. If the link is not a separate body in Bullet, the sensor reads
+    the joints of the next bodies below the link.
 
     Args:
         robot: Robot that carries the sensor.
-        link: Link at whose joint the sensor measures.
+        link: Link whose joint the sensor measures.
         pose: Pose of the sensor in the link's frame.
 
     Raises:
@@ -48,11 +49,11 @@ class WrenchSensor:
         self._place = compose(compose(robot.com_backs[self._body], place), from_pose(pose))
 
     def read(self) -> Floats:
-        """Return the force [N] and torque [N·m] in the last physics step, (6,), in the sensor's frame."""
+        """Return the force [N] and torque [N·m] of the last physics step in the sensor's frame, (6,)."""
         robot, total = self._robot, np.zeros(6)
         origin, turn = compose(robot.com(self._body), self._place)
         back = conjugate(turn)
-        for joint in self._joints:  # Bullet's wrench is about the child's center of mass, in the child's axes
+        for joint in self._joints:  # Bullet's wrench refers to the child's center of mass and the child's axes
             wrench = p.getJointState(robot.body, joint, robot.client)[2]
             center, axes = robot.com(joint)
             force, torque = rotate(axes, wrench[:3]), rotate(axes, wrench[3:])

@@ -1,4 +1,4 @@
-"""The base class for tasks with one cube and a goal for it."""
+"""Base class of tasks with one cube and a goal for the cube."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ BLUE = (0.16, 0.42, 0.82, 1.0)
 
 
 class CubeTask(Manipulation):
-    """Base class for tasks that bring one cube to a goal.
+    """Base class of tasks in which one cube must be brought to a goal.
 
     Args:
         size: Edge length of the cube [m].
         mass: Mass of the cube [kg].
         friction: Sliding friction coefficient of the cube.
-        tolerance: Distance of the cube's center from the goal that counts as reached [m].
-        max_speed: Speed below which the cube counts as still [m/s].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
+        tolerance: Distance between the cube's center and the goal at which the goal counts as reached [m].
+        max_speed: Maximum speed at which the cube counts as still [m/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
         body_name: Name of the object in the scene, the observation and the reset options.
         shows_goal: Whether the observation and rendered images contain the goal.
-        goal_clearance: Minimum horizontal distance between cube and goal at the start, in multiples of the tolerance.
+        goal_clearance: Minimum horizontal distance between the cube and the goal at the start of an episode, in
+            multiples of the tolerance.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -66,7 +67,7 @@ class CubeTask(Manipulation):
         self.max_speed = positive("max_speed", max_speed, "m/s")
 
     def scene(self) -> Scene:
-        """Return a cube on the floor."""
+        """Return a scene with a cube on the floor."""
         x, y = self.center.tolist()
         cube = Body(
             geometry=Box((self.size,) * 3),
@@ -82,7 +83,7 @@ class CubeTask(Manipulation):
         self.goal = np.zeros((self.num_envs, 3))
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool, the cube and the goal, and the offsets cube − tool and goal − cube."""
+        """Return the observation terms for the tool, cube and goal, and for the offsets cube − tool and goal − cube."""
         terms = {
             **self.tool_terms(),
             **self.cube.terms(self.body_name),
@@ -104,11 +105,11 @@ class CubeTask(Manipulation):
         return self.cube.pos
 
     def markers(self) -> Sequence[Marker]:
-        """Return a marker at the goal whose radius is the tolerance."""
+        """Return a marker at the goal, with the tolerance as its radius."""
         return (Marker(self.goal, self.tolerance),) if self.shows_goal else ()
 
     def snapshot(self) -> Snapshot:
-        """Return the goal and how long the success condition has held."""
+        """Return the goal and the number of steps for which the success condition has been met."""
         return {**super().snapshot(), "goal": self.goal.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -140,16 +141,16 @@ class CubeTask(Manipulation):
         """Draw a goal on the floor, away from the cube's initial position.
 
         Args:
-            cube: (n, 3) [m] initial position of the cube.
-            mask: The n environments.
-            rng: Random source.
+            cube: Initial positions of the cubes, (n, 3) [m].
+            mask: The n environments for which to draw.
+            rng: Source of the random numbers.
 
         Returns:
-            (n, 3) [m] in the world.
+            The goals in the world frame, (n, 3) [m].
         """
         apart = self.goal_clearance * self.tolerance
         return self.draw_place("goal", rng, mask, height=self.size / 2, apart_from=cube, distance=apart)
 
     @abstractmethod
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:
-        """Return goals (n, 3) [m] for the cubes (n, 3) in the masked environments."""
+        """Draw goals (n, 3) [m] for the masked environments, given the initial positions ``cube`` (n, 3) [m]."""

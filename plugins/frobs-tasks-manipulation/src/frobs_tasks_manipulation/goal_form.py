@@ -1,4 +1,4 @@
-"""The goal-conditioned form of a task with one object, for hindsight experience replay."""
+"""Goal-conditioned form of tasks with one object, for hindsight experience replay."""
 
 from __future__ import annotations
 
@@ -21,20 +21,21 @@ _FARTHEST = 2.0  # [m] bound to which observed positions are clipped, along each
 class GoalForm(CubeTask, GoalTask):
     """Base class that turns a task with one object into its goal-conditioned form.
 
-    List it before the plain task: ``class PushGoal(GoalForm, Push)``. It keeps the plain task's scene, start and
-    expert. The observation is a dictionary of float32 arrays in SI units: ``observation``, ``achieved_goal`` (position
-    of the object, 3) and ``desired_goal`` (3). ``observation`` contains the terms of the plain task without the goal.
+    In a subclass, list this class before the plain task: ``class PushGoal(GoalForm, Push)``. The goal-conditioned form
+    has the same scene, initial states and expert as the plain task. The observation is a dictionary of float32 arrays
+    in SI units: ``observation`` (the terms of the plain task without the goal), ``achieved_goal`` (position of the
+    object, 3) and ``desired_goal`` (3).
 
-    Goals have no minimum distance from the object, because hindsight replay learns first from goals that are already
-    reached.
+    Goals have no minimum distance from the object, because hindsight replay learns from goals that are already reached
+    before it learns from other goals.
 
-    Reward, with d the distance between the two goals after rounding to float32, so that :meth:`reward` and the
-    :meth:`compute_reward` of the observed goals are bit-identical:
+    The reward depends on the distance d between the achieved and the desired goal, both rounded to float32. The results
+    of :meth:`reward` and of :meth:`compute_reward` for the observed goals are therefore bit-identical.
 
     - ``sparse``: 0 if d ≤ tolerance, otherwise −1
     - ``dense``: −d
 
-    The success condition is d ≤ tolerance; the speed of the object is ignored.
+    The success condition is d ≤ tolerance. The speed of the object does not matter.
     """
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
@@ -48,7 +49,7 @@ class GoalForm(CubeTask, GoalTask):
     goal_clearance: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of the plain task without the goal, and the keys for both goals."""
+        """Return the terms of ``observation``, ``achieved_goal`` and ``desired_goal``."""
         terms = {name: term for name, term in super().observation_terms().items() if not name.startswith("goal")}
         achieved = bounded(lambda: self.cube.pos, 3, _FARTHEST, "m", scale=4.0)
         desired = bounded(lambda: self.goal, 3, _FARTHEST, "m", scale=4.0)
@@ -59,21 +60,21 @@ class GoalForm(CubeTask, GoalTask):
         }
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         reward = self._reward_of(self._distance)
         self._reward_terms = {"unachieved" if self.reward_type == "sparse" else "distance": reward}
         return reward
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for given goals, independently of the environment's state.
+        """Compute the reward for achieved and desired goals, independently of the current state.
 
         Args:
-            achieved_goal: (..., 3) [m]
-            desired_goal: (..., 3) [m]
+            achieved_goal: Achieved goals, (..., 3) [m].
+            desired_goal: Desired goals, (..., 3) [m].
             info: Ignored.
 
         Returns:
-            (...) float64.
+            The rewards, (...) float64.
         """
         return self._reward_of(_distance(achieved_goal, desired_goal))
 
@@ -89,13 +90,13 @@ class GoalForm(CubeTask, GoalTask):
 
 
 def _observed(pos: Floats) -> npt.NDArray[np.float32]:
-    """Return positions as they appear in the observation: clipped and rounded."""
+    """Return positions as in the observation, clipped and rounded to float32."""
     return np.clip(pos, -_FARTHEST, _FARTHEST).astype(np.float32)
 
 
 def _distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
-    """Return the distance (...) float64 [m] between goals (..., 3) of any dtype and memory layout."""
+    """Return the distances (...) [m] as float64 between goals (..., 3) of any dtype and memory layout."""
     offset = np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64)
-    # Adding the columns one by one fixes the order of additions, so the result is bit-identical for every shape.
+    # Add the columns one by one to fix the order of additions, so that the result is bit-identical for every shape.
     x, y, z = np.moveaxis(offset, -1, 0)
     return np.asarray(np.sqrt(x * x + y * y + z * z))

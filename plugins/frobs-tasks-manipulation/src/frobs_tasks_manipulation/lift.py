@@ -1,4 +1,4 @@
-"""Lift: grasp a cube and hold it in the air."""
+"""Lifting task: grasp a cube and hold it in the air."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from frobs_tasks_manipulation.rewards import nearness
 
 
 class Lift(CubeTask):
-    """Grasp a cube and hold it in the air.
+    """Task of grasping a cube and holding it in the air.
 
-    Success condition: the bottom of the cube is between ``lowest`` and ``highest``, the cube is between the
-    fingers, and it moves slowly.
+    The success condition is that the bottom of the cube is between the heights ``lowest`` and ``highest``, and that the
+    cube is between the fingers and moves slowly.
 
-    Reward:
+    The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers
-      + 0.8 · fraction of ``lowest`` lifted so far + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers + 0.8 ·
+      fraction of ``lowest`` by which the cube is lifted + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
-        lowest: Minimum height of the cube's bottom above the floor that counts as lifted [m].
-        highest: Maximum height that counts as lifted [m].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        lowest: Minimum height of the cube's bottom above the floor at which the cube counts as lifted [m].
+        highest: Maximum height of the cube's bottom at which the cube counts as lifted [m].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:LiftCube"

@@ -1,4 +1,4 @@
-"""The base class for all manipulation tasks: an arm with a gripper above a working area on the floor."""
+"""Base class of all manipulation tasks, in which an arm with a gripper works above an area of the floor."""
 
 from __future__ import annotations
 
@@ -20,34 +20,35 @@ from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 
 DOWN = (0.0, 1.0, 0.0, 0.0)
-"""Orientation (w, x, y, z) of a tool that points down: z is −z, and y, along which the fingers close, is −y."""
+"""Orientation (w, x, y, z) of a tool that points down and whose fingers close along the world's y axis."""
 
 UP: Floats = np.array([0.0, 0.0, 1.0])
 
 FLOOR_FRICTION = 0.5
-"""With 1, a pushed cube jams between the tool and the floor (self-locking)."""
+"""Friction coefficient of the floor. At 1, a pushed cube would jam between the tool and the floor."""
 
 _TURN = np.pi / 12
-"""[rad] Maximum initial rotation of objects about the vertical."""
+"""Maximum initial rotation of objects about the vertical axis [rad]."""
 
 _CANDIDATES = 16
-"""Number of places drawn at once; the first one far enough from the other object is used."""
+"""Number of places drawn at once, of which the first that is far enough from the other object is used."""
 
 
 class Manipulation(Task):
-    """Base class for the manipulation tasks.
+    """Base class of the manipulation tasks.
 
-    An episode starts with the tool above the center of the working area, pointing down. It never terminates. It is a
-    success if, at the time limit, the task's success condition has held for the last ``hold_steps`` control steps.
+    At the start of an episode, the tool is above the center of the working area and points down. Episodes never
+    terminate. An episode is successful if, at the time limit, the task's success condition has been met for the last
+    ``hold_steps`` control steps.
 
     Args:
-        center: Center (x, y) of the working area on the floor [m], in the world.
-        area: Side length of the square in which objects and goals are placed [m].
-        start_height: Height of the tool at the start [m].
-        hold_steps: Number of control steps for which the success condition must hold.
+        center: Center (x, y) of the working area on the floor, in the world frame [m].
+        area: Side length of the square working area in which objects and goals are placed [m].
+        start_height: Height of the tool above the floor at the start of an episode [m].
+        hold_steps: Number of control steps for which the success condition must be met.
 
     Attributes:
-        start_opening: Opening of the gripper at the start: 0 is closed, 1 is open.
+        start_opening: Opening of the gripper at the start of an episode, from 0 (closed) to 1 (open).
         finger_axis: World axis along which the fingers close: ``"x"`` or ``"y"``.
 
     Raises:
@@ -76,16 +77,16 @@ class Manipulation(Task):
         self.reward_type = self.reward_types[0]
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return ``teleport``, because the arm and the objects are placed at each reset."""
+        """Return the capability ``teleport``, because each reset places the arm and the objects."""
         return {"teleport": Level.APPROXIMATE}
 
     def cameras(self) -> dict[str, Camera]:
-        """Return a camera that looks at the working area from the front right."""
+        """Return a camera that views the working area from the front right."""
         x, y = self.center.tolist()
         return {"overview": Camera(pos=(x + 0.75, y - 0.75, 0.65), target=(x - 0.1, y, 0.12), fov_y=42.0)}
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
             UnsuitableRobotError: The robot has no gripper, or its tool cannot reach the working area.
@@ -105,7 +106,7 @@ class Manipulation(Task):
         self._bind_objects()
 
     def _tool_quat(self) -> Floats:
-        """Return the orientation of the tool at the start, (4,)."""
+        """Return the orientation of the tool at the start of an episode, (4,)."""
         half = np.sqrt(0.5)
         return np.array(DOWN) if self.finger_axis == "y" else quat_multiply((half, 0.0, 0.0, half), DOWN)
 
@@ -113,12 +114,13 @@ class Manipulation(Task):
         """Place the arm, the objects and the goal.
 
         Args:
-            mask: The environments.
+            mask: The environments to reset.
             rng: Source of all random numbers.
-            options: Values of ``reset_options``, (num_envs, 3) [m] each.
+            options: Optional values of the options in ``reset_options``, (num_envs, 3) [m] each.
 
         Raises:
-            ResetOptionError: A place does not consist of three numbers, is below the floor, or is too far away.
+            ResetOptionError: A place does not consist of three numbers, is below the floor, or is too far from the
+                working area.
         """
         rows = rows_of(mask)
         self._robot.write_joint_state(np.tile(self._start, (len(self._held[rows]), 1)), mask=mask)
@@ -127,21 +129,21 @@ class Manipulation(Task):
         self._measure()
 
     def advance(self, context: StepContext) -> None:
-        """Measure the tool and the objects, and count how long the success condition has held."""
+        """Measure the states of the tool and the objects, and count the steps in which the success condition is met."""
         self._measure()
         np.add(self._held, 1, out=self._held)
         np.multiply(self._held, self._is_achieved(), out=self._held)
 
     def is_success(self) -> Mask:
-        """Return whether the success condition has held for ``hold_steps`` steps, (num_envs,) bool."""
+        """Return whether the success condition has been met for ``hold_steps`` steps, (num_envs,) bool."""
         return self._held >= self.hold_steps
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms that add up to the last reward, (num_envs,) each."""
+        """Return the terms whose sum is the last reward, (num_envs,) each."""
         return self._reward_terms
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         if self.reward_type == "sparse":
             self._reward_terms = {"unachieved": np.where(self._is_achieved(), 0.0, -1.0)}
         else:
@@ -152,7 +154,7 @@ class Manipulation(Task):
         return total
 
     def tool_terms(self) -> dict[str, ObservationTerm]:
-        """Return the terms for the tool: position [m], linear velocity [m/s] and gripper opening [1]."""
+        """Return the observation terms for the tool: position [m], linear velocity [m/s] and gripper opening."""
         return {
             "tcp_position": bounded(lambda: self.tcp, 3, 2.0, "m", scale=4.0),
             "tcp_velocity": bounded(lambda: self.tcp_velocity, 3, 5.0, "m/s"),
@@ -160,7 +162,7 @@ class Manipulation(Task):
         }
 
     def snapshot(self) -> Snapshot:
-        """Return how long the success condition has held."""
+        """Return the number of steps for which the success condition has been met."""
         return {"held": self._held.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -169,21 +171,21 @@ class Manipulation(Task):
         self._measure()
 
     def _measure(self) -> None:
-        """Read the values that the terms, the reward and the success condition use."""
+        """Read the values that the observation, the reward and the success condition use."""
         self.tcp = self._robot.frame_pose("tcp")[0]  # (num_envs, 3) [m]
         self.tcp_velocity = self._robot.frame_velocity("tcp")[0]  # (num_envs, 3) [m/s]
         fingers = (self._robot.joint_positions[:, self._fingers] - self._closed) / self._stroke
         self.opening = fingers.sum(axis=1) / len(self._fingers)  # (num_envs,): 0 is closed, 1 is open
 
-    # -- What tasks define --
+    # -- Methods that tasks define --
 
     @abstractmethod
     def _bind_objects(self) -> None:
-        """Store the handles of the objects, and allocate buffers for the goal."""
+        """Store the handles of the objects, and allocate a buffer for the goal."""
 
     @abstractmethod
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        """Place the objects and the goal at random, except those given in the options, which have n rows."""
+        """Place the objects and the goal at the positions in the options (n rows each), or else at random."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
@@ -205,18 +207,19 @@ class Manipulation(Task):
         apart_from: Floats | None = None,
         distance: float = 0.0,
     ) -> Floats:
-        """Draw a place uniformly from the working area.
+        """Draw places uniformly from the working area.
 
         Args:
-            stream: Name of the stream of random numbers.
-            rng: Random source.
-            mask: The n environments.
-            height: Height of the place [m].
-            apart_from: (n, 3) place from which to keep a minimum horizontal distance.
-            distance: This minimum distance [m]; if no candidate is that far away, the farthest one is used.
+            stream: Name of the random stream.
+            rng: Source of the random numbers.
+            mask: The n environments for which to draw.
+            height: Height of the places [m].
+            apart_from: Positions (n, 3) [m] from which the places must have a minimum horizontal distance, or None.
+            distance: Minimum horizontal distance from ``apart_from`` [m]. If no candidate is that far away, the
+                farthest candidate is used.
 
         Returns:
-            (n, 3) [m] in the world.
+            The places in the world frame, (n, 3) [m].
         """
         half = self.area / 2
         candidates = rng.uniform(stream, -half, half, (_CANDIDATES, 2), mask) + self.center  # (n, candidates, 2)
@@ -230,12 +233,12 @@ class Manipulation(Task):
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
 
     def checked_place(self, option: str, place: Floats, lowest: float) -> Floats:
-        """Validate and return places (n, 3) [m] passed to ``reset``.
+        """Validate and return places (n, 3) [m] that were passed to ``reset``.
 
         Args:
-            option: Name of the option, for messages.
-            place: The places.
-            lowest: Minimum height [m].
+            option: Name of the reset option, used in error messages.
+            place: Places in the world frame, (n, 3) [m].
+            lowest: Minimum height of the places [m].
 
         Raises:
             ResetOptionError: A place does not consist of three numbers, is below ``lowest``, or is more than 1 m from
@@ -253,18 +256,18 @@ class Manipulation(Task):
         return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
-        """Draw an orientation (n, 4) for an object on the floor, rotated so little that the fingers fit around it.
+        """Draw orientations (n, 4) of an object on the floor, turned so little that the fingers fit around the object.
 
         Args:
-            stream: Name of the stream of random numbers.
-            rng: Random source.
-            mask: The n environments.
+            stream: Name of the random stream.
+            rng: Source of the random numbers.
+            mask: The n environments for which to draw.
         """
         return quat_from_axis_angle(UP, rng.uniform(stream, -_TURN, _TURN, (), mask))
 
 
 def gripper_of(robot: RobotHandle) -> EndEffector:
-    """Return the end effector of a robot that has fingers.
+    """Return a robot's first end effector that has fingers.
 
     Raises:
         UnsuitableRobotError: The robot has no gripper.

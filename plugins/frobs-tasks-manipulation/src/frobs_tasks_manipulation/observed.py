@@ -1,4 +1,4 @@
-"""Observation terms clipped to their bounds."""
+"""Observation terms that are clipped to their bounds."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from frobs_core.observation import ObservationTerm
 
 
 def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scale: float = 1.0) -> ObservationTerm:
-    """Return a term whose values are clipped to [−limit, limit].
+    """Return an observation term whose values are clipped to [−``limit``, ``limit``].
 
     Args:
-        read: Function that returns the value, (num_envs, size).
+        read: Function that returns the values, (num_envs, ``size``).
         size: Number of values per environment.
-        limit: Maximum absolute value.
+        limit: Maximum absolute value of the term.
         unit: Unit of the values.
-        scale: Suggested scale factor for a learner.
+        scale: Suggested factor by which a learner scales the values.
     """
     high = np.full(size, limit)
     return ObservationTerm(

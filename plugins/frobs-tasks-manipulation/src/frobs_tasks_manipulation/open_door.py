@@ -1,4 +1,4 @@
-"""Open a door by its handle."""
+"""Task of opening a door by its handle."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from frobs_tasks_manipulation.open_task import OpenTask
 
 
 class OpenDoor(OpenTask):
-    """Open a door by its handle to a target angle.
+    """Task of opening a door by its handle to a target angle.
 
-    The success condition, reward and parameters are described in
+    For the success condition, the reward and further parameters, see
     :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
 
     Args:
-        lowest: Minimum target [rad].
-        highest: Maximum target [rad].
-        tolerance: Distance from the target that counts as reached [rad].
-        max_speed: Speed below which the door counts as slow [rad/s].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+        lowest: Minimum target angle [rad].
+        highest: Maximum target angle [rad].
+        tolerance: Maximum error of the angle at which the target counts as reached [rad].
+        max_speed: Maximum speed at which the door counts as slow [rad/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"

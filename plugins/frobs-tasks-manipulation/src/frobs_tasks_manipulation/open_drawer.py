@@ -1,4 +1,4 @@
-"""Open a drawer by its handle."""
+"""Task of opening a drawer by its handle."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from frobs_tasks_manipulation.open_task import OpenTask
 
 
 class OpenDrawer(OpenTask):
-    """Open a drawer by its handle to a target distance.
+    """Task of opening a drawer by its handle to a target distance.
 
-    The success condition, reward and parameters are described in
+    For the success condition, the reward and further parameters, see
     :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
 
     Args:
-        lowest: Minimum target [m].
-        highest: Maximum target [m].
-        tolerance: Distance from the target that counts as reached [m].
-        max_speed: Speed below which the drawer counts as slow [m/s].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
+        lowest: Minimum target distance [m].
+        highest: Maximum target distance [m].
+        tolerance: Maximum error of the distance at which the target counts as reached [m].
+        max_speed: Maximum speed at which the drawer counts as slow [m/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"

@@ -1,4 +1,4 @@
-"""The base class for tasks that open a piece of furniture by its handle."""
+"""Base class of tasks in which a piece of furniture must be opened by its handle."""
 
 from __future__ import annotations
 
@@ -21,33 +21,34 @@ from frobs_tasks_manipulation.rewards import length, nearness
 
 HANDLE = "handle"
 _TURN = 0.15
-"""[rad] Maximum initial rotation of the furniture about the vertical."""
+"""Maximum initial rotation of the furniture about the vertical axis [rad]."""
 
 
 class OpenTask(Manipulation):
-    """Base class for tasks in which one joint of a piece of furniture must reach a target.
+    """Base class of tasks in which the joint of a piece of furniture must reach a target.
 
-    Success condition: the joint is within the tolerance of the target, and slow.
+    The success condition is that the joint is within the tolerance of the target and moves slowly.
 
-    Reward:
+    The reward depends on the reward type:
 
     - ``dense``: 0.3 · nearness of the tool to the handle + 0.4 · fraction of the way to the target + 0.3 · nearness of
-      the joint to the target + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+      the joint to the target + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
-        center: Center (x, y) [m], in the world, of the square in which the closed handle starts.
-        area: Side length of this square [m].
-        start_height: Height of the tool at the start [m].
-        lowest: Minimum target [m or rad].
-        highest: Maximum target [m or rad].
-        tolerance: Distance of the joint from its target that counts as reached [m or rad].
-        max_speed: Speed below which the joint counts as slow [m/s or rad/s].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
+        center: Center (x, y) of the square in which the handle is placed while the furniture is closed, in the world
+            frame [m].
+        area: Side length of the square in which the handle is placed [m].
+        start_height: Height of the tool above the floor at the start of an episode [m].
+        lowest: Minimum target position of the joint [m or rad].
+        highest: Maximum target position of the joint [m or rad].
+        tolerance: Distance between the joint and its target at which the target counts as reached [m or rad].
+        max_speed: Maximum speed at which the joint counts as slow [m/s or rad/s].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
-        furniture: Name of the prop and of its model file.
-        unit: Unit of the joint: ``"m"`` or ``"rad"``.
+        furniture: Name of the prop, which is also the name of its model file.
+        unit: Unit of the joint position: ``"m"`` or ``"rad"``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -77,19 +78,19 @@ class OpenTask(Manipulation):
         self.max_speed = positive("max_speed", max_speed, f"{self.unit}/s")
 
     def scene(self) -> Scene:
-        """Return the furniture on the floor."""
+        """Return a scene with the furniture on the floor."""
         x, y = self.center.tolist()
         model = f"frobs_tasks_manipulation:models/{self.furniture}.urdf.xacro"
         prop = Prop(model=model, pose=Pose((x + 0.1, y, 0.0)))
         return Scene(floor_friction=FLOOR_FRICTION, props={self.furniture: prop}, cameras=self.cameras())
 
     def cameras(self) -> dict[str, Camera]:
-        """Return a camera that looks at the front of the furniture from the right."""
+        """Return a camera that views the front of the furniture from the right."""
         x, y = self.center.tolist()
         return {"overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool, the handle (x, y), handle − tool, the joint, and target − joint."""
+        """Return the terms for tool, handle (x, y), joint, and the offsets handle − tool and target − joint."""
         return {
             **self.tool_terms(),
             "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
@@ -101,13 +102,13 @@ class OpenTask(Manipulation):
         }
 
     def handle_at(self, joint: Floats) -> Floats:
-        """Return the handle's position in the world for joint positions (num_envs,), (num_envs, 3) [m]."""
+        """Return the handle's positions (num_envs, 3) [m] in the world for joint positions (num_envs,)."""
         pos, _ = self._prop.model.frame_pose(HANDLE, joint[:, None])
-        base_pos, base_quat = self._prop.base_pose  # where this episode placed it
+        base_pos, base_quat = self._prop.base_pose  # pose of the furniture in this episode
         return base_pos + quat_rotate(base_quat, pos)
 
     def snapshot(self) -> Snapshot:
-        """Return the target and how long the success condition has held."""
+        """Return the target and the number of steps for which the success condition has been met."""
         return {**super().snapshot(), "target": self.target.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -118,7 +119,7 @@ class OpenTask(Manipulation):
     def _bind_objects(self) -> None:
         self._prop = self._simulation.robots[self.furniture]
         self.target = np.full(self.num_envs, self.lowest)
-        self._closed_handle = self._prop.model.frame_pose(HANDLE, np.zeros((1, 1)))[0]  # (1, 3) [m] from base
+        self._closed_handle = self._prop.model.frame_pose(HANDLE, np.zeros((1, 1)))[0]  # (1, 3) [m] from the base
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
         place = self.draw_place("handle", rng, mask, height=0.0)

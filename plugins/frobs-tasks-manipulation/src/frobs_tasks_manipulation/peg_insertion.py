@@ -1,4 +1,4 @@
-"""Peg insertion: put a square peg into a square hole."""
+"""Peg insertion task: put a square peg into a square hole."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ _WALL, HEIGHT = 0.03, 0.05
 """Thickness and height of the walls around the hole [m]."""
 
 _GRIP = 0.02
-"""Height above the peg's center at which the tool grips the peg [m]. A low grip tilts the peg less."""
+"""Height above the peg's center at which the tool grips the peg [m], low because a low grip tilts the peg less."""
 
 _OAK = (0.72, 0.52, 0.33, 1.0)
 
 
 class PegInsertion(CubeTask):
-    """Put a square peg that stands on the floor into a square hole in a block.
+    """Task of putting a square peg that stands on the floor into a square hole in a block.
 
-    Success condition: the peg is still, and at least ``depth`` deep in the hole.
+    The success condition is that the peg is still and at least ``depth`` deep in the hole.
 
-    Reward:
+    The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to the peg's grip + 0.6 · nearness of the peg's lower end to the bottom of
-      the hole + 0.2 · fraction of the block's height by which the peg is lifted (or 0.2 if it is above the hole or in
-      it) + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+    - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.6 · nearness of the peg to its place in
+      the hole + 0.2 · fraction of the block's height by which the peg is lifted (or 0.2 if the peg is in or above the
+      hole) + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
-        clearance: Difference between the edge lengths of the hole and the peg [m].
+        clearance: Edge length of the hole minus the edge length of the peg [m].
         size: Edge length of the peg [m].
         height: Height of the peg [m].
-        depth: Minimum depth of the peg in the hole [m].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        depth: Minimum depth of the peg in the hole for success [m].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
@@ -78,7 +78,7 @@ class PegInsertion(CubeTask):
         self.height, self.depth = positive("height", height, "m"), positive("depth", depth, "m")
 
     def scene(self) -> Scene:
-        """Return a peg that stands on the floor, and a block with a hole."""
+        """Return a scene with a peg that stands on the floor and a block with a hole."""
         scene = super().scene()
         x, y = self.center.tolist()
         peg = replace(
@@ -95,22 +95,22 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool, the peg and the hole (x, y), and the offsets grip − tool and goal − peg."""
+        """Return the observation terms for tool, peg, hole (x, y), and the offsets grip − tool and goal − peg."""
         terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 
     def markers(self) -> Sequence[Marker]:
-        """Return a marker at the target for the peg's center."""
+        """Return a marker at the target position of the peg's center."""
         return (Marker(self.goal, 0.01),)
 
     @property
     def rest_height(self) -> float:
-        """Height of the peg's center when it stands on the floor [m]."""
+        """Height of the peg's center when the peg stands on the floor [m]."""
         return self.height / 2
 
     @property
     def grip(self) -> Floats:
-        """Position at which the tool grips the peg: 2 cm above its center, (num_envs, 3) [m]."""
+        """Position at which the tool grips the peg, 2 cm above the peg's center, (num_envs, 3) [m]."""
         return np.asarray(self.cube.pos + _GRIP * UP)
 
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
@@ -124,7 +124,7 @@ class PegInsertion(CubeTask):
     def _measure(self) -> None:
         super()._measure()
         down = matrix_from_quat(self.cube.quat_wxyz)[:, :, 2]
-        self.end = self.cube.pos - self.height / 2 * down  # (num_envs, 3) [m], center of the lower end
+        self.end = self.cube.pos - self.height / 2 * down  # center of the lower end, (num_envs, 3) [m]
 
     def _is_achieved(self) -> Mask:
         offset = self.cube.pos - self.goal

@@ -1,4 +1,4 @@
-"""Pick and place: bring a cube to a goal on the floor or in the air."""
+"""Pick-and-place task: bring a cube to a goal on the floor or in the air."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from frobs_tasks_manipulation.rewards import nearness
 
 
 class PickAndPlace(CubeTask):
-    """Bring a cube to a goal. Half of the goals are on the floor, the others in the air.
+    """Task of bringing a cube to a goal. By default, half of the goals are on the floor and half in the air.
 
-    Success condition: the cube's center is within the tolerance of the goal, and the cube is slow.
+    The success condition is that the cube's center is within the tolerance of the goal and that the cube moves slowly.
 
-    Reward:
+    The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · how well the cube is centered between the fingers
-      + 0.8 · nearness of the cube to the goal + 0.3 · fraction of the way up (for goals in the air) + 0.5 if the
-      condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+    - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers + 0.8 ·
+      nearness of the cube to the goal + 0.3 · fraction of 5 cm by which the cube is lifted (only for goals in the air)
+      + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
         air_share: Fraction of the goals that are in the air, in [0, 1].
         highest: Maximum height of a goal above the floor [m].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
@@ -73,14 +73,14 @@ class PickAndPlace(CubeTask):
 
 
 class PickAndPlaceGoal(GoalForm, PickAndPlace):
-    """Goal-conditioned task: bring a cube to a goal.
+    """Goal-conditioned task of bringing a cube to a goal on the floor or in the air.
 
-    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    For the rewards and the observation, see :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
 
     Args:
         air_share: Fraction of the goals that are in the air, in [0, 1].
         highest: Maximum height of a goal above the floor [m].
-        keywords: Parameters of :class:`PickAndPlace`.
+        keywords: Further parameters, which are passed to :class:`PickAndPlace`.
     """
 
     def __init__(self, *, air_share: float = 0.7, highest: float = 0.2, **keywords: Any) -> None:

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from dataclasses import replace
 
@@ -7,26 +7,26 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
-"""Robot, and its name for use in sentences, by ID prefix."""
+"""Name of each arm's robot and its name for use in sentences, by prefix of the environment IDs."""
 
 _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush", "Ur5OpenDrawer")
-"""IDs with a trained policy; ``tests/benchmarks/pretrained.py`` trains them."""
+"""Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""
 
 _GOAL_MAX_DELTA = 0.05
-"""[m] The value used by panda-gym: 50 steps are enough to grasp a cube and carry it to the goal."""
+"""Step size [m] as in panda-gym, with which 50 steps suffice to grasp a cube and carry it to a goal."""
 
 
 def _task(
     name: str, title: str, entry_point: str, summary: str, steps: int, **arm_controller: float | bool
 ) -> TaskRecord:
-    """Return the record of a task, with one ID for each arm.
+    """Return the record of a task with one environment for each arm.
 
     Args:
         name: Name of the task.
-        title: Last part of the IDs.
+        title: Last part of the environment IDs.
         entry_point: ``"module:class"`` in this package.
-        summary: What the robot must do.
-        steps: Length of an episode in control steps.
+        summary: Short description of what the robot must do.
+        steps: Maximum length of an episode [control steps].
         arm_controller: Additional parameters of the arm's controller.
     """
     return TaskRecord(
@@ -61,7 +61,7 @@ def _task(
 
 
 def _with_tight_hole(task: TaskRecord) -> TaskRecord:
-    """Add an ID for each arm with a hole clearance of 0.5 mm."""
+    """Add an environment with a hole clearance of 0.5 mm for each arm."""
     tight = tuple(
         replace(
             each,
@@ -76,7 +76,7 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Provide the manipulation tasks."""
+    """Return the records of the manipulation tasks."""
     return [
         _task("push", "Push", "push:Push", "push a cube to a goal on the floor", 125),
         _task(

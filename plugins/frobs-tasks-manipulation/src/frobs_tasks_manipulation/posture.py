@@ -1,4 +1,4 @@
-"""Inverse kinematics for one posture: joint positions that bring the tool to a pose."""
+"""Inverse kinematics that finds one posture for a tool pose."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from frobs_core.validation import numbers
 
 _SEEDS = 64
 _ITERATIONS = 100
-_DAMPING = 0.05  # [m/rad] damping in the least-squares problem
+_DAMPING = 0.05  # [m/rad] damping of the least-squares problem
 _PROBE = 1e-6  # [rad or m] finite-difference step for the Jacobian
 _LONGEST = 0.3  # [rad or m] maximum joint motion per iteration
-_NEAR = 1e-4  # [m, rad] maximum error of the pose
+_NEAR = 1e-4  # [m, rad] maximum pose error of a solution
 _CLEARANCE = 0.03  # [m] minimum height above the floor of each link frame beyond the second joint
 
 
 def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
-    """Return joint positions that bring the tool center point to a pose, near the home position.
+    """Find joint positions near home that bring the tool center point to a pose.
 
-    Uses damped least squares, starting from the home position and random postures. Joints that do not move the tool
-    stay at home.
+    The search uses damped least squares, starting from the home position and from random postures. Joints that do not
+    move the tool stay at home.
 
     Args:
-        robot: An arm.
-        pos: (3,) [m] in the world.
-        quat_wxyz: (4,) in the world.
+        robot: Handle of an arm.
+        pos: Target position in the world frame, (3,) [m].
+        quat_wxyz: Target orientation in the world frame, scalar first, (4,).
 
     Returns:
-        (dof,) [rad or m]
+        The joint positions, (dof,) [rad or m].
 
     Raises:
         UnsuitableRobotError: No posture was found.
@@ -70,7 +70,7 @@ def _error(robot: RobotHandle, joint_positions: Floats, pos: Floats, quat_wxyz: 
 
 
 def _jacobian(robot: RobotHandle, joint_positions: Floats) -> Floats:
-    """Return the tool's Jacobian by finite differences, (n, 6, dof)."""
+    """Compute the tool's Jacobian by finite differences, (n, 6, dof)."""
     pos, quat = robot.planned_frame_pose("tcp", joint_positions)
     columns = []
     for joint in range(robot.dof):

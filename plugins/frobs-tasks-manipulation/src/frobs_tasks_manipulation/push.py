@@ -1,4 +1,4 @@
-"""Push: move a cube across the floor to a goal."""
+"""Pushing task: move a cube across the floor to a goal."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length, nearness
 
 _BEHIND = 0.02
-"""Distance between the cube and the point from which the tool pushes it toward the goal [m]."""
+"""Distance between the cube and the point from which the tool pushes the cube toward the goal [m]."""
 
 
 class Push(CubeTask):
-    """Push a cube to a goal on the floor. The gripper is closed at the start.
+    """Task of pushing a cube to a goal on the floor. The gripper is closed at the start of an episode.
 
-    Success condition: the cube's center is within the tolerance of the goal, and the cube is still.
+    The success condition is that the cube's center is within the tolerance of the goal and that the cube is still.
 
-    Reward:
+    The reward depends on the reward type:
 
-    - ``dense``: 0.3 · nearness of the tool to a point behind the cube as seen from the goal (or 0.3 if the cube is at
-      the goal) + 0.7 · nearness of the cube to the goal + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+    - ``dense``: 0.3 · nearness of the tool to a point behind the cube, as seen from the goal (or 0.3 if the cube is at
+      the goal) + 0.7 · nearness of the cube to the goal + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
-    The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+    The parameters are the same as those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.push:PushCube"
@@ -47,7 +47,7 @@ class Push(CubeTask):
     start_opening: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool, the cube and the goal (x, y), and the offsets cube − tool and goal − cube."""
+        """Return the observation terms for tool, cube, goal (x, y), and the offsets cube − tool and goal − cube."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -65,7 +65,7 @@ class Push(CubeTask):
 
 
 class PushGoal(GoalForm, Push):
-    """Goal-conditioned task: push a cube to a goal on the floor.
+    """Goal-conditioned task of pushing a cube to a goal on the floor.
 
-    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    For the rewards and the observation, see :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

@@ -1,4 +1,4 @@
-"""Reward terms: pure functions of arrays with one row per environment."""
+"""Pure functions that compute reward terms from arrays with one row per environment."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def nearness(distance: Floats, reach: float) -> Floats:
     """Return 1 − tanh(distance / reach): 1 at the goal, 0.24 at ``reach``, and 0 far away.
 
     Args:
-        distance: (n,) [m], ≥ 0.
-        reach: Length scale of the decrease [m].
+        distance: Distances, (n,) [m], ≥ 0.
+        reach: Distance at which the value has decreased to 0.24 [m].
     """
     return np.asarray(1.0 - np.tanh(distance / reach))

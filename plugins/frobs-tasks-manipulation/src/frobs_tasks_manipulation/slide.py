@@ -1,4 +1,4 @@
-"""Slide: hit a puck so that it slides to a goal out of reach."""
+"""Sliding task: hit a puck so that it slides to a goal out of reach."""
 
 from __future__ import annotations
 
@@ -24,27 +24,28 @@ PUCK = "puck"
 
 
 class Slide(CubeTask):
-    """Hit a puck on a slippery floor so that it slides to a goal out of reach. The gripper is closed at the start.
+    """Task of hitting a puck on a slippery floor so that the puck slides to a goal out of reach.
 
-    The puck starts in the working area. Goals are drawn uniformly from a rectangle in front of it, along the world's x
-    axis. Success condition: the puck's center is within the tolerance of the goal, and the puck is slow.
+    At the start of an episode, the gripper is closed and the puck is in the working area. Goals are drawn uniformly
+    from a rectangle that is beyond the working area in the direction of the world's x axis. The success condition is
+    that the puck's center is within the tolerance of the goal and that the puck moves slowly.
 
-    Reward:
+    The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the puck (or 0.2 once the puck has left the working area) + 0.8 ·
-      nearness of the puck to the goal + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+      nearness of the puck to the goal + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
         size: Diameter of the puck [m].
         height: Height of the puck [m].
-        friction: Sliding friction coefficient of the puck and of the floor.
-        nearest: Minimum distance of goals from the center of the working area, along x [m].
-        farthest: Maximum distance of goals from that center, along x [m], > ``nearest``.
-        width: Width along y of the rectangle of goals [m].
-        center: Center (x, y) of the working area on the floor [m], in the world.
-        area: Side length of the square in which the puck starts [m].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        friction: Sliding friction coefficient of the puck and the floor.
+        nearest: Minimum distance along x between goals and the center of the working area [m].
+        farthest: Maximum distance along x between goals and the center of the working area [m], > ``nearest``.
+        width: Width of the goal rectangle along y [m].
+        center: Center (x, y) of the working area on the floor, in the world frame [m].
+        area: Side length of the square working area in which the puck is placed [m].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -96,7 +97,7 @@ class Slide(CubeTask):
         return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
 
     def scene(self) -> Scene:
-        """Return a puck on a slippery floor."""
+        """Return a scene with a puck on a slippery floor."""
         scene = super().scene()
         puck = scene.bodies[PUCK]
         x, y, _ = puck.pose.pos
@@ -108,12 +109,12 @@ class Slide(CubeTask):
         return replace(scene, floor_friction=self.friction, bodies={PUCK: puck})
 
     def cameras(self) -> dict[str, Camera]:
-        """Return a camera that looks at the working area and the goals from the right."""
+        """Return a camera that views the working area and the goals from the right."""
         x, y = self.center.tolist()
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool, the puck and the goal (x, y), and the offsets puck − tool and goal − puck."""
+        """Return the observation terms for tool, puck, goal (x, y), and the offsets puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 
@@ -131,7 +132,7 @@ class Slide(CubeTask):
 
 
 class SlideGoal(GoalForm, Slide):
-    """Goal-conditioned task: hit a puck so that it slides to a goal.
+    """Goal-conditioned task of hitting a puck so that the puck slides to a goal.
 
-    The rewards and the observation are described in :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
+    For the rewards and the observation, see :class:`~frobs_tasks_manipulation.goal_form.GoalForm`.
     """

@@ -1,4 +1,4 @@
-"""Stack: put a cube on another one and release it."""
+"""Stacking task: put a cube on another cube and release it."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ from frobs_tasks_manipulation.tracked import Tracked
 BASE = "base"
 RED = (0.84, 0.24, 0.2, 1.0)
 _APART = 2.5
-"""Minimum distance between the centers of the cubes at the start, in edge lengths."""
+"""Minimum distance between the centers of the two cubes at the start of an episode, in edge lengths."""
 
 
 class Stack(CubeTask):
-    """Put a cube on another one, release it and move the tool away.
+    """Task of putting a cube on another cube, releasing it, and moving the tool away.
 
-    Success condition: the cube is centered on the other one, both are still, and the tool is at least ``released``
-    away.
+    The success condition is that the cube is centered on the other cube, that both cubes are still, and that the tool
+    is at least ``released`` away from the cube.
 
-    Reward:
+    The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube (or 0.2 if the cube is stacked) + 0.6 · nearness of the cube to
-      its place + 0.2 · fraction of the cube's size by which it is lifted + 0.5 · fraction of ``released`` by which the
-      tool is away from the stacked cube + 0.5 if the condition is met
-    - ``sparse``: 0 if the condition is met, otherwise −1
+      its place on the other cube + 0.2 · fraction of the cube's size by which the cube is lifted + 0.5 · distance
+      between the tool and the stacked cube as a fraction of ``released`` + 0.5 if the success condition is met
+    - ``sparse``: 0 if the success condition is met, otherwise −1
 
-    The parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`; the goal is the place on the
-    other cube.
+    The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the place on
+    the other cube.
 
     Args:
-        tolerance: Distance of the cube's center from its place that counts as stacked [m].
-        released: Distance between tool and cube at which the cube counts as released [m].
-        keywords: Parameters of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
+        tolerance: Distance between the cube's center and its place at which the cube counts as stacked [m].
+        released: Distance between the tool and the cube at which the cube counts as released [m].
+        keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
@@ -66,7 +66,7 @@ class Stack(CubeTask):
         self.released = positive("released", released, "m")
 
     def scene(self) -> Scene:
-        """Return two cubes on the floor."""
+        """Return a scene with two cubes on the floor."""
         scene = super().scene()
         base = replace(
             scene.bodies[CUBE], rgba=RED, pose=replace(scene.bodies[CUBE].pose, pos=(0.6, 0.1, self.size / 2))
@@ -78,7 +78,7 @@ class Stack(CubeTask):
         self.base = Tracked(self._simulation.bodies[BASE])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the tool and both cubes, and the offsets cube − tool and place − cube."""
+        """Return the observation terms for the tool, both cubes, and the offsets cube − tool and goal − cube."""
         terms = super().observation_terms()
         return {
             **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},

@@ -1,4 +1,4 @@
-"""An object whose state is read once per step."""
+"""State of an object, which is read once per step."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from frobs_tasks_manipulation.observed import bounded
 
 
 class Tracked:
-    """The state of a free body in the scene.
+    """State of a free body in the scene.
 
     Attributes:
-        body: The body.
-        pos: (num_envs, 3) [m] in the world.
-        quat_wxyz: (num_envs, 4)
-        velocity: (num_envs, 3) [m/s]
-        angular_velocity: (num_envs, 3) [rad/s]
+        body: Handle of the body.
+        pos: Position in the world frame, (num_envs, 3) [m].
+        quat_wxyz: Orientation in the world frame, scalar first, (num_envs, 4).
+        velocity: Linear velocity in the world frame, (num_envs, 3) [m/s].
+        angular_velocity: Angular velocity in the world frame, (num_envs, 3) [rad/s].
     """
 
     def __init__(self, body: BodyHandle) -> None:
@@ -27,17 +27,18 @@ class Tracked:
         self.read()
 
     def read(self) -> None:
-        """Read the state."""
+        """Read the current state of the body."""
         self.pos, self.quat_wxyz = self.body.pose
         self.velocity, self.angular_velocity = self.body.twist
 
     def terms(self, name: str) -> dict[str, ObservationTerm]:
-        """Return the observation terms: position, orientation, linear and angular velocity.
+        """Return observation terms for the position, the orientation, and the linear and angular velocities.
 
-        The orientation is given by the object's x and y axes in the world: six numbers that are continuous and unique.
+        The orientation is represented by the object's x and y axes in the world frame. These six numbers are a
+        continuous and unique representation.
 
         Args:
-            name: Name of the object, used as the prefix of the terms.
+            name: Name of the object, used as a prefix of the term names.
         """
         return {
             f"{name}_position": bounded(lambda: self.pos, 3, 2.0, "m", scale=4.0),

@@ -13,7 +13,7 @@ __all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name from its module on first use, so that listing plugins does not import tasks."""
+    """Import a public name on first use, so that listing plugins does not import the tasks."""
     if name not in _MODULES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(_MODULES[name]), name)

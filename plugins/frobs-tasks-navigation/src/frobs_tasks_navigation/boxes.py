@@ -1,4 +1,4 @@
-"""The boxes of a floor plan, which may be rotated in each episode and may move back and forth."""
+"""Boxes of a floor plan, which may have random orientations and may move back and forth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _RGBA = (0.90, 0.45, 0.16, 1.0)
 
 
 def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
-    """Return the boxes as bodies of a scene, by name."""
+    """Return the scene's bodies for the boxes, by name."""
     return {
         f"box_{i}": Body(geometry=Box(box.size), pose=_pose(box), kinematic=_is_placed(box), rgba=_RGBA)
         for i, box in enumerate(boxes)
@@ -25,7 +25,7 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
 
 
 def _is_placed(box: MovingBox) -> bool:
-    """Return whether each episode must place the box because its orientation is random or it moves."""
+    """Return whether the box must be placed in each episode, because it moves or has a random orientation."""
     return box.yaw is None or box.max_speed > 0.0
 
 
@@ -35,17 +35,17 @@ def _pose(box: MovingBox) -> Pose:
 
 
 class MovingBoxes:
-    """Poses of the boxes of all environments.
+    """Poses of the boxes in all environments.
 
-    A box moves back and forth along its own x axis, so its position follows from its heading, its speed and the time,
-    without accumulating errors or state.
+    A box moves back and forth along its own x axis. The box's position is computed from the heading, the speed and the
+    time, so that no errors accumulate.
 
     Args:
         boxes: Boxes of the floor plan.
-        simulation: Simulation that contains them as bodies.
+        simulation: Simulation that contains the boxes as bodies.
 
     Attributes:
-        half: (k, 2) half edges [m].
+        half: Half edge lengths along x and y, (k, 2) [m].
     """
 
     def __init__(self, boxes: Sequence[MovingBox], simulation: Simulation) -> None:
@@ -68,11 +68,11 @@ class MovingBoxes:
         self._velocity: Floats = np.zeros((n, k, 3))  # [m/s] before the first reversal
 
     def begin(self, mask: Mask | None, rng: RandomSource) -> None:
-        """Rotate the boxes, draw their speeds, and move them to their initial positions.
+        """Draw the orientations and speeds of the boxes, and move the boxes to their initial positions.
 
         Args:
-            mask: The n environments.
-            rng: Streams ``"box_yaw"`` and ``"box_speed"``.
+            mask: The n environments in which an episode begins.
+            rng: Random source, of which the streams ``"box_yaw"`` and ``"box_speed"`` are used.
         """
         if not self._placed:
             return
@@ -93,17 +93,17 @@ class MovingBoxes:
 
     @property
     def pos(self) -> Floats:
-        """(num_envs, k, 3) [m] current positions of the boxes' centers."""
+        """Current positions of the boxes' centers, (num_envs, k, 3) [m]."""
         time = terms.to_and_fro(self._simulation.time[:, None], self._first_turn, self._turn_every)
         return self._centre + time[..., None] * self._velocity
 
     @property
     def yaw(self) -> Floats:
-        """(num_envs, k) [rad] yaw of the boxes."""
+        """Yaw angles of the boxes, (num_envs, k) [rad]."""
         return self._yaw
 
     def snapshot(self) -> Snapshot:
-        """Return the drawn values."""
+        """Return the orientations and velocities that were drawn for the current episodes."""
         return {"box_yaw": self._yaw.copy(), "box_velocity": self._velocity.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,4 +1,4 @@
-"""The start and waypoints of an episode."""
+"""Initial poses and waypoints of episodes."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import FloorPlan
 
 _CANDIDATES = 16
-"""Number of candidates drawn at once; the first one far enough from everything is used."""
+"""Number of candidates drawn at once, of which the first that is far enough from all objects is used."""
 
 
 class Course:
-    """Starts and waypoints of all environments.
+    """Initial poses and waypoints in all environments.
 
     Args:
-        plan: Floor plan to draw from.
-        num_envs: ≥ 1.
-        tolerance: Distance at which a waypoint is reached [m].
+        plan: Floor plan from which poses and waypoints are drawn.
+        num_envs: Number of environments, ≥ 1.
+        tolerance: Distance between the robot and a waypoint at which the waypoint counts as reached [m].
 
     Attributes:
-        way: (num_envs, k, 2) waypoints [m]; unused columns repeat the last waypoint.
-        last: (num_envs,) index of the last waypoint.
-        index: (num_envs,) index of the next waypoint.
-        target: (num_envs, 2) [m] next waypoint.
+        way: Waypoints, (num_envs, k, 2) [m]. Unused columns repeat the last waypoint.
+        last: Index of the last waypoint, (num_envs,).
+        index: Index of the next waypoint, (num_envs,).
+        target: Position of the next waypoint, (num_envs, 2) [m].
     """
 
     def __init__(self, plan: FloorPlan, num_envs: int, tolerance: float) -> None:
@@ -50,11 +50,11 @@ class Course:
 
     @property
     def left(self) -> Floats:
-        """(num_envs,) number of remaining waypoints."""
+        """Number of remaining waypoints, (num_envs,)."""
         return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
-        """Select the next waypoint if the current one is reached; return whether it was the last, (num_envs,) bool."""
+        """Advance to the next waypoint where ``reached``, and return whether the route is complete, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
         self._find_target()
@@ -71,16 +71,18 @@ class Course:
         boxes: tuple[Floats, Floats, Floats],
         given: tuple[Floats | None, ...],
     ) -> tuple[Floats, Floats]:
-        """Draw a start and a route for each of the n environments of the mask.
+        """Draw an initial pose and a route for each of the n environments in the mask.
 
         Args:
-            mask: The environments.
-            rng: Streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"``.
-            boxes: center (num_envs, k, 2) [m], yaw (num_envs, k) [rad] and half edges (k, 2) [m], with k ≥ 0.
-            given: Starts (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m], or None to draw them.
+            mask: The environments in which an episode begins.
+            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"`` are used.
+            boxes: Centers (num_envs, k, 2) [m], yaw angles (num_envs, k) [rad] and half edge lengths (k, 2) [m] of the
+                k ≥ 0 boxes.
+            given: User-specified initial poses (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]. Initial poses
+                and goals are drawn if they are None.
 
         Returns:
-            Initial positions (n, 2) [m] and yaw angles (n,) [rad] of the robots.
+            The initial positions (n, 2) [m] and yaw angles (n,) [rad] of the robots.
         """
         rows = rows_of(mask)
         start, goal = given
@@ -116,7 +118,7 @@ class Course:
         obstacles: tuple[Floats, Floats, Floats],
         away_from: Floats | None,
     ) -> Floats:
-        """Draw points (n, 2) [m] far enough from walls, boxes and the start; if there are none, use the farthest."""
+        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or else the farthest candidates."""
         if (low == high).all():
             return np.broadcast_to(low, (len(obstacles[0]), 2))
         candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)
@@ -134,7 +136,7 @@ class Course:
         return picked
 
     def snapshot(self) -> Snapshot:
-        """Return the routes and the progress of each robot."""
+        """Return each robot's route and its progress along the route."""
         return {"way": self.way.copy(), "last": self.last.copy(), "index": self.index.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,4 +1,4 @@
-"""Floor plans: walls, boxes, starts, routes and goals as data, read from YAML."""
+"""Floor plans read from YAML, which consist of walls, boxes, initial poses, and routes or goals."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from frobs_core.validation import validate
 from frobs_core.yaml import load_yaml
 
 BUILT_IN = ("maze", "empty", "dynamic")
-"""Names of the floor plans in this package."""
+"""Names of the built-in floor plans."""
 
-_MARGIN = 10.0  # [m] margin around everything if a plan does not define its area
+_MARGIN = 10.0  # [m] margin around all elements of a plan that does not define its area
 
 
 Positive = Annotated[FiniteFloat, Field(gt=0.0)]
@@ -32,7 +32,7 @@ class _Element(BaseModel):
 
 
 class Box2d(_Element):
-    """An axis-aligned rectangle.
+    """Axis-aligned rectangle.
 
     Attributes:
         low: Corner with the minimum x and y [m].
@@ -50,16 +50,16 @@ class Box2d(_Element):
 
 
 class Wall(_Element):
-    """A straight wall, given either by its ends or by a center, a length and a direction.
+    """Straight wall, defined either by its two ends or by a center, a length and a direction.
 
     Attributes:
-        from_: One end [m]; ``from`` in YAML.
-        to: The other end [m].
-        centre: Center, instead of the ends [m].
-        length: Length, used with a center [m].
-        along: Direction, used with a center: ``"x"``, ``"y"``, or an angle from x [deg].
-        thickness: Thickness [m], or None for the plan's default.
-        height: Height [m], or None for the plan's default.
+        from_: First end of the wall [m], named ``from`` in YAML.
+        to: Second end of the wall [m].
+        centre: Center of the wall [m], as an alternative to the two ends.
+        length: Length of the wall [m], required with a center.
+        along: Direction of the wall, required with a center: ``"x"``, ``"y"``, or the angle from the x axis [deg].
+        thickness: Thickness of the wall [m], or None for the plan's default.
+        height: Height of the wall [m], or None for the plan's default.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
@@ -84,7 +84,7 @@ class Wall(_Element):
 
     @property
     def middle(self) -> tuple[Point, float, float]:
-        """The wall's center [m], length [m], and angle from x [rad]."""
+        """The wall's center [m], length [m], and angle from the x axis [rad]."""
         if self.from_ is not None and self.to is not None:
             (x0, y0), (x1, y1) = self.from_, self.to
             return ((x0 + x1) / 2, (y0 + y1) / 2), math.hypot(x1 - x0, y1 - y0), math.atan2(y1 - y0, x1 - x0)
@@ -96,12 +96,12 @@ class Wall(_Element):
 
 
 class Walls(_Element):
-    """All walls.
+    """All walls of a floor plan.
 
     Attributes:
-        pieces: The walls.
-        thickness: Default thickness [m].
-        height: Default height [m].
+        pieces: The individual walls.
+        thickness: Default thickness of the walls [m].
+        height: Default height of the walls [m].
     """
 
     pieces: tuple[Wall, ...] = ()
@@ -110,15 +110,16 @@ class Walls(_Element):
 
 
 class MovingBox(_Element):
-    """A box on the floor that is stationary or moves back and forth along its own x axis.
+    """Box on the floor that is stationary or moves back and forth along its own x axis.
 
     Attributes:
-        pos: Position of the center at the start of an episode [m].
-        size: x, y, z [m].
-        yaw: Orientation [deg]. If None, it is drawn again in each episode.
-        max_speed: Maximum speed [m/s]; the speed is drawn from 0 to this value. If 0, the box is stationary.
-        turn_every: Time between two reversals [s].
-        first_turn: Time until the first reversal [s]. If None, ``turn_every`` is used.
+        pos: Position of the box's center at the start of an episode [m].
+        size: Edge lengths along x, y and z [m].
+        yaw: Orientation of the box [deg], or None for a random orientation in each episode.
+        max_speed: Maximum speed [m/s]. In each episode, the speed is drawn from [0, ``max_speed``). If 0, the box is
+            stationary.
+        turn_every: Time between two reversals of the motion [s].
+        first_turn: Time until the first reversal of the motion [s], or None to use ``turn_every``.
     """
 
     pos: Point
@@ -130,13 +131,13 @@ class MovingBox(_Element):
 
 
 class Start(_Element):
-    """Initial poses for the robot: at a point, or anywhere in a rectangle.
+    """Initial poses of the robot, either at a point or anywhere in a rectangle.
 
     Attributes:
-        pos: The point [m].
-        low: Corner of the rectangle with the minimum x and y [m].
-        high: Corner of the rectangle with the maximum x and y [m].
-        yaw: Orientation of the robot [deg], or None for any orientation.
+        pos: Point at which the robot starts [m].
+        low: Rectangle corner with the minimum x and y [m].
+        high: Rectangle corner with the maximum x and y [m].
+        yaw: Orientation of the robot [deg], or None for a random orientation.
     """
 
     pos: Point | None = None
@@ -154,21 +155,22 @@ class Start(_Element):
 
     @property
     def box(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corners, (2,) each [m]; identical for a point."""
+        """Minimum and maximum corners of the rectangle, (2,) [m] each, which are identical for a point."""
         return np.array(self.pos or self.low, float), np.array(self.pos or self.high, float)
 
 
 class FloorPlan(_Element):
-    """A floor plan: walls, boxes, starts, and routes or goals.
+    """Floor plan with walls, boxes, initial poses, and routes or goals.
 
     Attributes:
         walls: Fixed walls.
         boxes: Fixed or moving boxes.
         start: Initial poses of the robot.
-        routes: Routes, each a list of waypoints [m]; one route is drawn in each episode.
-        goals: Area from which a single waypoint is drawn, instead of routes.
-        clearance: Minimum distance of a drawn start or goal from walls and boxes [m].
-        area: Area that the robot must not leave; leaving it ends the episode. If None, 10 m around everything.
+        routes: Routes, each of which is a list of waypoints [m]. One route is drawn in each episode.
+        goals: Rectangle from which a single waypoint is drawn in each episode, as an alternative to routes.
+        clearance: Minimum distance between a drawn start or goal and the walls and boxes [m].
+        area: Area that the robot must not leave. Leaving the area ends the episode. If None, the area extends 10 m
+            beyond all elements of the plan.
     """
 
     walls: Walls = Walls()
@@ -197,7 +199,7 @@ class FloorPlan(_Element):
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corners of the area, (2,) each [m]."""
+        """Minimum and maximum corners of the area, (2,) [m] each."""
         if self.area is not None:
             return np.array(self.area.low), np.array(self.area.high)
         low, high = self.extent
@@ -205,7 +207,7 @@ class FloorPlan(_Element):
 
     @property
     def extent(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corners of all elements, (2,) each [m]."""
+        """Minimum and maximum corners of the rectangle around all elements, (2,) [m] each."""
         points = [*self.start.box, *(np.array(box.pos) for box in self.boxes)]
         points += [np.array(point) for ends in self._destinations().values() for point in ends]
         for wall in self.walls.pieces:
@@ -219,13 +221,13 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
     """Read a floor plan.
 
     Args:
-        plan: Name of a built-in floor plan; a YAML file, or ``"package:path.yaml"`` inside an installed package; or the
-            contents of such a file.
+        plan: Name of a built-in floor plan, path of a YAML file, ``"package:path.yaml"`` for a file in an installed
+            package, or the contents of such a file as a mapping.
 
     Raises:
-        ConfigFileError: The file cannot be read, or has an unknown key or an invalid value; the message contains the
-            file and line.
-        ConfigurationError: A mapping has an unknown key or an invalid value.
+        ConfigFileError: The file cannot be read, or it contains an unknown key or an invalid value. The message
+            contains the file and the line.
+        ConfigurationError: A mapping contains an unknown key or an invalid value.
     """
     if isinstance(plan, Mapping):
         return validate(FloorPlan, plan, "the floor plan")
@@ -242,5 +244,5 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
         return validate(FloorPlan, document, f"floor plan '{path.name}'")
     except ConfigFileError:
         raise
-    except ConfigurationError as error:  # errors about the file as a whole have no line
+    except ConfigurationError as error:  # errors that concern the whole file have no line
         raise ConfigFileError(path, None, str(error)) from error

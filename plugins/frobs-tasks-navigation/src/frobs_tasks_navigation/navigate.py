@@ -1,4 +1,4 @@
-"""Navigate: drive through waypoints to a goal, among the walls and boxes of a floor plan."""
+"""Navigation task: drive through waypoints to a goal, among the walls and boxes of a floor plan."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from frobs_tasks_navigation.scenery import build_scene
 
 @dataclass
 class Step:
-    """The result of a step, relative to the waypoint that was next when the step began.
+    """Result of a step, relative to the waypoint that was next at the beginning of the step.
 
     Attributes:
-        distance: (num_envs,) distance to the waypoint at the end of the step [m].
-        bearing: (num_envs,) bearing of the waypoint at the end of the step [rad].
-        progress: (num_envs,) decrease in the distance [m].
-        left: (num_envs,) number of remaining waypoints at the beginning of the step, including this one.
-        reached: (num_envs,) bool: whether the waypoint is now reached.
-        bumped: (num_envs,) bool: whether the robot has touched anything except the floor.
-        outside: (num_envs,) bool: whether the robot is outside the area.
+        distance: Distance to the waypoint at the end of the step, (num_envs,) [m].
+        bearing: Bearing of the waypoint at the end of the step, (num_envs,) [rad].
+        progress: Decrease in the distance to the waypoint during the step, (num_envs,) [m].
+        left: Number of remaining waypoints at the beginning of the step, including the next waypoint, (num_envs,).
+        reached: Whether the waypoint is reached, (num_envs,) bool.
+        bumped: Whether the robot has touched anything except the floor, (num_envs,) bool.
+        outside: Whether the robot is outside the area, (num_envs,) bool.
     """
 
     distance: Floats
@@ -49,44 +49,46 @@ class Step:
 
     @classmethod
     def none(cls, num_envs: int) -> Step:
-        """Return a step in which nothing happens."""
+        """Return the result of a step in which nothing happens."""
         floats, flags = np.zeros((4, num_envs)), np.zeros((3, num_envs), np.bool_)
         return cls(*floats, *flags)
 
 
 class Navigate(Task):
-    """Drive through the waypoints of a route to its end, without collisions.
+    """Task of driving through all waypoints of a route without collisions.
 
     The floor plan defines the walls, boxes, initial poses, and routes. A waypoint is reached when the robot is within
-    the tolerance; then the next waypoint becomes the target. An episode terminates at the last waypoint (a success), if
-    the robot touches anything except the floor (see ``collision_ends``), or if it leaves the plan's area.
+    the tolerance of the waypoint. The next waypoint then becomes the target. An episode terminates with success at the
+    last waypoint. An episode also terminates if the robot touches anything except the floor (see ``collision_ends``) or
+    leaves the plan's area.
 
-    Reward, with d the distance to the next waypoint:
+    The reward depends on the distance d to the next waypoint:
 
-    - ``dense``: progress_weight · (d before the step − d after it) + way_point_reward at a waypoint + goal_reward at
-      the last one − collision_penalty for touching anything or leaving the area − time_penalty
+    - ``dense``: progress_weight · (d before the step − d after the step) + way_point_reward at each waypoint except the
+      last + goal_reward at the last waypoint − collision_penalty for a collision or for leaving the area − time_penalty
     - ``sparse``: 1 at the last waypoint, otherwise 0
 
     Args:
-        floor_plan: Name of a built-in floor plan (``"maze"``, ``"empty"``, ``"dynamic"``), or a YAML file.
-        tolerance: Distance at which a waypoint is reached [m].
-        observation: Terms of the observation, in this order, from ``distance``, ``bearing``, ``direction``,
-            ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and ``nearness`` (1 m / (1 m + range) for each
-            lidar ray).
+        floor_plan: Name of a built-in floor plan (``"maze"``, ``"empty"`` or ``"dynamic"``), a YAML file, or the
+            contents of a YAML file as a mapping.
+        tolerance: Distance between the robot and a waypoint at which the waypoint counts as reached [m].
+        observation: Names of the observation terms, in the order of the observation. The available terms are
+            ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and
+            ``nearness`` (1 m / (1 m + range) for each lidar ray).
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper, which detects contacts with anything except the floor.
         collision_ends: Whether a collision ends the episode.
         progress_weight: Reward for each meter of progress toward the waypoint [1/m].
         way_point_reward: Reward at each waypoint except the last.
         goal_reward: Reward at the last waypoint.
-        collision_penalty: Penalty for each step with a collision, and for leaving the area.
-        time_penalty: Penalty per step.
+        collision_penalty: Penalty for each step in which the robot collides or is outside the area.
+        time_penalty: Penalty for each step.
 
     Attributes:
         plan: The parsed floor plan.
 
     Raises:
-        ConfigFileError: The floor plan is invalid; the message contains the file and line.
+        ConfigFileError: The floor plan is invalid. The message contains the file and the line.
         ConfigurationError: A value is out of range.
     """
 
@@ -142,14 +144,14 @@ class Navigate(Task):
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return the walls, the boxes, and a camera that sees everything."""
+        """Return a scene with the walls, the boxes, and a camera that sees the whole floor plan."""
         return build_scene(self.plan)
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
-            ConfigurationError: The robot cannot drive, or does not have the required lidar.
+            ConfigurationError: The robot cannot drive, or it does not have the required lidar.
         """
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots["robot"]
@@ -178,12 +180,14 @@ class Navigate(Task):
         """Place the robot and the boxes, and choose a route.
 
         Args:
-            mask: The n environments.
-            rng: Streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and ``"box_speed"``.
-            options: ``start`` (num_envs, 3): x, y [m] and yaw [rad]. ``goal`` (num_envs, 2) [m]: the only waypoint.
+            mask: The environments to reset.
+            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"``
+                and ``"box_speed"`` are used.
+            options: Optional ``start``, (num_envs, 3) as x, y [m] and yaw [rad], and ``goal``, (num_envs, 2) [m], which
+                is then the only waypoint.
 
         Raises:
-            ConfigurationError: A start or goal is outside the plan's area.
+            ConfigurationError: A start or a goal is outside the plan's area.
         """
         rows = rows_of(mask)
         self._boxes.begin(mask, rng)
@@ -206,7 +210,7 @@ class Navigate(Task):
         self._aim()
 
     def advance(self, context: StepContext) -> None:
-        """Move the boxes, and measure the quantities that the methods below use, once per control step."""
+        """Move the boxes, and update the quantities that the observation, the reward and the termination use."""
         self._boxes.move()
         self._sensors.advance(context.rng)
         before = self._distance
@@ -246,7 +250,7 @@ class Navigate(Task):
         return {name: known[name] for name in self._observed}
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         if self.reward_type == "sparse":
             self._reward_terms = {"goal": self._success.astype(np.float64)}
         else:
@@ -260,19 +264,19 @@ class Navigate(Task):
         return np.asarray(sum(self._reward_terms.values()))
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms that add up to the last reward, (num_envs,) each."""
+        """Return the terms whose sum is the last reward, (num_envs,) each."""
         return self._reward_terms
 
     def is_terminated(self) -> Mask:
-        """Return which robots are at the last waypoint, have collided, or have left the area."""
+        """Return whether each robot is at the last waypoint, has collided, or has left the area, (num_envs,) bool."""
         return self._success | self._failed
 
     def is_success(self) -> Mask:
-        """Return which robots are at the last waypoint, (num_envs,) bool."""
+        """Return whether each robot is at the last waypoint, (num_envs,) bool."""
         return self._success
 
     def markers(self) -> Sequence[Marker]:
-        """Return markers for the waypoints, the next one as large as the tolerance, and a ball above the robot."""
+        """Return markers for the waypoints, for the tolerance around the next waypoint, and for the robot."""
         way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
         beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0), "way_points") for i in range(way.shape[1])]
         target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)

@@ -1,4 +1,4 @@
-"""Observation terms for navigating robots."""
+"""Observation terms for navigation tasks."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_navigation import terms
 
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")
-"""Names of all terms."""
+"""Names of all available observation terms."""
 
-_FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits for a robot, even in collisions
-_BEYOND = 2.0  # [m] maximum distance from the area in the step that ends the episode
+_FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits of a robot's velocities, even in collisions
+_BEYOND = 2.0  # [m] maximum distance outside the area in the step that ends the episode
 _ROUNDING = 1e-6  # [rad] amount by which float32's π exceeds π
 
 
 def observable(
     reads: Mapping[str, Callable[[], Floats]], low: Floats, high: Floats, lidar: Lidar | None
 ) -> dict[str, ObservationTerm]:
-    """Return all terms that a robot can observe.
+    """Return all observation terms that are available for a robot.
 
     Args:
-        reads: Functions that read each of :data:`OBSERVABLE`.
-        low: (2,) minimum corner of the area [m].
-        high: (2,) maximum corner of the area [m].
-        lidar: The robot's lidar, or None to omit its terms.
+        reads: Functions that return the values of the terms in :data:`OBSERVABLE`, by name.
+        low: Minimum corner of the area, (2,) [m].
+        high: Maximum corner of the area, (2,) [m].
+        lidar: The robot's lidar, or None to omit the lidar terms.
     """
     farthest = float(np.sqrt(((high - low + _BEYOND) ** 2).sum()))
     half_turn, fastest = np.array([np.pi + _ROUNDING]), np.array(_FASTEST)

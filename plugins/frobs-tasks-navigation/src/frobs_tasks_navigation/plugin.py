@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from typing import Any
 
@@ -10,11 +10,11 @@ _INSTALL = "pip install frobs-tasks-navigation"
 _NEEDS = {"teleport": Level.APPROXIMATE, "contacts": Level.APPROXIMATE}
 _RAYS_36 = {"lidar": {"rays": 36}}
 _GOAL = ("distance", "bearing")
-_MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # FRobs_RL's 15 numbers
+_MAZE = ("distance", "bearing", "position", "yaw", "way_point", "nearness")  # the 15 numbers of FRobs_RL's observation
 
 
 def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) -> EnvironmentRecord:
-    """Return a record whose policy is trained by ``tests/benchmarks/pretrained.py``."""
+    """Return the record of an environment whose policy is trained by ``tests/benchmarks/pretrained.py``."""
     name = id.removeprefix("frobs/").removesuffix("-v0")
     return EnvironmentRecord(
         id=id,
@@ -29,7 +29,7 @@ def _kobuki(id: str, summary: str, max_episode_steps: int, **parameters: Any) ->
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Provide the navigation tasks."""
+    """Return the record of the navigation task."""
     return [
         TaskRecord(
             name="navigate",

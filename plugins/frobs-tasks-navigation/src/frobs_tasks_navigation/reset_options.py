@@ -1,4 +1,4 @@
-"""Validation of the options of ``reset``."""
+"""Validation of the options passed to ``reset``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from frobs_tasks_navigation import terms
 
 
 def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
-    """Validate and return given goals (n, 2) [m].
+    """Validate and return user-specified goals, (n, 2) [m].
 
     Args:
-        goal: Given goals, one row for each environment.
-        low: (2,) [m] minimum corner of the area.
-        high: (2,) [m] maximum corner of the area.
+        goal: User-specified goals, one row for each environment.
+        low: Minimum corner of the area, (2,) [m].
+        high: Maximum corner of the area, (2,) [m].
 
     Raises:
         ConfigurationError: A goal does not consist of two numbers, or is outside the area.
@@ -26,7 +26,9 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
-    """Validate and return given starts (n, 3): x, y [m] and yaw [rad]. The arguments are as for :func:`checked_goal`.
+    """Validate and return user-specified initial poses, (n, 3) as x, y [m] and yaw [rad].
+
+    The arguments ``low`` and ``high`` are the same as those of :func:`checked_goal`.
 
     Raises:
         ConfigurationError: A start does not consist of three numbers, or is outside the area.

@@ -1,4 +1,4 @@
-"""Converts a floor plan to a scene: walls and boxes as bodies, and a camera that sees everything."""
+"""Conversion of a floor plan to a scene with walls, boxes, and a camera that sees the whole plan."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _WALL_RGBA = (0.36, 0.47, 0.60, 1.0)
 _FOV = 40.0  # [deg]
 _TILT = math.radians(
     22.0
-)  # tilt of the camera from vertical, so that wall sides are visible and the image has a clear orientation
-_LEAST = 8.0  # [m] minimum extent of an image
+)  # tilt of the camera from the vertical, which makes the sides of walls visible and the orientation clear
+_LEAST = 8.0  # [m] minimum width and height of the area in an image
 
 
 def build_scene(plan: FloorPlan) -> Scene:
-    """Return walls, boxes and a camera."""
+    """Return a scene with the walls and boxes of a floor plan and a camera."""
     return Scene(bodies={**wall_bodies(plan.walls), **box_bodies(plan.boxes)}, cameras={"overview": overview(plan)})
 
 
 def wall_bodies(walls: Walls) -> dict[str, Body]:
-    """Return the walls as bodies of a scene, by name."""
+    """Return the scene's bodies for the walls, by name."""
     bodies = {}
     for i, wall in enumerate(walls.pieces):
         (x, y), length, angle = wall.middle
-        # Overlapping walls of the same thickness and height would flicker in images.
+        # Vary the sizes slightly, because overlapping walls of the same size would flicker in images.
         thickness = (wall.thickness or walls.thickness) - 1e-4 * (i % 10)
         height = (wall.height or walls.height) - 2e-3 * (i % 10)
         w, _, _, z = terms.quat_of(np.asarray(angle)).tolist()
@@ -43,9 +43,9 @@ def wall_bodies(walls: Walls) -> dict[str, Body]:
 
 
 def overview(plan: FloorPlan) -> Camera:
-    """Return a camera above the plan that sees all of it in a 4 : 3 image, with the longer side horizontal.
+    """Return a camera that sees the whole plan in a 4 : 3 image, with the plan's longer side horizontal.
 
-    It looks along y, or along −x if the plan is deeper than it is wide.
+    The camera is above the plan and looks along y, or along −x if the plan is longer in y than in x.
     """
     low, high = plan.extent
     middle, size = (low + high) / 2, np.maximum(high - low, _LEAST)

@@ -1,4 +1,4 @@
-"""Observation and reward terms: small, independent pure functions."""
+"""Pure functions that compute observation and reward terms."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from frobs_core.arrays import Floats, Mask
 
 
 def yaw_of(quat_wxyz: Floats) -> Floats:
-    """Return the rotation of a frame about the vertical, in [−π, π] [rad].
+    """Return the yaw angle of a frame, in [−π, π] [rad].
 
     Args:
-        quat_wxyz: (..., 4)
+        quat_wxyz: Orientation of the frame, scalar first, (..., 4).
 
     Returns:
-        (...)
+        The yaw angle, (...).
     """
-    if quat_wxyz.shape == (1, 4):  # for a single row, Python floats are faster; they round identically
+    if quat_wxyz.shape == (1, 4):  # for a single row, Python floats are faster and round identically
         ((w, x, y, z),) = quat_wxyz.tolist()
         return np.arctan2([2.0 * (w * z + x * y)], [1.0 - 2.0 * (y * y + z * z)])
     w, x, y, z = (quat_wxyz[..., i] for i in range(4))
@@ -24,17 +24,17 @@ def yaw_of(quat_wxyz: Floats) -> Floats:
 
 
 def quat_of(yaw: Floats) -> Floats:
-    """Return the quat_wxyz (..., 4) of a frame rotated about the vertical by ``yaw`` (...) [rad]."""
+    """Return scalar-first quaternions (..., 4) for rotations about the vertical by ``yaw`` (...) [rad]."""
     zeros = np.zeros_like(yaw)
     return np.stack([np.cos(0.5 * yaw), zeros, zeros, np.sin(0.5 * yaw)], axis=-1)
 
 
 def in_frame(offset: Floats, yaw: Floats) -> Floats:
-    """Return an offset in the robot's frame: (..., 2) forward and to the left [m].
+    """Return the forward and left components of an offset in the robot's frame, (..., 2) [m].
 
     Args:
-        offset: (..., 2) vector from the robot to the object in the world [m].
-        yaw: (...) yaw of the robot [rad].
+        offset: Vector from the robot to an object in the world frame, (..., 2) [m].
+        yaw: Yaw of the robot, (...) [rad].
     """
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = offset[..., 0], offset[..., 1]
@@ -44,7 +44,7 @@ def in_frame(offset: Floats, yaw: Floats) -> Floats:
 def bearing(offset: Floats, yaw: Floats) -> Floats:
     """Return the angle at which a robot sees an object, (...) in [−π, π] [rad]: 0 ahead, positive to the left.
 
-    It is 0 if the distance is 0. The arguments are as for :func:`in_frame`.
+    The angle is 0 if the distance is 0. The arguments are the same as those of :func:`in_frame`.
     """
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = offset[..., 0], offset[..., 1]
@@ -61,43 +61,44 @@ def nearness(ranges: Floats) -> Floats:
     """Return 1 m / (1 m + range), in (0, 1], which has a finer resolution for close objects.
 
     Args:
-        ranges: (...) [m], ≥ 0.
+        ranges: Lidar ranges, (...) [m], ≥ 0.
     """
     return 1.0 / (1.0 + ranges)
 
 
 def outside(pos: Floats, low: Floats, high: Floats) -> Mask:
-    """Return which points (..., 2) [m] are outside the rectangle from ``low`` to ``high``, (2,) each [m]."""
+    """Return whether points (..., 2) [m] are outside the rectangle from ``low`` to ``high``, (2,) [m] each."""
     anywhere: Mask = np.logical_or.reduce((pos < low) | (pos > high), axis=-1)
     return anywhere
 
 
 def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Floats) -> Floats:
-    """Return the distances of points from rectangles [m]; 0 inside.
+    """Return the distances between points and rectangles [m], 0 for points inside a rectangle.
 
     Args:
-        pos: (..., 1, 2) [m]
-        centre: Broadcasts to (..., k, 2) [m].
-        yaw: Broadcasts to (..., k) [rad].
-        half: Broadcasts to (..., k, 2): half edges [m].
+        pos: Points, (..., 1, 2) [m].
+        centre: Centers of the rectangles, broadcastable to (..., k, 2) [m].
+        yaw: Angles of the rectangles, broadcastable to (..., k) [rad].
+        half: Half edge lengths of the rectangles, broadcastable to (..., k, 2) [m].
 
     Returns:
-        (..., k)
+        The distances, (..., k).
     """
     beyond = np.maximum(np.abs(in_frame(pos - centre, yaw)) - half, 0.0)
     return distance(beyond)
 
 
 def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
-    """Return how long a reversing motion has moved forward minus how long it has moved backward [s].
+    """Return the forward time minus the backward time of a motion that reverses periodically [s].
 
     Args:
-        time: (...) time since the start [s].
+        time: Time since the start of the motion, (...) [s].
         first_turn: Time of the first reversal [s].
         turn_every: Time between two reversals [s].
 
     Returns:
-        (...); after the first reversal, it is in [first_turn − turn_every, first_turn].
+        The difference, (...). After the first reversal, the difference is in [``first_turn`` − ``turn_every``,
+        ``first_turn``].
     """
     period = 2.0 * turn_every
     phase = np.mod(time - first_turn, period)  # time since the last reversal to backward motion

@@ -1,4 +1,4 @@
-"""Reach a moving goal."""
+"""Reaching task with a moving goal."""
 
 from __future__ import annotations
 
@@ -18,31 +18,35 @@ from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.reset_options import checked_goal
 from frobs_tasks_reach.workspace import Workspace
 
-_SURVEY = 1 << 17  # joint vectors for determining the reachable cells of the goal box
+_SURVEY = 1 << 17  # number of joint vectors used to determine the reachable cells of the goal box
 
 
 class ReachDynamic(Reach):
-    """Keep the tool center point at a moving goal.
+    """Task of keeping the tool center point at a moving goal.
 
-    The goal oscillates along each axis: center + amplitude · sin(2π · frequency · t + phase), drawn again in each
-    episode. The center is the tool position of a random joint vector inside the limits, such that motions of maximum
-    amplitude along every axis stay in the goal box and within the arm's reach (looked up on a 5 cm grid). A goal in the
-    options of ``reset`` is the start of the motion.
+    The goal oscillates along each axis: center + amplitude · sin(2π · frequency · t + phase). The parameters of this
+    motion are drawn in each episode. The center is the tool position for a random joint vector within the limits,
+    chosen such that motions of maximum amplitude along every axis stay in the goal box and within the arm's reach
+    (according to a 5 cm grid). If a goal is passed in the options of ``reset``, the motion starts at this goal.
 
-    An episode never terminates. It is a success if the tool is within the tolerance at the time limit. The reward is
-    the same as in :class:`frobs_tasks_reach.reach.Reach`, with respect to the goal at the end of the control step; its
-    distance term is named ``tracking_error``. The observation also contains the goal's velocity.
+    Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
+    limit. The reward is the same as in :class:`frobs_tasks_reach.reach.Reach`, computed for the goal position at the
+    end of the control step, but its distance term is named ``tracking_error``. The observation also contains the goal's
+    velocity.
 
     Args:
-        tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        initial: Joint positions at reset: ``"home"`` or ``"random"``.
-        distance_weight: Penalty per meter of distance [1/m].
-        precision_weight: Weight of the reward term for the last few centimeters.
-        max_amplitude: Amplitudes are uniform in [0, max_amplitude) [m].
-        max_frequency: Frequencies are uniform in [0, max_frequency) [Hz]. FRobs_RL's goal hardly moved, at up to
-            0.01 Hz; 0.2 Hz means up to 0.13 m/s along each axis.
+        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
+        distance_weight: Penalty per meter of distance to the goal [1/m].
+        precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
+        max_amplitude: Upper limit of the goal's amplitudes [m], which are drawn uniformly from [0, ``max_amplitude``).
+        max_frequency: Upper limit of the goal's frequencies [Hz], which are drawn uniformly from [0,
+            ``max_frequency``). At 0.2 Hz and the default amplitude, the goal moves at up to 0.13 m/s along each axis.
+            In FRobs_RL, the goal hardly moved, because its frequency was at most 0.01 Hz.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -78,10 +82,11 @@ class ReachDynamic(Reach):
         self.max_frequency = positive("max_frequency", max_frequency)
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
-            ConfigurationError: The robot has no joints, or the goal box does not leave enough room for the motion.
+            ConfigurationError: The robot has no joints, or the goal box does not leave enough room for the goal's
+                motion.
         """
         self._motion = Oscillation(simulation.num_envs, np.full(3, self.max_amplitude), np.full(3, self.max_frequency))
         super().bind(simulation, controller, control_timestep)
@@ -97,11 +102,11 @@ class ReachDynamic(Reach):
 
     @property
     def tracking_error(self) -> Floats:
-        """(num_envs,) [m] current distance from tool to goal."""
+        """Current distance from the tool to the goal, (num_envs,) [m]."""
         return self._distance
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of ``Reach``, and the goal's velocity."""
+        """Return the observation terms of ``Reach`` and a term for the goal's velocity."""
         speed = self._motion.max_speed
         velocity = ObservationTerm(read=lambda: self._goal_velocity, low=-speed, high=speed, unit="m/s", scale=5.0)
         return {**super().observation_terms(), "goal_velocity": velocity}

@@ -1,4 +1,4 @@
-"""Checks whether postures keep all parts of an arm above the floor."""
+"""Check that all moving parts of an arm are above the floor."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from frobs_core.rotations import matrix_from_quat
 from frobs_tasks_reach.keep_out import fixed_links
 
 Solid = tuple[Geometry, Floats, Floats]
-"""A shape, with its origin (3,) [m] and rotation matrix (3, 3) in its link's frame."""
+"""Shape, with its origin (3,) [m] and its rotation matrix (3, 3) in the link's frame."""
 
 
 class FloorClearance:
-    """Checks the collision shapes of the moving links at given joint positions. Meshes count as their bounding boxes.
+    """Checker for whether the collision shapes of an arm's moving links are above the floor.
 
-    Shapes that are always in the floor are ignored, for example when an arm hangs down.
+    Each mesh is replaced by its bounding box. Links that are in the floor in all given postures are ignored, for
+    example if an arm hangs down.
 
     Args:
         robot: Handle of the robot.
-        postures: (k, dof) joint positions used to determine which shapes can be above the floor [rad or m].
-        margin: Minimum height of every part above the floor [m].
+        postures: Joint positions used to determine which links can be above the floor, (k, dof) [rad or m].
+        margin: Minimum height of all shapes above the floor [m].
     """
 
     def __init__(self, robot: RobotHandle, postures: Floats, margin: float = 0.0) -> None:
@@ -41,7 +42,7 @@ class FloorClearance:
                 self._solids[link.name] = solids
 
     def is_clear(self, joint_positions: Floats) -> Mask:
-        """Return which postures (n, dof) [rad or m] keep every part above the margin; (n,) bool."""
+        """Return whether all shapes are above the margin, (n,) bool, at joint positions (n, dof) [rad or m]."""
         clear = np.ones(len(joint_positions), bool)
         for link, solids in self._solids.items():
             clear &= self._link_is_clear(link, solids, joint_positions)
@@ -59,7 +60,7 @@ class FloorClearance:
 
 
 def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
-    """Convert a shape to one that :func:`depth` supports."""
+    """Replace a mesh by its bounding box, because :func:`depth` does not support meshes."""
     if not isinstance(geometry, Mesh):
         return geometry, origin, rotation
     low, high = bounding_box(geometry)
@@ -68,11 +69,11 @@ def _solid(geometry: Geometry, origin: Floats, rotation: Floats) -> Solid:
 
 
 def depth(geometry: Geometry, up: Floats) -> Floats:
-    """Return how far a shape extends below its origin, (n,) [m]; 0 for a mesh.
+    """Return how far a shape extends below its origin, (n,) [m], or 0 for a mesh.
 
     Args:
         geometry: The shape.
-        up: (n, 3) unit vectors that point up, in the shape's frame.
+        up: Unit vectors that point up, in the shape's frame, (n, 3).
     """
     match geometry:
         case Sphere(radius):

@@ -1,4 +1,4 @@
-"""Goal-conditioned reach, for hindsight experience replay."""
+"""Goal-conditioned reaching task for hindsight experience replay."""
 
 from __future__ import annotations
 
@@ -15,28 +15,32 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0
-"""Bound on observed joint velocities, as a multiple of the velocity limit, which collisions can exceed."""
+"""Bound on observed joint velocities, relative to the velocity limits, which can be exceeded in collisions."""
 
 
 class ReachGoal(Reach, GoalTask):
-    """Goal-conditioned task: move the tool center point to a goal, and hold it there.
+    """Goal-conditioned task of moving the tool center point to a goal and holding it there.
 
-    Goals, starts, success and the end of episodes are as in :class:`frobs_tasks_reach.reach.Reach`. The observation is
-    a dictionary: ``observation`` (2 · dof + 3: joint positions, joint velocities, tool), ``achieved_goal`` (3: tool)
-    and ``desired_goal`` (3), all float32, in SI units. The velocities are necessary because a sparse reward only
-    requires the tool to be at the goal: without them, an arm whose drives lag oscillates around it.
+    Goals, initial states, success and the end of episodes are defined as in :class:`frobs_tasks_reach.reach.Reach`. The
+    observation is a dictionary of float32 arrays in SI units: ``observation`` (2 · dof + 3: joint positions, joint
+    velocities, tool position), ``achieved_goal`` (3: tool position) and ``desired_goal`` (3). Joint velocities are
+    necessary because a sparse reward only requires the tool to be at the goal: without joint velocities, an arm whose
+    drives lag would oscillate around the goal.
 
-    Reward, with d the distance between the two goals *as observed*, that is, after rounding to float32, so that
-    :meth:`reward` and the :meth:`compute_reward` of a replayed observation are bit-identical:
+    The reward depends on the distance d between the achieved and the desired goal *as observed*, that is, rounded to
+    float32. The results of :meth:`reward` and of :meth:`compute_reward` for a replayed observation are therefore
+    bit-identical.
 
     - ``sparse``: 0 if d ≤ tolerance, otherwise −1
     - ``dense``: −d
 
     Args:
-        tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        initial: Joint positions at reset: ``"home"`` or ``"random"``.
+        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -61,7 +65,7 @@ class ReachGoal(Reach, GoalTask):
         super().__init__(tolerance=tolerance, goal_low=goal_low, goal_high=goal_high, initial=initial)
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, joint velocities and tool position, and the keys for the tool and the goal."""
+        """Return the terms of ``observation``, ``achieved_goal`` and ``desired_goal``."""
         robot, known = self._robot, super().observation_terms()
         fastest = _FASTEST * robot.velocity_limit[0]
         return {
@@ -79,25 +83,25 @@ class ReachGoal(Reach, GoalTask):
         }
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         reward = self._reward(self._distance)
         self._reward_terms = {"outside" if self.reward_type == "sparse" else "distance": reward}
         return reward
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return ``outside`` (sparse) or ``distance`` (dense), (num_envs,)."""
+        """Return the reward term ``outside`` (sparse) or ``distance`` (dense), (num_envs,)."""
         return self._reward_terms
 
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for given goals, independently of the current state.
+        """Compute the reward for achieved and desired goals, independently of the current state.
 
         Args:
-            achieved_goal: (..., 3) [m]
-            desired_goal: (..., 3) [m]
+            achieved_goal: Achieved goals, (..., 3) [m].
+            desired_goal: Desired goals, (..., 3) [m].
             info: Ignored.
 
         Returns:
-            (...) float64.
+            The rewards, (...) float64.
         """
         return self._reward(_goal_distance(achieved_goal, desired_goal))
 
@@ -109,5 +113,5 @@ class ReachGoal(Reach, GoalTask):
 
 
 def _goal_distance(achieved_goal: npt.ArrayLike, desired_goal: npt.ArrayLike) -> Floats:
-    """Return the distance [m] as float64, for goals of any dtype."""
+    """Return the distance between two goals [m] as float64, for goals of any dtype."""
     return distance(np.asarray(desired_goal, np.float64) - np.asarray(achieved_goal, np.float64))

@@ -1,4 +1,4 @@
-"""Space that a tool cannot reach because the robot's base is there."""
+"""Space that a robot's base occupies and that the tool therefore cannot reach."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Pose,
 from frobs_core.rotations import matrix_from_quat
 
 Solid = tuple[Geometry, Floats, Floats]
-"""A shape, with its origin (3,) [m] and rotation matrix (3, 3) in the world."""
+"""Shape, with its origin (3,) [m] and its rotation matrix (3, 3) in the world frame."""
 
 
 class Foot:
-    """Collision shapes of the root link and of links fixed to it, at their poses in the scene.
+    """Collision shapes of a robot's root link and the links fixed to the root link, at their poses in the scene.
 
-    Meshes and robots with a movable base are ignored.
+    Meshes are ignored. For a robot with a movable base, all shapes are ignored.
 
     Args:
         robot: Handle of the robot.
@@ -36,7 +36,7 @@ class Foot:
                 )
 
     def is_clear(self, positions: Floats, clearance: float) -> Mask:
-        """Return which positions (..., 3) [m] are farther than ``clearance`` [m] from all shapes; (...) bool."""
+        """Return whether positions (..., 3) [m] are farther than ``clearance`` [m] from all shapes, (...) bool."""
         clear = np.ones(positions.shape[:-1], bool)
         for geometry, origin, rotation in self._solids:
             local = ((positions - origin)[..., None] * rotation).sum(axis=-2)  # rotationᵀ · (p − origin)
@@ -45,14 +45,14 @@ class Foot:
 
 
 def distance_to(geometry: Geometry, positions: Floats) -> Floats:
-    """Return the distances of positions from a shape's surface: 0 inside it, and infinite for a mesh.
+    """Return the distances between positions and a shape: 0 inside the shape, and infinite for a mesh.
 
     Args:
         geometry: The shape.
-        positions: (..., 3) [m] in its frame.
+        positions: Positions in the shape's frame, (..., 3) [m].
 
     Returns:
-        (...) [m]
+        The distances, (...) [m].
     """
     x, y, z = positions[..., 0], positions[..., 1], positions[..., 2]
     radial = np.hypot(x, y)
@@ -70,7 +70,7 @@ def distance_to(geometry: Geometry, positions: Floats) -> Floats:
 
 
 def fixed_links(model: RobotModel) -> list[tuple[str, Floats, Floats]]:
-    """Return the root and the links fixed to it: name, origin (3,) and rotation (3, 3) in the root's frame."""
+    """Return (name, origin (3,), rotation (3, 3)) of the root link and all links fixed to it, in the root's frame."""
     found = [(model.root, np.zeros(3), np.eye(3))]
     for name, pos, turn in found:  # the list grows while it is iterated
         for joint in model.joints:

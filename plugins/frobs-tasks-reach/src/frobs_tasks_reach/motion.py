@@ -1,4 +1,4 @@
-"""A moving goal: each coordinate oscillates about a center."""
+"""Motion of goals whose coordinates oscillate about a center."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from frobs_core.random import RandomSource
 
 
 class Oscillation:
-    """center + amplitude · sin(2π · frequency · t + phase) for each axis, drawn again in each episode.
+    """Random motion of a point: center + amplitude · sin(2π · frequency · t + phase) along each axis.
 
     Args:
-        num_envs: ≥ 1.
-        max_amplitude: (3,) amplitudes are drawn from [0, max_amplitude) [m].
-        max_frequency: (3,) frequencies are drawn from [0, max_frequency) [Hz].
-        max_phase: Phases are drawn from [0, max_phase) [rad]. If 0, the motion starts at the center.
+        num_envs: Number of environments, ≥ 1.
+        max_amplitude: Upper limits of the amplitudes, (3,) [m]. Amplitudes are drawn from [0, ``max_amplitude``).
+        max_frequency: Upper limits of the frequencies, (3,) [Hz]. Frequencies are drawn from [0, ``max_frequency``).
+        max_phase: Upper limit of the phases [rad]. Phases are drawn from [0, ``max_phase``). If 0, motions start at the
+            center.
     """
 
     def __init__(
@@ -27,17 +28,18 @@ class Oscillation:
 
     @property
     def max_speed(self) -> Floats:
-        """(3,) [m/s] upper limit of the speed along each axis."""
+        """Upper limit of the speed along each axis, (3,) [m/s]."""
         return 2.0 * np.pi * self._max_frequency * self._max_amplitude
 
     def begin(self, mask: Mask | None, rng: RandomSource, *, centre: Floats | None, start: Floats | None) -> None:
-        """Draw the motion of an episode.
+        """Draw the parameters of the motion for the next episode.
 
         Args:
-            mask: The n environments.
-            rng: Streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"``.
-            centre: (n, 3) [m] center of the motion.
-            start: (n, 3) [m] position at time 0, instead of ``centre``.
+            mask: The n environments in which an episode begins.
+            rng: Random source, of which the streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"`` are
+                used.
+            centre: Center of the motion, (n, 3) [m], or None if ``start`` is given.
+            start: Position at time 0, (n, 3) [m], from which the center is computed, or None if ``centre`` is given.
         """
         rows = rows_of(mask)
         self._amplitude[rows] = rng.uniform("goal_amplitude", 0.0, self._max_amplitude, (3,), mask)
@@ -48,12 +50,12 @@ class Oscillation:
         self._centre[rows] = centre
 
     def at(self, time: Floats) -> tuple[Floats, Floats]:
-        """Return pos (num_envs, 3) [m] and velocity (num_envs, 3) [m/s] at a time (num_envs,) [s]."""
+        """Return the positions (num_envs, 3) [m] and velocities (num_envs, 3) [m/s] at times (num_envs,) [s]."""
         offset, velocity = oscillation(time, self._amplitude, self._frequency, self._phase)
         return self._centre + offset, velocity
 
     def snapshot(self) -> Snapshot:
-        """Return the motion of the current episodes."""
+        """Return the parameters of the motions in the current episodes."""
         return {
             "goal_centre": self._centre.copy(),
             "goal_amplitude": self._amplitude.copy(),
@@ -68,16 +70,16 @@ class Oscillation:
 
 
 def oscillation(time: Floats, amplitude: Floats, frequency: Floats, phase: Floats) -> tuple[Floats, Floats]:
-    """Return amplitude · sin(2π · frequency · time + phase) and its rate of change.
+    """Return amplitude · sin(2π · frequency · time + phase) and its time derivative.
 
     Args:
-        time: (...) [s]
-        amplitude: (..., 3) [m]
-        frequency: (..., 3) [Hz]
-        phase: (..., 3) [rad]
+        time: Time, (...) [s].
+        amplitude: Amplitude along each axis, (..., 3) [m].
+        frequency: Frequency along each axis, (..., 3) [Hz].
+        phase: Phase along each axis, (..., 3) [rad].
 
     Returns:
-        offset (..., 3) [m] and velocity (..., 3) [m/s].
+        The offset (..., 3) [m] and the velocity (..., 3) [m/s].
     """
     rate = 2.0 * np.pi * frequency
     angle = rate * time[..., None] + phase

@@ -1,4 +1,4 @@
-"""Records of this distribution."""
+"""Plugin records of this distribution."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ _INSTALL = "pip install frobs-tasks-reach"
 
 @dataclass(frozen=True, kw_only=True)
 class _Arm:
-    """An arm and its goal box.
+    """Arm with its goal box.
 
     Attributes:
-        id: Prefix of its IDs.
+        id: Prefix of the arm's environment IDs.
         robot: Name of the robot.
-        title: Name for use in sentences.
-        goal_low: Minimum corner of its goal box [m].
-        goal_high: Maximum corner of its goal box [m].
+        title: Name of the arm for use in sentences.
+        goal_low: Minimum corner of the arm's goal box [m].
+        goal_high: Maximum corner of the arm's goal box [m].
     """
 
     id: str
@@ -35,7 +35,7 @@ class _Arm:
         controller: str = "joint_delta_position",
         **parameters: object,
     ) -> EnvironmentRecord:
-        """Return the record of ``frobs/{id}{what}-v0``; ``tests/benchmarks/pretrained.py`` trains its policy."""
+        """Return the record of ``frobs/{id}{what}-v0``, whose policy ``tests/benchmarks/pretrained.py`` trains."""
         name = f"{self.id}{what}"
         goal_box = {"goal_low": self.goal_low, "goal_high": self.goal_high}
         return EnvironmentRecord(
@@ -49,7 +49,8 @@ class _Arm:
         )
 
 
-# The goal boxes are FRobs_RL's; the IRB 140's (±1, ±1, 0 to 2 m) is reduced to reachable positions.
+# The goal boxes are the same as in FRobs_RL, except that the box of the IRB 140 (±1, ±1, 0 to 2 m) is reduced to
+# reachable positions.
 _IRB120 = _Arm(id="Irb120", robot="irb120", title="IRB 120", goal_low=(-0.5, -0.5, 0.0), goal_high=(0.5, 0.5, 1.0))
 _IRB140 = _Arm(id="Irb140", robot="irb140", title="IRB 140", goal_low=(-0.9, -0.9, 0.0), goal_high=(0.9, 0.9, 1.2))
 _UR5 = _Arm(id="Ur5", robot="ur5", title="UR5", goal_low=(0.0, -0.5, 0.2), goal_high=(0.7, 0.5, 1.0))
@@ -76,7 +77,7 @@ def _task(name: str, cls: str, summary: str, *environments: EnvironmentRecord) -
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Provide the reaching tasks."""
+    """Return the records of the reaching tasks."""
     return [
         _task(
             "reach",

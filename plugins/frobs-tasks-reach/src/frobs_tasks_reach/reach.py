@@ -1,4 +1,4 @@
-"""Reach: hold the tool center point at a fixed goal."""
+"""Reaching task: hold the tool center point at a fixed goal."""
 
 from __future__ import annotations
 
@@ -17,40 +17,46 @@ from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 
 _LIMIT_MARGIN = 0.1
-"""Fraction of a joint's range by which observed positions may exceed its limits; larger values are clipped."""
+"""Fraction of a joint's range by which observed positions may exceed the limits before they are clipped."""
 
 _T = TypeVar("_T", float, Floats)
 
 
 class Reach(EpisodeStart):
-    """Move the tool center point to a goal, and hold it there.
+    """Task of moving the tool center point to a goal and holding it there.
 
-    Goals are tool positions of random joint vectors inside the limits that lie in the goal box, so they are always
-    reachable. They cover the reachable part of the box, but not uniformly: positions that more joint vectors reach are
-    more frequent. Goals inside the robot's base are excluded. Other self-collisions of the arm are not checked.
+    Goals are always reachable, because they are the tool positions of random joint vectors within the limits. Only
+    positions in the goal box are used. Goals cover the reachable part of the box, but not uniformly: positions that
+    more joint vectors reach are more frequent. Goals inside the robot's base are excluded, but other self-collisions of
+    the arm are not checked.
 
-    An episode never terminates. It is a success if the tool is within the tolerance at the time limit: passing the goal
-    is not enough, the tool must stay there. In each step, ``is_success`` refers to that step.
+    Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
+    limit. Passing the goal is not sufficient: the tool must stay at the goal. In each step, ``is_success`` refers to
+    the tool position in that step.
 
-    Reward, with d the distance from tool to goal:
+    The reward depends on the distance d from the tool to the goal:
 
     - ``dense``: −distance_weight · d + precision_weight · exp(−(d / tolerance)²)
     - ``sparse``: 0 if d ≤ tolerance, otherwise −1
 
     Args:
-        tolerance: Distance at which the goal is reached [m].
-        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        initial: Joint positions at reset. ``"home"``: the robot's home, or the nearest posture found above the floor if
-            part of the arm is in the floor there. ``"random"``: uniform inside the limits, with the tool at least 5 cm
-            above the floor, as in FRobs_RL; this is harder to learn.
-        distance_weight: Penalty per meter of distance [1/m].
-        precision_weight: Weight of the reward term for the last few centimeters.
+        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions. If part of the arm would be
+            in the floor at home, the nearest posture above the floor is used instead. Random positions are uniformly
+            distributed within the limits, with the tool at least 5 cm above the floor, as in FRobs_RL, which makes the
+            task harder to learn.
+        distance_weight: Penalty per meter of distance to the goal [1/m].
+        precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
 
     Attributes:
-        goal_low: (3,) minimum corner of the goal box [m]; set by ``bind`` if not given.
-        goal_high: (3,) maximum corner of the goal box [m]; set by ``bind`` if not given.
-        robot_name: Name in the simulation of the robot that performs the task; set before ``bind``.
+        goal_low: Minimum corner of the goal box, (3,) [m], set by ``bind`` if not given.
+        goal_high: Maximum corner of the goal box, (3,) [m], set by ``bind`` if not given.
+        robot_name: Name, in the simulation, of the robot that performs the task. Set this attribute before calling
+            ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -85,13 +91,13 @@ class Reach(EpisodeStart):
         self.tolerance = positive("tolerance", tolerance)
         self.distance_weight = finite("distance_weight", distance_weight)
         self.precision_weight = finite("precision_weight", precision_weight)
-        # Arrays, because NumPy takes three times as long to multiply by a Python float.
+        # Use arrays, because NumPy takes three times as long to multiply an array by a Python float.
         self._tolerance, self._precision = np.array(self.tolerance), np.array(self.precision_weight)
         self._approach, self._steepness = np.array(-self.distance_weight), np.array(-1.0 / (tolerance * tolerance))
         self.reward_type = self.reward_types[0]
 
     def scene(self) -> Scene:
-        """Return a floor, and a camera that sees the arm at the origin and its goal box."""
+        """Return a scene with a floor and a camera that sees an arm at the origin and the arm's goal box."""
         scale = 1.0
         if self._given_low is not None and self._given_high is not None:
             x, y, z = np.maximum(np.abs(self._given_low), np.abs(self._given_high)).tolist()
@@ -100,7 +106,7 @@ class Reach(EpisodeStart):
         return Scene(cameras={"overview": Camera(pos=eye, target=(0.0, 0.0, 0.4 * scale), fov_y=42.0)})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare for a simulation.
+        """Bind the task to a simulation.
 
         Raises:
             ConfigurationError: The robot has no joints, drives on wheels, or cannot reach any part of the goal box.
@@ -123,10 +129,11 @@ class Reach(EpisodeStart):
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
+        """Return the joint positions, the tool position, the goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        ``goal_offset`` is in the world frame. ``goal_from_shoulder`` is in the frame of the shoulder, the first moving
-        link, in which the task of the other joints looks the same for every angle of the shoulder.
+        The vector ``goal_offset`` is in the world frame. The vector ``goal_from_shoulder`` is in the frame of the
+        shoulder (the first moving link). In this frame, the task for the other joints is the same at every shoulder
+        angle.
         """
         robot = self._robot
         margin = _LIMIT_MARGIN * (robot.position_upper - robot.position_lower)
@@ -159,7 +166,7 @@ class Reach(EpisodeStart):
         }
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the reward, (num_envs,)."""
+        """Return the reward of each environment, (num_envs,)."""
         if self.reward_type == "sparse":
             outside = missed(self._distance, self._tolerance)
             self._reward_terms = {"outside": outside}
@@ -170,25 +177,25 @@ class Reach(EpisodeStart):
         return distance + precision
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return ``distance`` and ``precision`` (dense) or ``outside`` (sparse), (num_envs,) each."""
+        """Return the reward terms ``distance`` and ``precision`` (dense) or ``outside`` (sparse), (num_envs,) each."""
         return self._reward_terms
 
     def is_success(self) -> Mask:
-        """Return which tools are within the tolerance now, (num_envs,) bool."""
+        """Return whether each tool is currently within the tolerance of its goal, (num_envs,) bool."""
         return self._distance <= self._tolerance
 
     @property
     def goal(self) -> Floats:
-        """(num_envs, 3) [m] current goal of the tool in the world."""
+        """Current goals of the tools in the world frame, (num_envs, 3) [m]."""
         return self._goal
 
     @property
     def distance(self) -> Floats:
-        """(num_envs,) [m] current distance from tool to goal."""
+        """Current distance from each tool to its goal, (num_envs,) [m]."""
         return self._distance
 
     def markers(self) -> Sequence[Marker]:
-        """Return a marker for the goal with the size of the tolerance, and one for the tool."""
+        """Return a marker for the goal, whose radius is the tolerance, and a marker for the tool."""
         return (Marker(self._goal, self.tolerance), Marker(self._tcp, 0.012, (0.95, 0.45, 0.1, 1.0), "tool"))
 
     def snapshot(self) -> Snapshot:
@@ -215,18 +222,18 @@ class Reach(EpisodeStart):
             turn_back(turned, self._offset, out=self._from_shoulder)
 
 
-# The terms are pure functions. They are all elementwise, so a row of a batch is bit-identical to a single row in any
-# memory layout. For a single row, Python floats are faster; they round identically.
+# The following functions are pure and elementwise, so that a row of a batch is bit-identical to a single row in any
+# memory layout. For a single row, Python floats are faster, and they round in the same way.
 
 
 def distance(offset: Floats) -> Floats:
-    """Return the length of vectors.
+    """Return the lengths of vectors.
 
     Args:
-        offset: (..., 3) [m]
+        offset: Vectors, (..., 3) [m].
 
     Returns:
-        (...) [m]
+        The lengths, (...) [m].
     """
     if offset.shape == (1, 3):
         ((x, y, z),) = offset.tolist()
@@ -239,9 +246,9 @@ def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
     """Express vectors in the coordinates of a rotated frame.
 
     Args:
-        quat_wxyz: (n, 4) orientation of the rotated frame.
-        vector: (n, 3) in the frame that the orientation refers to.
-        out: (n, 3) output, in the rotated frame.
+        quat_wxyz: Orientation of the rotated frame, (n, 4).
+        vector: Vectors in the frame to which the orientation refers, (n, 3).
+        out: Output array for the vectors in the rotated frame, (n, 3).
     """
     if len(vector) == 1:
         out[0] = _turned_back(*quat_wxyz[0].tolist(), *vector[0].tolist())
@@ -259,7 +266,7 @@ def missed(distance: Floats, tolerance: Floats) -> Floats:
     """Return the sparse reward: 0 if the distance is at most the tolerance, otherwise −1.
 
     Args:
-        distance: (...) [m]
-        tolerance: () [m]
+        distance: Distances from tool to goal, (...) [m].
+        tolerance: Distance at which a goal is reached, () [m].
     """
     return np.where(distance <= tolerance, 0.0, -1.0)

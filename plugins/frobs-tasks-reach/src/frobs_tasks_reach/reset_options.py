@@ -1,4 +1,4 @@
-"""Validation of the options of ``reset``."""
+"""Validation of the options passed to ``reset``."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from frobs_core.interfaces import RobotHandle
 from frobs_core.validation import numbers
 from frobs_tasks_reach.sampling import in_box
 
-_ROUNDING = 1e-6  # [rad or m] by which a joint position may exceed its limits due to float32 rounding
+_ROUNDING = 1e-6  # [rad or m] amount by which a joint position may exceed its limits due to float32 rounding
 
 
 def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
-    """Validate and return given goals (n, 3) [m].
+    """Validate and return user-specified goals, (n, 3) [m].
 
     Args:
-        goal: Given goals, one row for each environment.
-        low: (3,) [m]
-        high: (3,) [m]
+        goal: User-specified goals, one row for each environment.
+        low: Minimum coordinates of a goal, (3,) [m].
+        high: Maximum coordinates of a goal, (3,) [m].
 
     Raises:
-        ConfigurationError: A goal does not consist of three numbers, or is outside [low, high].
+        ConfigurationError: A goal does not consist of three numbers, or is outside [``low``, ``high``].
     """
     if goal.shape[1:] != (3,):
         raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (3,): x, y, z [m].")
@@ -37,10 +37,10 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
-    """Validate given joint positions (n, dof) [rad or m], and return them inside the limits.
+    """Validate user-specified joint positions (n, dof) [rad or m], and clip rounding errors to the limits.
 
     Raises:
-        ConfigurationError: The number of positions is wrong, or one is outside its limits.
+        ConfigurationError: The number of joint positions is wrong, or a joint position is outside the limits.
     """
     lower, upper = robot.position_lower[0], robot.position_upper[0]
     if positions.shape[1:] != lower.shape:

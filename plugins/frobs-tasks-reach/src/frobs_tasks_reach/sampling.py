@@ -1,4 +1,4 @@
-"""Random joint vectors inside the limits, and reachable goals: the tool positions of these vectors."""
+"""Sampling of random joint vectors within the limits, and of their tool positions as reachable goals."""
 
 from __future__ import annotations
 
@@ -15,34 +15,35 @@ from frobs_core.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
-"""Candidates per environment in each round: few at first, because most draws succeed immediately, then many."""
+"""Number of candidates per environment in each round, small at first because most draws succeed immediately."""
 
 _POSTURES = 1024
-"""Number of joint vectors for finding postures above the floor, and a start posture if home is not above it."""
+"""Number of joint vectors for finding postures above the floor and, if home is in the floor, a start posture."""
 
 _START_CLEARANCE = 0.05
-"""Minimum height at the start of an episode [m], so that the drives can settle."""
+"""Minimum height of an arm above the floor at the start of an episode [m], so that the drives can settle."""
 
 _CHUNK = 2048
-"""Number of joint vectors per forward-kinematics call, to limit memory."""
+"""Maximum number of joint vectors per call of the forward kinematics, which limits memory use."""
 
 Accept = Callable[[Floats], Mask]
-"""Function that takes tool positions (..., 3) [m] in the world and returns which are acceptable, (...) bool."""
+"""Function that returns whether tool positions (..., 3) [m] in the world are acceptable, (...) bool."""
 
 
 class JointSampler:
-    """Draws joint vectors uniformly inside the limits that bring the tool center point to an acceptable position.
+    """Sampler for random joint vectors within the limits whose tool positions satisfy a condition.
 
-    No part of the arm is below the floor, so goals are feasible. Joints without limits use [−π, π].
+    Joint vectors are uniformly distributed. Postures in which part of the arm is below the floor are rejected, so that
+    goals are feasible. Joints without limits use the range [−π, π].
 
     Args:
         robot: Handle of the robot.
-        lower: (dof,) additional lower limits [rad or m].
-        upper: (dof,) additional upper limits [rad or m].
+        lower: Additional lower limits, (dof,) [rad or m].
+        upper: Additional upper limits, (dof,) [rad or m].
 
     Attributes:
-        lower: (dof,) [rad or m]
-        upper: (dof,) [rad or m]
+        lower: Lower limits of the joint vectors, (dof,) [rad or m].
+        upper: Upper limits of the joint vectors, (dof,) [rad or m].
     """
 
     def __init__(self, robot: RobotHandle, lower: Floats | None = None, upper: Floats | None = None) -> None:
@@ -57,12 +58,15 @@ class JointSampler:
         self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
-        """Return the tool positions of ``count`` joint vectors, (count, 3) [m], the same in every call."""
+        """Return the tool positions of ``count`` joint vectors, (count, 3) [m], which are the same in every call."""
         vectors = self._postures("survey", count)
         return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
-        """Return the posture (dof,) nearest home that is 5 cm above the floor, or None for home or if there is none."""
+        """Return the posture (dof,) nearest to home that is 5 cm above the floor, or None to start at home.
+
+        None is returned if home itself is 5 cm above the floor or if no such posture is found.
+        """
         home = self._robot.home[:1]
         vectors = self._postures("start", _POSTURES)
         floor = FloorClearance(self._robot, vectors, _START_CLEARANCE)
@@ -73,26 +77,26 @@ class JointSampler:
         return np.asarray(vectors[clear.argmax()]) if clear.any() else None
 
     def _postures(self, stream: str, count: int) -> Floats:
-        """Return ``count`` joint vectors inside the limits, (count, dof) [rad or m], the same in every call."""
+        """Return ``count`` joint vectors within the limits, (count, dof) [rad or m], identical in every call."""
         return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
 
     def draw(
         self, stream: str, rng: RandomSource, mask: Mask | None, accept: Accept, what: str
     ) -> tuple[Floats, Floats]:
-        """Draw one joint vector for each environment, by rejection.
+        """Draw one joint vector for each environment by rejection sampling.
 
         Args:
-            stream: Stream of random numbers.
-            rng: Random source.
-            mask: The n environments.
-            accept: Condition for the tool's position.
-            what: Description of the draw, for the error message.
+            stream: Name of the random stream.
+            rng: Source of the random numbers.
+            mask: The n environments for which to draw.
+            accept: Condition that the tool position must satisfy.
+            what: Description of the draw, used in the error message.
 
         Returns:
-            joint_positions (n, dof) [rad or m] and the tool's position (n, 3) [m] in the world.
+            The joint positions (n, dof) [rad or m] and the tool positions (n, 3) [m] in the world frame.
 
         Raises:
-            ConfigurationError: Thousands of joint vectors were tried in an environment, and none was acceptable.
+            ConfigurationError: No acceptable joint vector was found in thousands of tries for one environment.
         """
         dof = len(self.lower)
         open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
@@ -126,27 +130,29 @@ def _chunks(rows: np.ndarray[Any, Any], size: int) -> Iterator[np.ndarray[Any, A
 
 
 def box_of(reached: Floats) -> tuple[Floats, Floats]:
-    """Return the box that contains 95 % of the positions along each axis, in whole centimeters, above the floor.
+    """Return the corners of a box that contains 95 % of the tool positions along each axis, above the floor.
+
+    The corners are rounded outward to whole centimeters.
 
     Args:
-        reached: (k, 3) tool positions [m]; those below the floor are ignored, unless all are below it.
+        reached: Tool positions, (k, 3) [m]. Positions below the floor are ignored, unless all positions are below it.
 
     Returns:
-        low (3,) and high (3,) [m].
+        The minimum corner (3,) [m] and the maximum corner (3,) [m].
     """
     above = reached[reached[:, 2] > 0.0]
     low, high = np.percentile(above if len(above) else reached, (2.5, 97.5), axis=0)
     low[2] = max(low[2], 0.0) if len(above) else low[2]
     low, high = np.floor(low * 100.0) / 100.0, np.ceil(high * 100.0) / 100.0
-    return low, np.maximum(high, low + 0.01)  # a tool that stays in a plane needs goals, too
+    return low, np.maximum(high, low + 0.01)  # the box needs a volume even if the tool stays in a plane
 
 
 def in_box(positions: Floats, low: Floats, high: Floats) -> Mask:
-    """Return which positions (..., 3) are in the closed box [low, high]; (...) bool."""
+    """Return whether positions (..., 3) are in the closed box [``low``, ``high``], (...) bool."""
     return np.asarray(((positions >= low) & (positions <= high)).all(axis=-1))
 
 
 def first_moving_link(model: RobotModel, frame: str) -> str:
-    """Return the first moving link on the path from the root to ``frame``, or the root if none moves."""
+    """Return the first moving link on the path from the root to ``frame``, or the root if no link moves."""
     moving = [joint.child for joint in joint_path(model, frame) if joint.type is not JointType.FIXED]
     return moving[0] if moving else model.root

@@ -1,4 +1,4 @@
-"""The start of an episode in the reaching tasks: the robot's posture, and a goal within its reach."""
+"""Base class of reaching tasks that selects the robot's initial posture and a reachable goal."""
 
 from __future__ import annotations
 
@@ -22,16 +22,18 @@ _FLOOR_CLEARANCE = (
     0.05  # [m] minimum height of the tool at the start of an episode, so that the arm does not start in the floor
 )
 _FOOT_CLEARANCE = 0.03  # [m] minimum distance between a goal and the robot's base: half the width of a flange
-_SURVEY = 4096  # joint vectors tried once, to tell an unreachable box from an unlucky draw
+_SURVEY = 4096  # number of joint vectors used to check, before any goal is drawn, that the goal box is reachable
 
 
 class EpisodeStart(Task):
-    """The part of a reaching task that places the robot and the goal.
+    """Base class of reaching tasks that places the robot and the goal at the start of an episode.
 
     Args:
-        goal_low: Minimum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        goal_high: Maximum corner of the goal box in the world [m]. If None, it is derived from the tool's reach.
-        initial: Joint positions at reset: ``"home"`` or ``"random"``.
+        goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
+            reach.
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -49,15 +51,15 @@ class EpisodeStart(Task):
         if initial not in ("home", "random"):
             raise ParameterValueError("initial", initial, "'home' or 'random'")
         self.initial = initial
-        self._start: Floats | None = None  # start posture if not home, (dof,)
+        self._start: Floats | None = None  # start posture (dof,), or None to start at home
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return ``teleport`` if episodes do not start from the robot's home position."""
+        """Return the capability ``teleport`` if episodes do not start at the robot's home position."""
         from_home = self.initial == "home" and self._start is None and "joint_positions" not in options
         return {} if from_home else {"teleport": Level.APPROXIMATE}
 
     def _bind_start(self, robot: RobotHandle) -> None:
-        """Prepare for a robot.
+        """Bind the task to a robot, and determine the goal box and the start posture.
 
         Raises:
             ConfigurationError: The robot cannot reach any part of the goal box.
@@ -72,12 +74,13 @@ class EpisodeStart(Task):
         """Place the robot and the goal.
 
         Args:
-            mask: The environments.
-            rng: Streams ``"joint_positions"`` and ``"goal"``.
-            options: ``joint_positions`` (num_envs, dof) [rad or m] and ``goal`` (num_envs, 3) [m] in the world.
+            mask: The environments to reset.
+            rng: Random source, of which the streams ``"joint_positions"`` and ``"goal"`` are used.
+            options: Optional ``joint_positions``, (num_envs, dof) [rad or m], and ``goal``, (num_envs, 3) [m] in the
+                world frame.
 
         Raises:
-            ConfigurationError: A joint position is outside its limits, or a goal is out of reach.
+            ConfigurationError: A joint position is outside the joint's limits, or a goal is out of reach.
         """
         rows = rows_of(mask)
         self._place_robot(rows, mask, rng, options.get("joint_positions"))
@@ -94,7 +97,7 @@ class EpisodeStart(Task):
         return JointSampler(self._robot)
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
-        """Return goals (n, 3) [m] for the environments of the mask."""
+        """Draw goals (n, 3) [m] for the environments in the mask."""
         return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text)[1]
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
@@ -103,7 +106,7 @@ class EpisodeStart(Task):
         )
 
     def _goal_excursion(self) -> float:
-        """Return how far a goal may move along an axis from its initial position [m]."""
+        """Return the maximum distance that a goal may move along an axis from its initial position [m]."""
         return 0.0
 
     # -- Helpers --
@@ -119,7 +122,7 @@ class EpisodeStart(Task):
             )
         elif self._start is not None:
             robot.write_joint_state(np.tile(self._start, (len(self._goal[rows]), 1)), mask=mask)
-        # otherwise the simulation's reset has moved the robot to home
+        # otherwise, the simulation's reset has already moved the robot to home
 
     def _is_in_box(self, positions: Floats) -> Mask:
         return in_box(positions, self.goal_low, self.goal_high) & self._foot.is_clear(positions, _FOOT_CLEARANCE)
@@ -129,7 +132,7 @@ class EpisodeStart(Task):
         self._box_text = f"goal box {numbers(self.goal_low)} to {numbers(self.goal_high)} m"
 
     def _choose_box(self) -> None:
-        """Use the given goal box, or else derive one from the arm's reach; check that the arm can reach it."""
+        """Derive unspecified corners of the goal box from the arm's reach, and check that the arm can reach the box."""
         reached = self._sampler.survey(_SURVEY)
         if self._given_low is None or self._given_high is None:
             low, high = box_of(reached)
@@ -147,7 +150,10 @@ class EpisodeStart(Task):
         )
 
     def _reach_box(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] of a box that the tool never leaves, infinite if joints slide or the base moves."""
+        """Return the corners (3,) [m] of a box that the tool never leaves.
+
+        The corners are infinite if the tool is moved by a sliding joint or the base is not fixed.
+        """
         path = joint_path(self._robot.model, self._robot.frame_name("tcp"))
         if self._robot.robot.base != "fixed" or any(joint.type is JointType.PRISMATIC for joint in path):
             return np.full(3, -np.inf), np.full(3, np.inf)
@@ -156,7 +162,7 @@ class EpisodeStart(Task):
         return base - reach, base + reach
 
     def _goal_bounds(self) -> tuple[Floats, Floats]:
-        """Return corners (3,) [m] in the world that contain all possible goals: the goal box, and all within reach."""
+        """Return the corners (3,) [m] of a box around all possible goals: the goal box and all reachable positions."""
         low, high = self._reach_box()
         return np.minimum(self.goal_low, low), np.maximum(self.goal_high, high)
 

@@ -1,4 +1,4 @@
-"""Reach with several arms at once."""
+"""Reaching task for several arms at the same time."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from frobs_tasks_reach.reach import Reach
 
 
 class ReachTogether(Task):
-    """Every controlled robot of the environment performs :class:`frobs_tasks_reach.reach.Reach` with its own goal.
+    """Task in which every controlled robot performs :class:`frobs_tasks_reach.reach.Reach` with its own goal.
 
-    Observation and reward terms are those of ``Reach``, named ``robot/term``. The reward is the sum over all robots.
-    Goals are drawn from each robot's entire reach.
+    The observation and reward terms are the terms of ``Reach`` for each robot, with names of the form ``robot/term``.
+    The reward is the sum over all robots. Each robot's goals are drawn from the robot's entire reach.
 
     Args:
-        tolerance: Distance at which the goal is reached [m].
-        initial: Joint positions at reset: ``"home"`` or ``"random"``.
-        distance_weight: Penalty per meter of distance [1/m].
-        precision_weight: Weight of the reward term for the last few centimeters.
+        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
+        distance_weight: Penalty per meter of distance to the goal [1/m].
+        precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
 
     Attributes:
-        parts: The task of each robot, by the robot's name; set by ``bind``.
+        parts: Task of each robot, by robot name, set by ``bind``.
 
     Raises:
         ConfigurationError: A value is out of range.
@@ -63,18 +63,18 @@ class ReachTogether(Task):
         self.reward_type = self.reward_types[0]
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return the capabilities that the robots' resets need."""
+        """Return the capabilities required to reset all robots."""
         needs: dict[str, Level] = {}
         for part in (self._first, *self.parts.values()):
             needs |= part.reset_needs(options)
         return needs
 
     def scene(self) -> Scene:
-        """Return a floor, and a camera that sees two arms."""
+        """Return a scene with a floor and a camera that sees two arms."""
         return Scene(cameras={"overview": Camera(pos=(2.2, -2.2, 1.8), target=(0.0, 0.0, 0.4), fov_y=50.0)})
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
-        """Prepare a task for each controlled robot.
+        """Create and bind a task for each controlled robot.
 
         Raises:
             ConfigurationError: A robot has no joints.
@@ -102,25 +102,25 @@ class ReachTogether(Task):
             part.advance(context)
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms of every robot."""
+        """Return the observation terms of all robots."""
         return _named({name: part.observation_terms() for name, part in self.parts.items()})
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the sum of the rewards, (num_envs,)."""
+        """Return the sum of all robots' rewards, (num_envs,)."""
         total: Floats = np.sum([part.reward(context) for part in self.parts.values()], axis=0)
         return total
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms of every robot, (num_envs,) each."""
+        """Return the reward terms of all robots, (num_envs,) each."""
         return _named({name: part.reward_terms() for name, part in self.parts.items()})
 
     def is_success(self) -> Mask:
-        """Return the environments in which all tools are currently at their goals, (num_envs,) bool."""
+        """Return whether all tools in each environment are currently at their goals, (num_envs,) bool."""
         together: Mask = np.logical_and.reduce([part.is_success() for part in self.parts.values()])
         return together
 
     def markers(self) -> Sequence[Marker]:
-        """Return the goals and tools."""
+        """Return markers for all goals and tools."""
         return [marker for part in self.parts.values() for marker in part.markers()]
 
     def snapshot(self) -> Snapshot:

@@ -1,4 +1,4 @@
-"""The reachable parts of a box, on a grid."""
+"""Grid that represents the reachable parts of a box."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_tasks_reach.sampling import in_box
 
-_CELL = 0.05  # [m] edge of a cell; the joint vectors fill cells of this size
-_MAX_CELLS = 40  # along an axis, so that a large box costs no more than a small one
+_CELL = 0.05  # [m] edge length of a cell; the joint vectors are dense enough to reach cells of this size
+_MAX_CELLS = 40  # maximum number of cells along an axis, which limits the computing time for a large box
 
 
 class Workspace:
-    """The cells of a box that contain the tool position of at least one of many joint vectors.
+    """Grid cells of a box that contain at least one of many reachable tool positions.
 
     Args:
-        low: (3,) minimum corner of the box [m].
-        high: (3,) maximum corner of the box [m].
-        reached: (k, 3) tool positions [m].
+        low: Minimum corner of the box, (3,) [m].
+        high: Maximum corner of the box, (3,) [m].
+        reached: Reachable tool positions, (k, 3) [m].
     """
 
     def __init__(self, low: Floats, high: Floats, reached: Floats) -> None:
@@ -31,26 +31,26 @@ class Workspace:
         self._fill_holes()
 
     def shrink(self, margin: float) -> None:
-        """Keep only cells from which motions of up to ``margin`` [m] along each axis stay in reachable cells."""
+        """Keep only cells from which all motions of up to ``margin`` [m] along each axis stay in reachable cells."""
         steps = np.ceil(margin / self._cell - 1e-9).astype(int)
-        padded = np.pad(self._cells, [(s, s) for s in steps])  # points outside the box are out of reach
+        padded = np.pad(self._cells, [(s, s) for s in steps])  # cells outside the box count as unreachable
         shape = self._cells.shape
         for shift in itertools.product(*(range(2 * s + 1) for s in steps)):
             self._cells &= padded[tuple(slice(s, s + n) for s, n in zip(shift, shape, strict=True))]
 
     @property
     def is_empty(self) -> bool:
-        """Whether there are no cells left."""
+        """Whether no cells remain."""
         return not self._cells.any()
 
     def contains(self, positions: Floats) -> Mask:
-        """Return which positions (..., 3) [m] are in the remaining cells; (...) bool."""
+        """Return whether positions (..., 3) [m] are in the remaining cells, (...) bool."""
         inside = in_box(positions, self._low, self._high)
         inside[inside] = self._cells[self._index(positions[inside])]
         return inside
 
     def _fill_holes(self) -> None:
-        """Mark a cell as reachable if at least 5 of its 6 neighbors are; it was missed by chance."""
+        """Mark a cell as reachable if at least 5 of its 6 neighbors are reachable, because it was missed by chance."""
         padded = np.pad(self._cells, 1).astype(int)
         x, y, z = self._cells.shape
         faces = [(0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2)]

@@ -10,7 +10,7 @@ from frobs_tasks_legacy.yaml import TaskFiles
 
 
 def whole(name: str, value: Any) -> int:
-    """Return a parameter as an integer, which must be ≥ 0.
+    """Validate and return a parameter that must be an integer ≥ 0.
 
     Raises:
         ConfigurationError: The value is not an integer ≥ 0.

@@ -24,9 +24,8 @@ _OBSERVED = {
 class NavigateLegacy(Navigate):
     """Navigation task of FRobs_RL's Kobuki, for comparison with FRobs_RL and for porting projects from FRobs_RL.
 
-    A step lasts 0.2 s. Steps in FRobs_RL had no fixed duration, but lasted about as long. The observed distance and
-    bearing refer to the observed waypoint. In FRobs_RL, the distance and bearing were one step late after each
-    waypoint.
+    A step lasts 0.2 s. Steps in FRobs_RL had no fixed duration but a similar length. The observed distance and bearing
+    refer to the observed waypoint. In FRobs_RL, the distance and bearing were one step late after each waypoint.
 
     The reward is a sum of these terms, where b is the absolute bearing [rad]:
 
@@ -39,8 +38,7 @@ class NavigateLegacy(Navigate):
     The task requires a discount factor close to 1. With a factor of 0.99 per step, waiting in front of a waypoint costs
     less than driving to the next waypoint, so PPO does not learn the maze. The tuned settings use 0.999.
 
-    An episode terminates only at the last waypoint. Collisions do not end an episode, and neither does leaving the
-    area.
+    An episode terminates only at the last waypoint. An episode continues if the robot collides or leaves the area.
 
     Args:
         world: Name of a world of FRobs_RL: ``"maze"``, ``"dynamic"`` or ``"empty"``.

@@ -51,7 +51,7 @@ class ReachLegacy(Reach):
         position_goal_min: Minimum corner of the goal box in the world frame [m].
         position_goal_max: Maximum corner of the goal box in the world frame [m].
         tolerance_goal_pos: Distance at which the goal counts as reached [m].
-        training: Whether goals are drawn at random. If False, pass goals to ``reset(options={"goal": …})``.
+        training: Whether goals are drawn at random. If False, pass goals with ``reset(options={"goal": …})``.
         pos_dynamic: Whether the goal oscillates along each axis about its initial position.
         pos_dynamic_params: Maximum amplitudes ``x_max_amplitude``, … [m] and frequencies ``x_max_freq``, … [Hz] of the
             goal's oscillation.
@@ -62,8 +62,7 @@ class ReachLegacy(Reach):
         limit_margin: Distance from a limit within which a joint counts as being at the limit [rad]. If None, 1e-4 is
             used, or 0.09 with joint velocity control.
         limits: Joint limits for ``joint_limits_reward``. With ``"reachable"``, the narrower of the robot's and the
-            configured limits apply. With ``"configured"``, ``min_joint_pos`` and ``max_joint_pos`` apply, whatever the
-            robot's limits are.
+            configured limits apply. With ``"configured"``, only ``min_joint_pos`` and ``max_joint_pos`` apply.
         goals: Distribution of goals in the goal box: ``"reachable"`` for tool positions of random joint vectors, or
             ``"box"`` for uniformly distributed goals, which may be out of reach.
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.

@@ -1,1 +1,1 @@
-"""Scripted experts for the manipulation tasks."""
+"""Scripted experts that solve the manipulation tasks."""

@@ -1,4 +1,4 @@
-"""Experts that grasp a cube and carry it."""
+"""Experts that grasp and carry a cube."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from frobs_tasks_manipulation.rewards import length
 
 ABOVE, DOWN, CLOSE, CARRY, RELEASE, RETREAT = range(6)
 _CLEARANCE = 0.08  # [m] height above the grip from which the tool moves down
-_ALIGNED = 0.008  # [m]
+_ALIGNED = 0.008  # [m] maximum position error at which the tool counts as aligned
 _LOST = 0.03  # [m] distance between tool and grip above which the object counts as lost
-_OPENING = 8  # control steps
-_STOPPED = 0.005  # change in the opening per control step below which the fingers have touched something
+_OPENING = 8  # minimum number of control steps for closing or opening the gripper
+_STOPPED = 0.005  # change in the opening per control step below which the fingers must be touching something
 
 
 class GraspCube(ToolExpert[TaskT]):
-    """Moves above an object, moves down, closes the gripper, and carries the object to its target."""
+    """Expert that moves above an object, moves down, closes the gripper, and carries the object to its target."""
 
     task: CubeTask  # type: ignore[assignment]
 
@@ -52,17 +52,17 @@ class GraspCube(ToolExpert[TaskT]):
         return self.task.goal + self._detour(0.04)[:, None] * UP
 
     def _detour(self, height: float) -> Floats:
-        """Return how far above its target the object is carried to keep it off the floor, (num_envs,) [m]."""
+        """Return the height above the target at which to carry the object, (num_envs,) [m]."""
         aside = length((self.task.goal - self.task.cube.pos)[:, :2])
         return np.where(aside > 0.01, np.minimum(height, aside), 0.0)
 
 
 class CarryCube(GraspCube[Any]):
-    """Carries the cube to the goal."""
+    """Expert that carries the cube to the goal."""
 
 
 class LiftCube(GraspCube[Any]):
-    """Lifts the cube straight up."""
+    """Expert that lifts the cube straight up."""
 
     task: Lift
 
@@ -73,7 +73,7 @@ class LiftCube(GraspCube[Any]):
 
 
 class StackCube(GraspCube[Any]):
-    """Carries the cube onto the other one, opens the gripper, and moves up."""
+    """Expert that places the cube on the other cube, opens the gripper, and moves up."""
 
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
@@ -90,7 +90,7 @@ class StackCube(GraspCube[Any]):
 
     def _carry_to(self) -> Floats:
         aside = length((self.task.goal - self.task.cube.pos)[:, :2])
-        # High enough to clear the other cube until the target is directly below.
+        # Stay high enough to clear the other cube until the carried cube is directly above its target.
         return self.task.goal + np.where(aside > 0.006, 0.04, 0.0)[:, None] * UP
 
     def _aim(self) -> tuple[Floats, Floats]:

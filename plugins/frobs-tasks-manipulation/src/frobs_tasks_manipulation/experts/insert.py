@@ -1,4 +1,4 @@
-"""The expert that inserts a peg."""
+"""Expert for the peg insertion task."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from frobs_tasks_manipulation.rewards import length
 LOWER = CARRY + 1
 _ABOVE = 0.003  # [m] height of the peg's lower end above the block before the peg is lowered
 _WAY = 0.025  # [m] height of the peg's lower end above the block during transfer
-_RISE = 0.015  # [m] if the peg is farther than this below the transfer height, it first goes straight up
+_RISE = 0.015  # [m] if the peg is farther than this below the transfer height, it is first raised straight up
 _STEP = 0.02  # [m] maximum commanded motion per step; fast motion tilts the peg between the fingers
 _SLOWLY = 0.006  # [m] maximum commanded downward motion per step
 _GENTLY = 0.003  # [m] commanded downward motion per step while the lower end is above the hole
 _GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit on the integrated error [m]
-_FIRM, _STOPPED = 6, 0.004  # control steps with a smaller change in the opening than this before the peg is lifted
+_FIRM, _STOPPED = 6, 0.004  # the peg is lifted after _FIRM control steps with changes of the opening below _STOPPED
 
 
 class InsertPeg(GraspCube[Any]):
-    """Carries the peg above the hole, waits until its lower end is aligned, and lowers it.
+    """Expert that carries the peg above the hole, aligns the peg's lower end with the hole, and lowers the peg.
 
-    The tool lags behind its commands and the peg tilts slightly between the fingers, so the expert integrates the
-    horizontal error of the peg's lower end.
+    The expert integrates the horizontal error of the peg's lower end, because the tool lags behind its commands and the
+    peg tilts slightly between the fingers.
     """
 
     task: PegInsertion
@@ -38,7 +38,7 @@ class InsertPeg(GraspCube[Any]):
         super().__init__(env)
         self._correction = np.zeros((self.task.num_envs, 3))  # [m]
         self._closing = np.zeros((self.task.num_envs, 3))  # [m] position of the peg when the fingers began to close
-        self._still = np.zeros(self.task.num_envs, np.int64)  # control steps in which the fingers have not moved
+        self._still = np.zeros(self.task.num_envs, np.int64)  # number of control steps since the fingers last moved
 
     def _begin(self, mask: Mask) -> None:
         self._correction[mask] = 0.0
@@ -66,7 +66,7 @@ class InsertPeg(GraspCube[Any]):
         )
 
     def _error(self) -> Floats:
-        """Return the required motion (num_envs, 3) [m] of the peg's center if it is in the hole, else its lower end."""
+        """Return the required motion of the peg's center (in the hole) or lower end (otherwise), (num_envs, 3) [m]."""
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]

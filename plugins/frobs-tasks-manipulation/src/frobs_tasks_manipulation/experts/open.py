@@ -1,4 +1,4 @@
-"""The expert that opens furniture by its handle."""
+"""Expert that opens a piece of furniture by its handle."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from frobs_tasks_manipulation.rewards import length
 
 ABOVE, DOWN, CLOSE, PULL, RELEASE = range(5)
 _CLEARANCE = 0.1  # [m] height above the handle from which the tool moves down
-_ALIGNED = 0.01  # [m]
+_ALIGNED = 0.01  # [m] maximum position error at which the tool counts as aligned
 _LOST = 0.05  # [m] distance between tool and handle above which the handle counts as lost
-_CLOSING = 8  # control steps
-_STOPPED = 0.005  # change in the opening per control step below which the fingers have closed on the handle
-_ARRIVED, _LEFT = 0.3, 0.8  # multiples of the tolerance: released below the first, gripped again above the second
-_STEP = 0.03  # [m] distance along the handle's path by which the command leads
+_CLOSING = 8  # minimum number of control steps for closing the gripper
+_STOPPED = 0.005  # change in the opening per control step below which the fingers must be touching the handle
+_ARRIVED, _LEFT = 0.3, 0.8  # multiples of the tolerance below which to release, and above which to grip again
+_STEP = 0.03  # [m] distance along the handle's path between the handle and the command
 
 
 class PullHandle(ToolExpert[Any]):
-    """Grips the handle from above, and pulls it along its path until the joint is at its target.
+    """Expert that grips the handle from above and pulls it along its path until the joint is at its target.
 
-    It then opens the gripper, because fingers holding a bar can shake it slightly.
+    The expert then opens the gripper, because closed fingers can slightly shake the handle.
     """
 
     task: OpenTask

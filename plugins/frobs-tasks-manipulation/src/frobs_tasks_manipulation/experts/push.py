@@ -1,4 +1,4 @@
-"""The expert that pushes a cube."""
+"""Expert that pushes a cube to a goal."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from frobs_tasks_manipulation.rewards import length
 BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.09  # [m] height of the tool while it moves to another side of the cube
 _GAP = 0.03  # [m] distance between the cube and the tool before a push
-_ALIGNED = 0.008  # [m]
-_LEAD = 0.035  # [m] by which the command leads the tool while it pushes
-_ARRIVED, _LEFT = 0.2, 0.7  # multiples of the tolerance: a push ends below the first, another begins above the second
+_ALIGNED = 0.008  # [m] maximum position error at which the tool counts as aligned
+_LEAD = 0.035  # [m] distance between the tool and the command during a push
+_ARRIVED, _LEFT = 0.2, 0.7  # multiples of the tolerance below which a push ends, and above which another begins
 
 
 class PushCube(ToolExpert[Any]):
-    """Pushes the cube at the center of one face, then another, because oblique pushes would turn it."""
+    """Expert that pushes the cube at the centers of its faces, because oblique pushes would rotate the cube."""
 
     task: CubeTask
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        self._face = np.zeros(env.robot.num_envs, np.int64)  # 0: along the cube's x axis; 1: y; 2: −x; 3: −y
+        self._face = np.zeros(env.robot.num_envs, np.int64)  # push along the cube's x (0), y (1), −x (2) or −y (3) axis
         super().__init__(env)
 
     def _begin(self, mask: Mask) -> None:
@@ -61,12 +61,12 @@ class PushCube(ToolExpert[Any]):
         return axes * [1.0, 1.0, 0.0]
 
     def _best_face(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return the direction index of the push that brings the cube closest to the goal, (num_envs,)."""
+        """Return the index of the direction in which a push brings the cube closest to the goal, (num_envs,)."""
         way = self.task.goal - self.task.cube.pos
         return np.asarray((self._axes() * way[:, None]).sum(axis=2).argmax(axis=1))
 
     def _way(self) -> tuple[Floats, Floats]:
-        """Return the direction of the push, (num_envs, 3), and its distance, (num_envs,) [m]."""
+        """Return the direction, (num_envs, 3), and the remaining distance, (num_envs,) [m], of the current push."""
         direction = self._axes()[np.arange(len(self._face)), self._face]
         return direction, ((self.task.goal - self.task.cube.pos) * direction).sum(axis=1)
 

@@ -1,4 +1,4 @@
-"""The expert that slides a puck."""
+"""Expert that slides a puck to a goal."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
 _LOW = 0.022  # [m] height of the tool while it pushes
 _GAP = 0.025  # [m] distance between the tool's center and the puck before a push
-_ALIGNED = 0.008  # [m]
-_OPENING = 0.5  # gripper opening: both fingertips touch the puck, so it cannot roll off sideways
+_ALIGNED = 0.008  # [m] maximum position error at which the tool counts as aligned
+_OPENING = 0.5  # gripper opening at which both fingertips touch the puck, so that it cannot roll off sideways
 _TOUCH = 0.1  # [m/s] speed of the tool when it touches the puck
-_TOUCHING = 6  # control steps after which both fingertips touch the puck
+_TOUCHING = 6  # number of control steps after which both fingertips touch the puck
 _ACCELERATION = 1.5  # [m/s²] maximum acceleration of the tool in a push
 _FASTER = 0.25  # fraction of the missing speed that is added per control step
 _AIMED = 0.02  # [m] distance between the goal and the puck's predicted stop at which the tool releases the puck
 _LONGEST = 40  # maximum number of control steps in a push
-_BRAKING, _BACK = 3, 0.1  # control steps for which the tool moves back after a push, and the distance [m]
+_BRAKING, _BACK = 3, 0.1  # the tool moves back after a push: number of control steps, and distance [m]
 _RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
 _GRAVITY = 9.81  # [m/s²]
-_STILL = 0.02  # [m/s]
+_STILL = 0.02  # [m/s] speed below which the puck counts as still
 _FORWARD = np.array([1.0, 0.0, 0.0])
 _HORIZONTAL = np.array([1.0, 1.0, 0.0])
 
 
 class SlidePuck(ToolExpert[Any]):
-    """Pushes the puck with both fingertips until it is fast enough for friction to stop it at the goal.
+    """Expert that pushes the puck with both fingertips until the puck is fast enough to slide to the goal.
 
-    It opens the gripper halfway, so the gripper needs the controller ``gripper_delta`` or ``gripper_position``. The arm
-    needs ``tcp_delta_pose`` with ``interpolate=True``; otherwise the tool's speed oscillates, and the puck leaves it
-    early.
+    The gripper must be half open, which requires the controller ``gripper_delta`` or ``gripper_position``. The arm
+    requires the controller ``tcp_delta_pose`` with ``interpolate=True``. Otherwise, the tool's speed oscillates, and
+    the puck separates from the tool too early.
     """
 
     task: Slide
@@ -109,7 +109,7 @@ class SlidePuck(ToolExpert[Any]):
         max_delta = getattr(self._gripper, "max_delta", None)
         if max_delta is None:
             return super()._gripper_action(opening)
-        # The fingers lag behind their command, so the sum of the actions counts, not the current opening.
+        # Use the sum of the actions instead of the current opening, because the fingers lag behind their command.
         change = np.clip(opening - self._asked, -max_delta, max_delta)
         self._asked = self._asked + change
         return np.asarray(change / max_delta)

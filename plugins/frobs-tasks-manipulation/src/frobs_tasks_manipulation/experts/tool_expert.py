@@ -1,4 +1,4 @@
-"""The base class for the experts: each phase has a tool position and a gripper opening."""
+"""Base class of the experts, which work in phases with a target position and a gripper opening."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ _GAIN = 0.4
 """Fraction of the remaining distance that the tool is commanded to move in a control step."""
 
 _LAG = 0.06
-"""[s] Lag of the tool behind its commands, which the expert anticipates to brake in time."""
+"""Lag of the tool behind its commands [s], which the expert anticipates in order to brake in time."""
 
 TaskT = TypeVar("TaskT", bound=Manipulation)
 
 
 class ToolExpert(Expert, Generic[TaskT]):
-    """Moves the tool of any arm to positions in phases, and opens and closes its gripper.
+    """Base class of experts that move an arm's tool to target positions and open and close the gripper.
 
-    The arm needs a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``. The gripper needs
-    any of the gripper controllers.
+    The arm requires a controller that moves the tool along the world's axes, such as ``tcp_delta_pose``. The gripper
+    can use any gripper controller.
 
     Attributes:
-        task: The task of the environment.
-        phase: (num_envs,) int: number of the current phase, 0 at the start of an episode.
-        age: (num_envs,) int: control steps spent in this phase.
-        finger_speed: (num_envs,) absolute change in the gripper's opening in the last control step.
+        task: Task of the environment.
+        phase: Number of the current phase, (num_envs,) int, 0 at the start of an episode.
+        age: Number of control steps spent in the current phase, (num_envs,) int.
+        finger_speed: Absolute change in the gripper's opening in the last control step, (num_envs,).
     """
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
@@ -81,7 +81,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         return action
 
     def _moving_at(self, velocity: Floats) -> Floats:
-        """Return target positions (num_envs, 3) [m] that make the tool move at velocities (num_envs, 3) [m/s]."""
+        """Return target positions (num_envs, 3) [m] with which the tool moves at velocities (num_envs, 3) [m/s]."""
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         return soon + self._control_timestep / _GAIN * velocity
 
@@ -93,22 +93,22 @@ class ToolExpert(Expert, Generic[TaskT]):
         wanted = np.where(opening <= 0.0, -1.0, opening)
         return np.asarray(np.clip((wanted - self.task.opening) / max_delta, -1.0, 1.0))
 
-    # -- What experts define --
+    # -- Methods that experts define --
 
     def _begin(self, mask: Mask) -> None:
-        """Clear the state of earlier episodes in the masked environments."""
+        """Discard the state from previous episodes in the masked environments."""
 
     @abstractmethod
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
-        """Return each environment's phase for the current state, (num_envs,)."""
+        """Determine each environment's phase from the current state, (num_envs,)."""
 
     @abstractmethod
     def _aim(self) -> tuple[Floats, Floats]:
-        """Return the tool's target, (num_envs, 3) [m], and the gripper's opening, (num_envs,) in [0, 1]."""
+        """Return the tool's target position, (num_envs, 3) [m], and the gripper opening, (num_envs,) in [0, 1]."""
 
 
 def _columns(controllers: dict[str, Controller]) -> tuple[dict[str, list[int]], int]:
-    """Return each controller's columns in the action, and the size of the action."""
+    """Return the action columns that belong to each controller, and the size of the action."""
     columns: dict[str, list[int]] = {}
     start = 0
     for name, controller in controllers.items():
