@@ -47,9 +47,10 @@ def local_cluster(nodes: int = NODES) -> Iterator[str]:
     from ray.cluster_utils import Cluster
 
     with tempfile.TemporaryDirectory(prefix="ray-", ignore_cleanup_errors=True) as folder:
+        # The argument temp_dir would not do: Cluster writes its address to the default folder, without creating it.
+        os.environ["RAY_TMPDIR"] = folder
         options = {"num_cpus": 1, "object_store_memory": 2**29}
-        head = {**options, "include_dashboard": False, "temp_dir": folder}
-        cluster: Any = Cluster(initialize_head=True, head_node_args=head)
+        cluster: Any = Cluster(initialize_head=True, head_node_args={**options, "include_dashboard": False})
         try:
             for _ in range(nodes - 1):
                 cluster.add_node(**options)
@@ -57,6 +58,7 @@ def local_cluster(nodes: int = NODES) -> Iterator[str]:
             yield cluster.address
         finally:
             cluster.shutdown()
+            del os.environ["RAY_TMPDIR"]
 
 
 def measure(id: str, address: str, *options: str) -> dict[str, Any]:
