@@ -91,7 +91,7 @@ def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
     """
     element = spec.body(body)
     if element is None:
-        raise ConfigurationError(f"a robot's friction contains '{body}', which is not a link.")
+        raise ConfigurationError(f"the robot's 'friction' has an entry for '{body}', which is not a link.")
     for geom in element.geoms:
         geom.priority = 1
         if friction > 0.0:

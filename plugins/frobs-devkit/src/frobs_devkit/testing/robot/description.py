@@ -189,7 +189,7 @@ def parts_exist(subject: RobotUnderTest) -> None:
     expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
     links = [link.name for link in model.links]
     for name, friction in robot.friction.items():
-        expect(name in links, f"friction contains '{name}', which is not a link.")
+        expect(name in links, f"the robot's 'friction' has an entry for '{name}', which is not a link.")
         expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
     drive = robot.differential_drive
     if drive is not None:
