@@ -27,7 +27,8 @@ def parity(
         typer.Argument(
             metavar="ID...",
             show_default=False,
-            help="Gymnasium environment ID from 'frobs list envs'. If several IDs are given, each gets its own certificate, and one table lists the results.",
+            help="Gymnasium environment ID from 'frobs list envs'. If several IDs are given, each gets its own "
+            "certificate, and one table lists the results.",
             autocompletion=complete_id,
         ),
     ],
