@@ -1,6 +1,6 @@
-"""Functions for the files of the scaffold, which are renamed files of ``templates/`` and texts of ``partials/``.
+"""Functions that create the scaffold's files from the files in ``templates/`` and ``partials/``.
 
-This Jinja extension is used by cookiecutter and by ``frobs new``. It only needs frobs-devkit to read a robot's file.
+This Jinja extension is used by cookiecutter and by ``frobs new``. It needs frobs-devkit only to read a robot's file.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def partial(context: Context, name: str, **values: Any) -> str:
 
 @pass_context
 def robot_file(context: Context) -> Any:
-    """Return the data of the robot's file in the answers."""
+    """Return the data from the robot file that the answers specify."""
     from frobs_devkit.scaffold.robot_file import facts_for  # only needed for a robot's file
 
     return facts_for(context["cookiecutter"])
@@ -102,7 +102,7 @@ def robot_distribution(context: Context) -> str:
 
 
 class Templates(Extension):
-    """Provides the functions above to the templates."""
+    """Jinja extension that provides the functions above to the templates."""
 
     def __init__(self, environment: Environment) -> None:
         super().__init__(environment)

@@ -1,8 +1,9 @@
 """Export a policy, and run it with NumPy and onnxruntime, as a robot's computer would.
 
 `export_policy` runs on the training machine. `run_policy` imports neither PyTorch nor a simulator: the robot is a
-function that takes an action and returns the next observation. Here, a simulated arm replaces it. You see what the
-exported file contains, and the distance between tool and goal after each tenth action.
+function that takes an action and returns the next observation. Here, a simulated arm replaces the
+robot. The script prints the contents of the exported file, and the distance between tool and goal after every tenth
+action.
 
 Requires: pip install frobs
 The robot's computer requires only: pip install frobs-deploy

@@ -1,9 +1,10 @@
 """Write your own task, and let the conformance kit check it.
 
-The task asks an arm to copy a random posture with all of its joints. You see the rewards of a simple controller that
-moves each joint toward its goal: they rise to 0. Then you see the results of the conformance kit: no check fails.
+The task asks an arm to copy a random posture with all of its joints. The script prints the rewards of a simple
+controller that moves each joint toward its goal. The rewards rise to 0. Then the script prints the results of the
+conformance kit, in which no check fails.
 
-A task like this one is ready for a plugin: `frobs new task` creates the rest of the package.
+To turn such a task into a plugin, run `frobs new task`, which creates the rest of the package.
 
 Requires: pip install frobs
 """

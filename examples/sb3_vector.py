@@ -1,8 +1,8 @@
 """Train with plain stable-baselines3 on the batched vector environment.
 
 One call steps all 64 environments. `VectorEnvAdapter` gives the vector environment the interface that
-stable-baselines3 expects. You see the mean reward of the episodes rise in stable-baselines3's own log, and then the
-success rate of the trained policy.
+stable-baselines3 expects. The log of stable-baselines3 shows how the mean episode reward rises. At the end, the script
+prints the success rate of the trained policy.
 
 Requires: pip install frobs-algos-sb3 frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
 """

@@ -1,6 +1,6 @@
-"""Train with skrl. Its wrapper for Gymnasium accepts the batched vector environment.
+"""Train with skrl, whose wrapper for Gymnasium accepts the batched vector environment.
 
-You see a progress bar, and then the success rate of the policy.
+The script shows a progress bar, and then the success rate of the policy.
 
 Requires: pip install "skrl[torch]" frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
 """

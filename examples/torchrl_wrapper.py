@@ -1,6 +1,6 @@
-"""Train with TorchRL. Its `GymWrapper` accepts the batched vector environment.
+"""Train with TorchRL, whose `GymWrapper` accepts the batched vector environment.
 
-You see the layout of a batch of experience, and then the success in training rise.
+The script prints the layout of a batch of experience, and then the success rate, which rises during training.
 
 Requires: pip install torchrl frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
 """
@@ -29,7 +29,7 @@ envs = gym.make_vec(
     controller="tcp_delta_position",
     stagger=True,  # every rollout contains all phases of an episode
 )
-env = GymWrapper(envs)  # its batches contain is_success, too: the info of each step
+env = GymWrapper(envs)  # its batches also contain is_success from the info of each step
 env.set_seed(0)
 
 

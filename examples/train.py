@@ -1,8 +1,8 @@
 """Train an arm to reach, evaluate it, and plot its learning curve.
 
 An IRB 120 learns to move its tool to random goals and to hold it there. The actions are motions of the tool, so 40,000
-steps are enough: about ten seconds. You see the progress, then the success rate on 200 goals that were not used in
-training (close to 100 %), and the path of the learning curve.
+steps are enough, which take about ten seconds. The script prints the progress, the success rate on 200 goals that were
+not used in training (close to 100 %), and the path of the plot.
 
 Requires: pip install frobs
 """

@@ -62,7 +62,8 @@ def abilities() -> Mapping[str, AbilityRecord]:
 
     A plugin ability with the same name as a core ability is listed as ``"distribution:name"``.
     """
-    from frobs_core import plugins  # imported here because plugins import records, which import this module
+    # imported here to avoid a circular import: plugins import records, which import this module
+    from frobs_core import plugins
     from frobs_core.specs import AbilityRecord
 
     found = {
@@ -88,8 +89,8 @@ def check_capabilities(
     Args:
         simulator: Name of the simulator.
         has: Support level of each capability. Omitted capabilities are unsupported.
-        needs: Minimum level of each capability, for each task or controller: ``{"task 'reach'": {"snapshot":
-            Level.EXACT}}``.
+        needs: Minimum level of each capability, for each task or controller, for example ``{"task 'reach'":
+            {"snapshot": Level.EXACT}}``.
 
     Raises:
         CapabilityError: A requirement is not met. The message contains a table of all unmet requirements.

@@ -35,8 +35,8 @@ from frobs_core.validation import whole_number
 _log = logging.getLogger("frobs")
 
 MAX_NUM_ENVS = 100_000
-"""Maximum number of environments per simulation. Each environment needs at least 10 kB, so the maximum number needs at
-least 1 GB.
+"""Maximum number of environments per simulation. Each environment uses at least 10 kB of memory, so the maximum number
+of environments uses at least 1 GB.
 """
 
 MAX_DECIMATION = 10_000
@@ -50,8 +50,8 @@ class Parts:
     Attributes:
         robot: Handle of the first controlled robot.
         controller: Controller of the first controlled robot's first joint group.
-        check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
-            option names.
+        check_reset: Function that raises CapabilityError if the simulator does not support a capability that a reset
+            with the given option names requires.
     """
 
     simulation: Simulation
@@ -77,7 +77,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
         same_step: Whether a new episode begins in the same step that ends the previous episode.
 
     Raises:
-        UnknownNameError: No plugin provides one of the requested names.
+        UnknownNameError: A requested name is not provided by any plugin.
         UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
         CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
             an observation term requires.
@@ -252,7 +252,7 @@ def build(owner: str, cls: type[Any], parameters: Mapping[str, Any], others: Ite
     """Create an instance of a class from the user's keywords.
 
     Args:
-        owner: Description of the object for error messages: ``"task 'reach'"``.
+        owner: Description of the object for error messages, such as ``"task 'reach'"``.
         cls: Class whose keyword-only constructor arguments are the accepted keywords.
         parameters: The keywords.
         others: Additional names that an error message may suggest.

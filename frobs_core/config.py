@@ -56,10 +56,10 @@ class EnvConfig:
     Args:
         task: Name of the task, or a task record.
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
-            named tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
+            named tool to the tool center point of an arm, for example ``"irb120+parallel_gripper"``.
         robots: Configurations of several robots by name, instead of ``robot``. Each value is a robot's name or a
-            mapping with the fields of :class:`frobs_core.robot_config.RobotConfig`: ``{"left": "irb120", "right":
-            {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller`` or
+            mapping with the fields of :class:`frobs_core.robot_config.RobotConfig`, for example ``{"left": "irb120",
+            "right": {"robot": "ur5", "controller": "joint_position"}}``. An entry that omits ``controller`` or
             ``controller_kwargs`` uses the environment's value of that field.
         controller: Name of the controller, a controller record, or a mapping from joint groups to controllers; see
             :class:`frobs_core.robot_config.RobotConfig`.
@@ -79,16 +79,16 @@ class EnvConfig:
         package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
         home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
         tcp: Link that serves as the tool center point, or None for the robot's default.
-        sensors: Overrides of sensor settings, by sensor name: ``{"lidar": {"rays": 36, "noise": 0.01}}``; see
-            :mod:`frobs_core.sensors`.
+        sensors: Overrides of sensor settings, by sensor name, for example ``{"lidar": {"rays": 36, "noise": 0.01}}``;
+            see :mod:`frobs_core.sensors`.
         base: Type of the robot's base: ``"fixed"``, ``"floating"`` if the root link moves freely, or ``"wheeled"`` if
             it moves on wheels. Defaults to the robot's base type.
-        differential_drive: Differential drive of a robot whose description does not define one: ``{"left": ["wheel_l"],
-            "right": ["wheel_r"], "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5,
+        differential_drive: Differential drive of a robot whose description does not define one, for example ``{"left":
+            ["wheel_l"], "right": ["wheel_r"], "separation": 0.3, "wheel_radius": 0.05, "max_linear_velocity": 0.5,
             "max_angular_velocity": 2.0}`` [m, m/s, rad/s].
-        observations: Observation terms to add to the task's terms, by name: ``{"joints": {"type": "joint_efforts"},
-            "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. A value of None
-            drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
+        observations: Observation terms to add to the task's terms, by name, for example ``{"joints": {"type":
+            "joint_efforts"}, "wrist": {"camera": "overview", "size": [84, 84]}}``; see :mod:`frobs_core.added_terms`. A
+            value of None drops the task's term with that name, and ``{"*": None}`` drops all task terms except goals.
         num_threads: Number of engine threads, or 0 for one thread per processor.
         randomize: Domain randomization settings; see :mod:`frobs_core.randomization`.
         task_parameters: Keywords of the task.

@@ -19,8 +19,8 @@ def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, sta
     """Warn that a deprecated part of FRobs is used.
 
     Args:
-        what: The deprecated part: ``"RobotHandle.joint_torques"``.
-        instead: Its replacement: ``"RobotHandle.joint_efforts"``.
+        what: Deprecated part, such as ``"RobotHandle.joint_torques"``.
+        instead: Replacement for the deprecated part, such as ``"RobotHandle.joint_efforts"``.
         since: Version of the core that first announced the deprecation.
         removed_in: Version that removes the part. The major version (before 1.0, the minor version) must be higher than
             that of ``since``.

@@ -235,7 +235,7 @@ class RobotEnv(gym.Env[Any, Any]):
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
-        UnknownNameError: No plugin provides one of the requested names.
+        UnknownNameError: A requested name is not provided by any plugin.
         UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
         CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
             an observation term requires.
@@ -270,7 +270,7 @@ class RobotEnv(gym.Env[Any, Any]):
 
         Args:
             seed: Seed for all subsequent random numbers, or None to continue with the next episode of the last seed.
-            options: Values for the task's ``reset_options``: ``{"goal": (3,), "joint_positions": (dof,)}``.
+            options: Values for the task's ``reset_options``, for example ``{"goal": (3,), "joint_positions": (dof,)}``.
 
         Returns:
             observation, info

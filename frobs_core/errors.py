@@ -129,7 +129,7 @@ class UnknownNameError(PluginError):
     """No object has this name.
 
     Args:
-        kind: Kind of the object: ``"robot"``, ``"controller"``, ``"environment ID"``, …
+        kind: Kind of the object, such as ``"robot"``, ``"controller"`` or ``"environment ID"``.
         name: The requested name.
         available: The existing names.
         failed: One line for each plugin that failed to load and might have provided the name.
@@ -163,7 +163,7 @@ class AmbiguousNameError(PluginError):
     Args:
         kind: The kind of the name.
         name: The requested name, without a distribution.
-        distributions: Each distribution that provides the name, with its version: ``"dist 1.0"``.
+        distributions: Each distribution that provides the name, with its version, such as ``"dist 1.0"``.
         ways: Unambiguous names to request instead. Defaults to ``"dist:name"`` for each distribution.
     """
 
@@ -186,7 +186,7 @@ class UnknownParameterError(ConfigurationError):
     """A keyword is not accepted.
 
     Args:
-        owner: Object that does not accept the keyword: ``"task 'reach'"``.
+        owner: Object that does not accept the keyword, such as ``"task 'reach'"``.
         name: The keyword.
         available: The accepted keywords.
     """
@@ -204,9 +204,9 @@ class ParameterValueError(ConfigurationError):
     Args:
         name: Name of the parameter.
         value: The value that was passed.
-        rule: Description of the valid values: ``"a whole number of at least 1"``.
-        owner: Object that the parameter belongs to: ``"controller 'discrete'"``. Empty if the parameter's name is
-            unambiguous.
+        rule: Description of the valid values, such as ``"a whole number of at least 1"``.
+        owner: Object that the parameter belongs to, such as ``"controller 'discrete'"``. Empty if the parameter's name
+            is unambiguous.
     """
 
     def __init__(self, name: str, value: object, rule: str, owner: str = "") -> None:
@@ -222,7 +222,7 @@ class MissingSettingError(ConfigurationError):
     """A required setting is missing.
 
     Args:
-        owner: Object that requires the setting: ``"algorithm 'ppo'"``.
+        owner: Object that requires the setting, such as ``"algorithm 'ppo'"``.
         name: The missing setting.
         advice: How to provide the setting. Empty if the name is self-explanatory.
     """
@@ -252,7 +252,7 @@ class CommandLineError(ConfigurationError):
     """A command-line argument cannot be used.
 
     Args:
-        argument: The option or argument: ``"--args"``.
+        argument: The option or argument, such as ``"--args"``.
         reason: The problem and how to fix it.
     """
 
@@ -330,7 +330,7 @@ class MissingDependencyError(ConfigurationError):
     """An optional package that a function requires is not installed.
 
     Args:
-        purpose: Function that requires the packages: ``"the export to ONNX"``.
+        purpose: Function that requires the packages, such as ``"the export to ONNX"``.
         packages: The packages.
         command: The command that installs them.
     """
@@ -360,7 +360,7 @@ class SceneError(ConfigurationError):
     """A scene is inconsistent, or the simulator cannot build it.
 
     Args:
-        element: The part of the scene: ``"contact 'grip'"``.
+        element: Part of the scene that causes the error, such as ``"contact 'grip'"``.
         reason: The problem and the allowed values.
     """
 
@@ -374,7 +374,7 @@ class PhysicsParameterError(ConfigurationError):
     """A physical parameter has an invalid value or cannot be changed.
 
     Args:
-        parameter: Name of the parameter: ``"mass"``.
+        parameter: Name of the parameter, such as ``"mass"``.
         target: The link, body or robot.
         reason: The problem.
     """
@@ -404,7 +404,7 @@ class RandomizationError(ConfigurationError):
     """The settings in ``randomize=…`` are invalid.
 
     Args:
-        place: The setting: ``"randomize.mass[1].scale"``.
+        place: Location of the setting, such as ``"randomize.mass[1].scale"``.
         reason: The problem and how to fix it.
     """
 
@@ -448,7 +448,7 @@ class IncompatibleSpaceError(ConfigurationError):
     """An algorithm, a wrapper or a controller cannot use this observation or action space.
 
     Args:
-        owner: Object that cannot use the space: ``"algorithm 'crossq'"``.
+        owner: Object that cannot use the space, such as ``"algorithm 'crossq'"``.
         space: The Gymnasium space.
         reason: The requirement and how to meet it.
     """
@@ -465,7 +465,7 @@ class ModelMismatchError(ConfigurationError):
 
     Args:
         model: The model's file, or a description of the model.
-        name: The property that differs: ``"action_space"``.
+        name: The property that differs, such as ``"action_space"``.
         saved: The value that the model was trained with.
         found: The value of the environment.
     """
@@ -575,7 +575,7 @@ class CheckpointError(RunError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute its code, or import modules or open files that the file names.
+    """Opening the file would execute code in the file, import modules, or open other files.
 
     Args:
         path: The file.

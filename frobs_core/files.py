@@ -93,7 +93,8 @@ def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = 
         path: The file. An existing file is replaced, and missing folders are created.
         write: Function that writes the file. The function receives a temporary path in the same folder, with the same
             suffix.
-        durable: Whether the file must survive a power failure, which is not necessary for caches.
+        durable: Whether to flush the file to disk, so that it survives a power failure. Caches do not need this
+            protection.
 
     Raises:
         OSError: The file cannot be written.

@@ -29,8 +29,9 @@ class ObservationTerm:
         read: Function that returns the current value, (num_envs, …). The environment copies the array.
         low: Minimum values, with the shape of a single environment's value.
         high: Maximum values, with the same shape as ``low``.
-        unit: Unit of the values: ``"m"``.
-        scale: Suggested scale factor for learning algorithms. Scaled values have relevant differences of about 1.
+        unit: Unit of the values, such as ``"m"``.
+        scale: Suggested scale factor for learning algorithms. After scaling, a typical relevant difference between two
+            values is about 1.
         key: Key in a dictionary observation. Vectors with the same key are concatenated in the order of the terms.
         dtype: ``"float32"`` for vectors. Images may have other types and require a separate key.
         imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. For such terms,
@@ -121,7 +122,7 @@ class Observations:
         """Check that every term returns an array of the expected shape.
 
         Raises:
-            ConfigurationError: A term returns an array of another shape.
+            ConfigurationError: A term returns an array of the wrong shape.
         """
         for name, term in self.terms.items():
             shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)

@@ -84,7 +84,9 @@ class RandomSource:
         self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
-        """Set the seeds (modulo 2⁶⁴) of the n environments of ``mask``. Their episodes are numbered from 0 again.
+        """Set the seeds (modulo 2⁶⁴) of the n environments of ``mask``.
+
+        The episode numbers of these environments restart at 0.
 
         Raises:
             ConfigurationError: The number of seeds is not n.
@@ -116,7 +118,7 @@ class RandomSource:
         """Draw uniformly from [low, high). Due to rounding, about one in 10¹⁵ draws may return ``high``.
 
         Args:
-            stream: Name of the stream: ``"goal"``.
+            stream: Name of the stream, such as ``"goal"``.
             low: Broadcasts to (n, …shape).
             high: Broadcasts to (n, …shape).
             shape: Shape of the numbers for a single environment.

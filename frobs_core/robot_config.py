@@ -47,7 +47,7 @@ class RobotConfig:
 
     Args:
         robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
-            named tool to the tool center point of an arm: ``"irb120+parallel_gripper"``.
+            named tool to the tool center point of an arm, for example ``"irb120+parallel_gripper"``.
         controller: Name or record of the controller for the robot's first joint group, or a mapping from joint groups
             to controllers. In the mapping, None leaves a group without a controller. Omitted groups use the robot's
             default controllers.
@@ -106,7 +106,7 @@ class RobotConfig:
         """Return the robot description with all changes of this configuration.
 
         Raises:
-            UnknownNameError: No plugin provides the robot, or the robot does not have one of the configured sensors.
+            UnknownNameError: No plugin provides the robot, or ``sensors`` names a sensor that the robot does not have.
             MissingSettingError: The robot is missing.
             ConfigurationError: A sensor setting cannot be used.
         """
@@ -156,9 +156,9 @@ class RobotConfig:
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
         """Return the robot description adapted to the scene, and the base pose in the world.
 
-        If this configuration does not set ``pose``, a movable base starts at the root pose of its model file relative
-        to the task's pose. If there is a floor, the base is moved vertically so that its lowest point touches the
-        floor.
+        If this configuration does not set ``pose``, a movable base starts at the root pose that its model file defines,
+        relative to the task's pose. If there is a floor, the base is moved vertically so that its lowest point touches
+        the floor.
 
         Args:
             robot: Description of the robot.
@@ -270,7 +270,7 @@ def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecor
 
     Args:
         cls: Class of the record.
-        kind: Kind of the record: ``"controller"``.
+        kind: Kind of the record, such as ``"controller"``.
         part: Name or record.
 
     Raises:

@@ -58,7 +58,7 @@ class SimulatorRecord(Record):
 
     @property
     def is_paced(self) -> bool:
-        """Whether the world runs by itself and ``step`` waits for it (ability ``real_time``)."""
+        """Whether the world advances on its own, so that ``step`` must wait for it (ability ``real_time``)."""
         return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
 
 
@@ -85,7 +85,7 @@ class EnvironmentRecord:
     """Record of a Gymnasium ID, which consists of a task, a robot and default keywords for the environment.
 
     Attributes:
-        id: Gymnasium ID: ``"frobs/Irb120Reach-v0"``. The ID's version is incremented whenever the environment's
+        id: Gymnasium ID, such as ``"frobs/Irb120Reach-v0"``. The ID's version is incremented whenever the environment's
             behavior changes.
         summary: One line for lists.
         robot: Name of the robot, or an empty string if the user must choose a robot.
@@ -127,8 +127,8 @@ class AlgorithmRecord(Record):
     """Record of an algorithm. ``entry_point`` names a subclass of :class:`frobs_core.interfaces.Algorithm`.
 
     Attributes:
-        action_spaces: Supported Gymnasium action spaces: ``"Box"``, ``"Discrete"``, …
-        tuned: Tuned configuration files, by environment ID: ``"package:path.yaml"``.
+        action_spaces: Supported Gymnasium action spaces, such as ``"Box"`` and ``"Discrete"``.
+        tuned: Tuned configuration files in the form ``"package:path.yaml"``, by environment ID.
         search_space: Default search space for ``frobs tune``, as ``"package:path.yaml"``, or an empty string.
         config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting
             that identifies files of a format, and each value is a ``"module:function"``. The function receives the
@@ -140,7 +140,7 @@ class AlgorithmRecord(Record):
             function returns an object that has the spaces and the ``predict`` method of an algorithm, and the number of
             environment steps for which the model was trained.
         exact_resume: Whether a training run that is saved, loaded and continued produces the same result as an
-            uninterrupted run. If not, a message is shown when the run is resumed.
+            uninterrupted run. If this field is False, a message is shown when a run is resumed.
         reproducible: Whether two training runs with the same seed produce the same result. Algorithms that learn while
             their environments are being stepped are not reproducible.
     """

@@ -30,7 +30,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
     Args:
         model: A pydantic model that forbids extra keys.
         settings: Settings to validate. For a :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
-        owner: Object that the settings configure: ``"algorithm 'ppo'"``.
+        owner: Object that the settings configure, such as ``"algorithm 'ppo'"``.
 
     Returns:
         The model.
@@ -206,7 +206,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Remove the keys that pydantic adds for members of a union, but keep a key that is missing in the settings."""
+    """Remove the keys that pydantic adds for members of a union, but keep a key that is missing from the settings."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

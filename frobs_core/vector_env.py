@@ -1,4 +1,4 @@
-"""Vector environment with Gymnasium's interface, which steps many robots with the same task together.
+"""Gymnasium vector environment that steps many environments with the same task together.
 
 If the simulator's ``determinism`` is exact, environment *i* of a vector environment seeded with *s* is bit-identical to
 a single environment seeded with *s + i*.
@@ -267,7 +267,10 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state. If snapshots are exact, a restored environment continues identically."""
+        """Return the complete state.
+
+        If the simulator supports exact snapshots, a restored environment continues exactly like the original.
+        """
         return {**self._loop.snapshot(), "elapsed": self._elapsed.copy(), "ended": self._ended.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,4 +1,4 @@
-"""Safe reading of YAML files. No code is executed, and errors contain the file and line."""
+"""Safe reading of YAML files: no code in a file is executed, and errors contain the file and line."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def load_yaml(path: Path | str) -> ConfigMapping:
         The mapping. Every nested mapping is also a :class:`ConfigMapping`, which stores the line of each key.
 
     Raises:
-        ConfigFileError: The file is missing, empty or too large, is not UTF-8 or valid YAML, is not a mapping, uses
+        ConfigFileError: The file is missing, empty or too large, is not UTF-8 or not valid YAML, is not a mapping, uses
             tabs for indentation, repeats a key, or contains a tag that would build a Python object.
     """
     path = Path(path)
@@ -249,7 +249,7 @@ def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
 
 
 def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[Path, int] | None:
-    """Return the file and line of the innermost key along ``keys``, or None if it was not read from a file."""
+    """Return the file and line of the innermost key along ``keys``, or None if this key was not read from a file."""
     found = None
     value: Any = mapping
     for key in keys:

@@ -1,8 +1,9 @@
 """The cross-entropy method as a plugin: a complete algorithm to copy and modify.
 
 It samples the weights of a small network from a normal distribution, runs episodes with each sample, and moves the
-distribution toward the best ones (de Boer et al. 2005; noise is added to the deviation as in Szita and Lőrincz 2006).
-The framework provides everything else: the command line, the log, checkpoints, evaluation, plots and comparison.
+distribution toward the best samples (de Boer et al. 2005). Noise is added to the standard deviation, as in Szita and
+Lőrincz (2006). The framework provides everything else: the command line, the log, checkpoints, evaluation, plots and
+comparison.
 
 To package it as a distribution, put the two parts into separate modules. The record at the end is the plugin, and the
 entry point names its module::
@@ -38,12 +39,12 @@ class CrossEntropyConfig(BaseModel):
 
     Attributes:
         population: Number of samples per iteration.
-        elite: Fraction of the samples kept as the elite, to which the distribution moves.
+        elite: Fraction of the samples that form the elite, toward which the distribution moves.
         episodes: Number of episodes per sample; a sample's score is its mean reward.
         hidden: Width of the hidden layer, or 0 for a linear policy.
-        initial_deviation: Initial deviation of each weight.
-        extra_deviation: Added to the elite's deviation, decreasing to 0 over the first half of the training run.
-            Without it, the distribution would narrow before it has explored enough.
+        initial_deviation: Initial standard deviation of each weight.
+        extra_deviation: Amount that is added to the elite's standard deviation. It decreases to 0 over the first half
+            of the training run. Without this amount, the distribution would narrow before it has explored enough.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -123,7 +124,7 @@ class CrossEntropy(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Load a folder written by :meth:`save`. With an environment, training can continue."""
+        """Load a folder written by :meth:`save`. If an environment is given, training can continue."""
         self = cls.__new__(cls)
         try:
             told = json.loads((folder / "algorithm.json").read_text("utf-8"))
@@ -227,7 +228,7 @@ def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Provide the algorithm. This is the plugin; a real one avoids heavy imports at the top of the module."""
+    """Provide the algorithm. This function is the plugin. A packaged plugin avoids heavy imports at the top level."""
     return [
         AlgorithmRecord(
             name=CrossEntropy.name,

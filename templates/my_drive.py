@@ -41,7 +41,7 @@ class MyDrive(Task):
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal",)
     control_timestep: ClassVar[float] = 0.1  # [s] between two actions
-    physics_timestep: ClassVar[float] = 0.005  # [s] of one step of the engine
+    physics_timestep: ClassVar[float] = 0.005  # [s] duration of a physics step
 
     def __init__(
         self,

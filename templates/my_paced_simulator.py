@@ -1,12 +1,12 @@
 """A paced simulator: the world runs by itself in real time, and FRobs waits for it.
 
-The world is a separate process at the other end of a socket; replace it with your robot or your ROS graph. Here it is
-an engine that is stepped in real time, with drives that follow the received commands and hold the last one. The world
-cannot be paused, saved or duplicated, and its objects cannot be teleported, so the record does not claim ``pause``,
-``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
+The world is a separate process at the other end of a socket. Replace it with your robot or your ROS graph. In
+this template, the world is an engine that is stepped in real time. Its drives follow the received commands, and hold
+the last command. The world cannot be paused, saved or duplicated, and its objects cannot be teleported, so the record
+does not claim ``pause``, ``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
 
-``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are its client, with the required methods of
-a simulator.
+``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are the client of this process, and have the
+required methods of a simulator.
 """
 
 from __future__ import annotations
@@ -72,12 +72,12 @@ class World:
         self._rows: dict[str, list[Floats]] = {}
 
     def set_mode(self, robot: str, modes: Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold."""
+        """Change the command mode, and hold the current positions, zero velocity or zero effort."""
         self._rows[robot] = []
         self._simulation.robots[robot].set_command_mode(modes)
 
     def command(self, robot: str, rows: Floats) -> None:
-        """Follow the rows (k, dof), one per step, then hold the last one."""
+        """Follow the command rows (k, dof), one per step, and then hold the last row."""
         self._rows[robot] = list(rows)
 
     def read(self) -> dict[str, dict[str, tuple[Floats, ...]]]:
@@ -137,7 +137,7 @@ class PacedRobot(RobotHandle):
         return read_only(self.state[2])
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold."""
+        """Change the command mode, and hold the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self._ask("set_mode", self.name, self.command_modes)
 

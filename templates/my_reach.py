@@ -19,8 +19,8 @@ from frobs_core.observation import ObservationTerm
 from frobs_core.random import RandomSource
 from frobs_core.rotations import quat_conjugate, quat_rotate
 
-_POSTURES = 8192  # random postures; goals are tool positions of those above the floor, so every goal is reachable
-_FLOOR_CLEARANCE = 0.05  # [m] minimum height of a goal's posture above the floor
+_POSTURES = 8192  # number of random postures; those above the floor provide the goals, so every goal is reachable
+_FLOOR_CLEARANCE = 0.05  # [m] minimum height of a posture above the floor
 _OUTERMOST = 2.5  # [%] of the goals omitted at each end of each axis, because only a stretched arm reaches them
 
 
@@ -51,7 +51,7 @@ class MyReach(Task):
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
     reset_options: ClassVar[Sequence[str]] = ("goal", "joint_positions")
     control_timestep: ClassVar[float] = 0.04  # [s] between two actions
-    physics_timestep: ClassVar[float] = 0.002  # [s] of one step of the engine
+    physics_timestep: ClassVar[float] = 0.002  # [s] duration of a physics step
 
     def __init__(self, *, tolerance: float = 0.05, precision_weight: float = 0.5, start_noise: float = 0.05) -> None:
         if not tolerance > 0.0:
@@ -98,9 +98,9 @@ class MyReach(Task):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        The vector is given both in the world and in the frame of the first moving link, in which the task of the other
-        joints looks the same for every angle of that link. A learner may multiply a term by its scale, which makes
-        relevant differences about 1.
+        One vector is in the world frame, and the other is in the frame of the first moving link. In the latter frame,
+        the task of the other joints does not depend on the angle of that link. A learner may multiply each term by its
+        scale, so that relevant differences are about 1.
         """
         robot = self._robot
         reach = longest_reach(robot.model, robot.tcp)
@@ -165,7 +165,10 @@ class MyReach(Task):
         self._distance = distance_to(self._goal, self._tcp)
 
     def _survey(self) -> Floats:
-        """Return tool positions (k, 3) [m] of postures with the whole arm above the floor, the same in every call."""
+        """Return tool positions (k, 3) [m] of postures with the whole arm above the floor.
+
+        Every call returns the same positions.
+        """
         robot = self._robot
         low = np.where(np.isinf(robot.position_lower[0]), -np.pi, robot.position_lower[0])
         high = np.where(np.isinf(robot.position_upper[0]), np.pi, robot.position_upper[0])

@@ -21,7 +21,7 @@ MY_ROVER = Robot(
         max_linear_velocity=0.8,  # [m/s] for an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
-    friction={"front_foot": 0.0, "back_foot": 0.0},  # they glide
+    friction={"front_foot": 0.0, "back_foot": 0.0},  # the feet glide
     # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
 )
 

@@ -1,8 +1,9 @@
 """The simulator: how robots and bodies move. It uses only NumPy: each joint moves independently, and nothing collides.
 
-Its joints follow the drive law exactly, including gravity, with the inertia that they carry at home. Joints do not
-affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts, rays, wrenches
-and rendering are not supported; the inherited methods of :class:`frobs_core.interfaces.Simulation` raise an error.
+Each joint follows the drive law exactly, including gravity, for the inertia that the joint moves in the home position.
+Joints do not affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts,
+rays, wrenches and rendering are not supported, and the inherited methods of
+:class:`frobs_core.interfaces.Simulation` raise an error.
 
 Arrays are batched: (num_envs, …).
 """
@@ -41,8 +42,8 @@ class FreeBody(BodyHandle):
         name: Name in the simulation.
         num_envs: ≥ 1.
         pose: Pose at reset.
-        flies: Whether gravity acts on it.
-        moves: Whether it can be moved; static bodies cannot.
+        flies: Whether gravity acts on the body.
+        moves: Whether the body can be moved, which is False for static bodies.
         twist: Linear and angular velocity at reset.
     """
 
@@ -116,7 +117,7 @@ class JointRobot(RobotHandle):
         self._gravity = np.zeros(3) if self._root.flies else gravity  # a robot in free fall is weightless
         self._q = self.home.copy()
         self._v, self._efforts = np.zeros((2, *self._q.shape))
-        carried = composite_inertia(self.model, self.home[0])  # inertia carried by each joint, at home [kg·m² or kg]
+        carried = composite_inertia(self.model, self.home[0])  # inertia moved by each joint at home [kg·m² or kg]
         self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
         self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
@@ -145,7 +146,7 @@ class JointRobot(RobotHandle):
         self._root.pos[rows_of(mask)], self._root.quat[rows_of(mask)] = pos, quat_wxyz
 
     def reset(self, rows: Mask | slice) -> None:
-        """Return to the home position, at rest and holding."""
+        """Return to the home position, and hold it at rest."""
         self._root.reset(rows)
         self._q[rows], self._v[rows], self._efforts[rows] = self.home[rows], 0.0, 0.0
         self._command[rows], self._command_rows = self.holding_command(self.home[rows]), None

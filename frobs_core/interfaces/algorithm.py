@@ -34,7 +34,7 @@ class TrainingMonitor(Protocol):
 
         Args:
             steps: Number of environment steps so far, summed over all environments.
-            metrics: Metrics by name, with a prefix that identifies the algorithm: ``"ppo/value_loss"``, …
+            metrics: Metrics by name, with a prefix that identifies the algorithm, such as ``"ppo/value_loss"``.
 
         Returns:
             Whether to continue. If False, ``train`` returns.
@@ -100,8 +100,8 @@ class Algorithm(ABC):
 
         Settings that are already resolved are returned unchanged.
 
-        :func:`frobs_core.validation.validate` does this with a pydantic model and reports the file and line of an
-        error.
+        :func:`frobs_core.validation.validate` validates settings with a pydantic model and reports the file and line of
+        an error.
 
         Raises:
             UnknownParameterError: A key is unknown. The message suggests the most similar valid key.
@@ -111,7 +111,7 @@ class Algorithm(ABC):
 
     @abstractmethod
     def train(self, steps: int, monitor: TrainingMonitor) -> None:
-        """Train until the total number of environment steps, including those before a load, reaches ``steps``."""
+        """Train until the number of environment steps, including steps taken before loading, reaches ``steps``."""
 
     @abstractmethod
     def predict(
@@ -158,7 +158,7 @@ class Algorithm(ABC):
         """
 
     def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
-        """Return the methods of each part of a training run, to be timed by ``frobs bench ID --training``.
+        """Return the methods that ``frobs bench ID --training`` times, by part of the training run.
 
         Implementing this method is optional. The parts are ``"inference"``, which chooses actions and estimates values
         while experience is collected, ``"updates"``, which performs gradient steps, and ``"storage"``, which maintains
@@ -199,8 +199,8 @@ class Algorithm(ABC):
             config: The complete new settings.
 
         Raises:
-            ConfigurationError: A setting cannot change, because the networks or buffers depend on it, or the algorithm
-                does not support changes.
+            ConfigurationError: The networks or buffers depend on a setting that was changed, or the algorithm does not
+                support changed settings.
             CheckpointError: A file is missing or damaged.
         """
         raise ConfigurationError(
@@ -213,12 +213,13 @@ class Algorithm(ABC):
 
         Implementing this method is optional. The graph includes all scaling, normalization, squashing and clipping.
 
-        The first axis of every input and output is the batch axis, of any size. The input is ``"observation"``, as in
-        the observation space, or ``"observation/<key>"`` for each key of a Dict space. Recurrent policies have the
-        additional inputs ``"state/0"``, ``"state/1"``, …, which are floats and initially zero, and ``"episode_start"``,
-        (batch,) bool. The output is ``"action"``, in the action space. For discrete actions, the additional output
-        ``"scores"``, (batch, choices) float, contains the scores of all choices, of which the highest is chosen.
-        Recurrent policies have the additional outputs ``"next_state/0"``, ``"next_state/1"``, …
+        The first axis of every input and output is the batch axis, which can have any size. The input is
+        ``"observation"``, as in the observation space, or ``"observation/<key>"`` for each key of a Dict space.
+        Recurrent policies have the additional inputs ``"state/0"``, ``"state/1"``, …, which are floats and initially
+        zero, and ``"episode_start"``, (batch,) bool. The output is ``"action"``, in the action space. For discrete
+        actions, the additional output ``"scores"``, (batch, choices) float, contains the scores of all choices, of
+        which the highest is chosen. Recurrent policies have the additional outputs ``"next_state/0"``,
+        ``"next_state/1"``, …
 
         Raises:
             ConfigurationError: The algorithm cannot be exported, or a package that the export needs is not installed.

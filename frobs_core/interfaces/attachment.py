@@ -114,7 +114,10 @@ def _write(title: str, text: str) -> Path:
 def _gains(
     whole: Robot, arm: Robot, arm_model: RobotModel, tool: Robot, tool_model: RobotModel, name: str
 ) -> DriveGains | None:
-    """Return the gains of both parts. An arm or tool without gains gets the combined model's default gains."""
+    """Return the combined drive gains of the arm and the tool.
+
+    An arm or tool without gains gets the combined model's default gains.
+    """
     if arm.gains is None and tool.gains is None:
         return None
     model = load_model(whole.model)

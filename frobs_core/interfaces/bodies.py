@@ -66,8 +66,9 @@ class Body:
         rgba: Color, each component in [0, 1].
 
     Raises:
-        ConfigurationError: The body has both or neither of ``geometry`` and ``shapes``, both a mass and a density, an
-            inertia that is physically impossible, or an inertia, a center of mass or a twist without a mass or density.
+        ConfigurationError: Both or neither of ``geometry`` and ``shapes`` are set, both a mass and a density are set,
+            the inertia is physically impossible, or an inertia, a center of mass or a twist is set without a mass or
+            density.
     """
 
     geometry: Geometry | None = None

@@ -16,8 +16,8 @@ from frobs_core.models.model import Joint, RobotModel
 class JointGroup(ABC):
     """A controller's read-only view of one robot's joints, in all environments.
 
-    A robot's handle is itself the group of all its actuated joints. Arrays are (num_envs, …) float64, read-only, and
-    valid until the simulation's state changes.
+    A robot's handle is itself a joint group that contains all actuated joints. Arrays are (num_envs, …) float64,
+    read-only, and valid until the simulation's state changes.
 
     Attributes:
         name: Name of the robot in the simulation, such as ``"robot"``.
@@ -25,7 +25,7 @@ class JointGroup(ABC):
         model: Parsed model file of the robot.
         num_envs: Number of environments.
         joints: The joints, in the order of all joint arrays.
-        joint_names: Names of the joints, in the same order.
+        joint_names: Names of the joints, in the order of ``joints``.
         dof: Number of joints.
         tcp: Name of the link that serves as the tool center point.
         home: Home positions, (num_envs, dof) [rad or m].
@@ -85,8 +85,8 @@ class JointGroup(ABC):
         Args:
             frame: Name of a link, or ``"tcp"``.
             joint_positions: Joint positions at which to compute the pose, (k, dof) [rad or m] for any k, or None for
-                the current pose. With given positions, the base is at its initial pose in the scene and all other
-                joints are at home. The simulation's state does not change.
+                the current pose. If positions are given, the pose is computed with the base at its initial pose in the
+                scene and all other joints at their home positions. The simulation's state does not change.
 
         Returns:
             The pose: pos (num_envs or k, 3) [m] and quat_wxyz (num_envs or k, 4).
@@ -128,7 +128,7 @@ class JointSubset(JointGroup):
         columns: Indices of the selected joints in the joint arrays of ``whole``.
 
     Raises:
-        UnknownNameError: The robot has no such joint or link.
+        UnknownNameError: The robot has no joint or link with a given name.
     """
 
     def __init__(self, whole: JointGroup, joint_names: Sequence[str], tcp: str | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Descriptions of robots as data. Limits, inertia and geometry come from a robot's model file."""
+"""Descriptions of robots as data. A robot's limits, inertia and geometry are read from its model file."""
 
 from __future__ import annotations
 
@@ -82,8 +82,8 @@ class Robot:
     """Description of a robot as data.
 
     Attributes:
-        model: Model file: ``"package:folder/file.urdf.xacro"`` inside an installed package, or a path. The suffix
-            determines the format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
+        model: Path of the model file, or ``"package:folder/file.urdf.xacro"`` for a file in an installed package. The
+            suffix determines the format: ``.urdf``, ``.xacro`` or ``.xml`` (MJCF).
         name: Name for messages.
         xacro_args: Arguments of the xacro file.
         package_paths: Folders of the ROS packages that the model file refers to, by package name.
@@ -148,11 +148,12 @@ class Robot:
             rpy: Orientation of the tool's root link in ``link`` [rad].
 
         Raises:
-            UnknownNameError: The arm has no such link.
+            UnknownNameError: The arm has no link with this name.
             UnsuitableRobotError: A model is not a URDF, the tool has joint groups, or the name is already used.
             ModelFileError: A model cannot be read.
         """
-        from frobs_core.interfaces.attachment import attach  # imported here because attachment imports this module
+        # imported here to avoid a circular import, because attachment imports this module
+        from frobs_core.interfaces.attachment import attach
 
         return attach(self, link, tool, name, pos, rpy)
 

@@ -78,7 +78,8 @@ class RobotHandle(JointGroup):
     def group(self, joint_names: Sequence[str], tcp: str | None = None) -> JointGroup:
         """Return a group of joints for a controller.
 
-        A group of all joints in their original order, with the robot's tool center point, is the handle itself.
+        If the group contains all joints in their original order and uses the robot's tool center point, this method
+        returns the handle itself.
 
         Args:
             joint_names: Names of the joints in the group.
@@ -135,9 +136,9 @@ class RobotHandle(JointGroup):
         The default implementation stores the targets until the next step.
 
         Args:
-            values: Targets, (num_envs, dof), which are held constant, or (num_envs, decimation, dof), with one row for
-                each physics step of the next ``step``, which must use the same ``decimation``. After that ``step``, the
-                last row is held.
+            values: Targets, (num_envs, dof) or (num_envs, decimation, dof). Targets of the first shape are held
+                constant. Targets of the second shape have one row for each physics step of the next ``step``, which
+                must use the same ``decimation``. After this ``step``, the last row is held.
         """
         self._command_rows = np.array(values) if values.ndim == 3 else None
         self._command[:] = values[:, -1] if values.ndim == 3 else values
@@ -149,7 +150,7 @@ class RobotHandle(JointGroup):
             decimation: Number of physics steps.
 
         Raises:
-            SimulationError: The number of rows in the last command is not ``decimation``.
+            SimulationError: The number of rows in the last command differs from ``decimation``.
         """
         rows, self._command_rows = self._command_rows, None
         if rows is None:
@@ -296,7 +297,7 @@ class RobotHandle(JointGroup):
 
         Raises:
             CapabilityError: The simulator does not support ``rays``.
-            UnknownNameError: The robot has no such lidar.
+            UnknownNameError: The robot has no lidar with this name.
         """
         raise CapabilityError.lacking(self, "rays")
 
@@ -304,7 +305,7 @@ class RobotHandle(JointGroup):
         """Return a lidar and its rays' origins [m] and directions in the world, (num_envs, rays, 3) each.
 
         Raises:
-            UnknownNameError: The robot has no such lidar.
+            UnknownNameError: The robot has no lidar with this name.
         """
         lidar = self.robot.lidars.get(name)
         if lidar is None:

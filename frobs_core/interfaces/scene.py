@@ -33,8 +33,8 @@ class Contact:
     Attributes:
         first: First side of the contact.
         second: Second side of the contact.
-        ignore: Sides that ``"*"`` excludes, which is valid only if ``second`` is ``"*"``. The force of a contact that
-            ignores any sides is not available.
+        ignore: Bodies that ``"*"`` excludes. This field may be set only if ``second`` is ``"*"``. If a contact ignores
+            any bodies, its force is not available.
     """
 
     first: str
@@ -168,9 +168,9 @@ class Attachment:
     Attributes:
         first: A scene body, or ``"robot/link"``.
         second: A free scene body, or ``"robot/link"``.
-        pose: Pose of ``second`` in the frame of ``first``, or None for their relative pose at reset, with robots at
-            home. If the relative pose differs, for example because a task has moved one of the two sides, the engine
-            pulls the sides into this pose.
+        pose: Pose of ``second`` in the frame of ``first``, or None to keep their relative pose at reset, when the
+            robots are in their home positions. If the relative pose differs, for example because a task has moved one
+            of the two sides, the engine pulls the sides into this pose.
     """
 
     first: str
@@ -230,8 +230,8 @@ class Scene:
 
     Attributes:
         floor: Whether there is a floor at z = 0.
-        floor_friction: Coefficient of sliding friction of the floor. The coefficient of a free body that slides over
-            the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
+        floor_friction: Coefficient of sliding friction of the floor. The effective coefficient of a free body that
+            slides over the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
         gravity: Acceleration due to gravity [m/s²].
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
@@ -330,7 +330,7 @@ class Scene:
 
         Args:
             robots: All robots of the simulation.
-            lacking: Features that the simulator does not support: ``"contacts"``, ``"attachments"``.
+            lacking: Features that the simulator does not support, such as ``"contacts"`` or ``"attachments"``.
 
         Raises:
             ConfigurationError: A kinematic body has a mass, a contact or camera refers to a body that does not exist,
@@ -376,7 +376,7 @@ class Scene:
             force: Whether the caller requests the contact's force.
 
         Raises:
-            UnknownNameError: The scene declares no such contact.
+            UnknownNameError: The scene does not declare a contact with this name.
             ConfigurationError: The force is requested, but the contact ignores some bodies.
         """
         if name not in self.contacts:

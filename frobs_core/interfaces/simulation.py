@@ -48,14 +48,16 @@ class BareEngine(Protocol):
 class Simulation(ABC):
     """Base class of simulations, each of which contains ``num_envs`` copies of robots and a scene.
 
-    Methods of a capability that a simulator does not support raise :class:`~frobs_core.errors.CapabilityError`.
+    If a simulator does not support a capability, the methods of this capability raise
+    :class:`~frobs_core.errors.CapabilityError`.
 
     Additional keyword-only parameters of the constructor are options of the simulator. Users pass them to the
     environment as ``simulator_kwargs``, and ``frobs show`` lists them with their descriptions from the class's
     docstring.
 
     Args:
-        robots: All robots by name, including those of the scene. The environment's own robot is ``"robot"``.
+        robots: All robots by name, including the scene's additional robots and props. The environment's own robot is
+            ``"robot"``.
         scene: The rest of the scene.
         num_envs: ≥ 1.
         physics_timestep: [s]
@@ -70,8 +72,8 @@ class Simulation(ABC):
         pacer: Clock of a paced simulator (ability ``real_time``), or None if time passes only in ``step``.
         render_modalities: Modalities that ``render`` supports.
         wrenches: Wrenches that act in the next ``step``. Simulators with the ability ``wrench`` maintain this list.
-        state: All arrays that change, by name, which ``snapshot`` and ``restore`` copy, or None if the simulator
-            overrides these methods or does not support ``snapshot``.
+        state: All arrays that change, by name, to be copied by ``snapshot`` and ``restore``. The value is None if the
+            simulator overrides these methods or does not support ``snapshot``.
         sensor_wrenches: Readings of all :attr:`Placement.force_torque_sensors` by ``"robot/sensor"``, (num_envs, 6)
             each, or None if the simulator does not support force-torque sensors.
     """
@@ -183,7 +185,7 @@ class Simulation(ABC):
         All contacts are open between a reset and the next ``step``.
 
         Raises:
-            UnknownNameError: The scene declares no such contact.
+            UnknownNameError: The scene does not declare a contact with this name.
         """
         contacts = self._contacts()
         return read_only(contacts.closed[:, contacts.scene.contact_number(name)])
@@ -192,7 +194,7 @@ class Simulation(ABC):
         """Return the largest normal force of a declared contact in the last ``step``, (num_envs,) [N].
 
         Raises:
-            UnknownNameError: The scene declares no such contact.
+            UnknownNameError: The scene does not declare a contact with this name.
             ConfigurationError: The contact ignores some bodies, so its force is not available.
         """
         contacts = self._contacts()
@@ -205,7 +207,7 @@ class Simulation(ABC):
         cancel.
 
         Raises:
-            UnknownNameError: The scene declares no such contact.
+            UnknownNameError: The scene does not declare a contact with this name.
             ConfigurationError: The contact ignores some bodies, so its force is not available.
         """
         contacts = self._contacts()
@@ -228,7 +230,7 @@ class Simulation(ABC):
 
         Raises:
             CapabilityError: The simulator does not support ``force_torque``.
-            UnknownNameError: The robot has no such force-torque sensor.
+            UnknownNameError: The robot has no force-torque sensor with this name.
         """
         if self.sensor_wrenches is None:
             raise CapabilityError.lacking(self, "force_torque")
@@ -282,10 +284,10 @@ class Simulation(ABC):
         """Return a physical parameter for each environment.
 
         Args:
-            name: Name of the parameter. ``mass`` [kg], ``friction`` and ``size`` are (num_envs,). Changing ``mass``
-                also scales the inertia. ``size`` is a factor for all lengths of a body and does not affect its mass.
-                The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, are (num_envs, dof). ``gravity``
-                [m/s²] is (num_envs, 3).
+            name: Name of the parameter. ``mass`` [kg], ``friction`` and ``size`` have the shape (num_envs,). Changing
+                ``mass`` also scales the inertia. ``size`` is a factor for all lengths of a body and does not affect its
+                mass. The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, have the shape (num_envs,
+                dof). ``gravity`` [m/s²] has the shape (num_envs, 3).
             target: A scene body or ``"robot/link"`` for mass and friction (for friction also ``"floor"``), a scene body
                 for size, a robot's name for the joint parameters, or ``""`` for gravity.
 
@@ -306,7 +308,9 @@ class Simulation(ABC):
         raise UnknownNameError("parameter", name, ())
 
     def snapshot(self) -> Snapshot:
-        """Return the complete state. If the simulator's support is exact, a restored simulation continues exactly.
+        """Return the complete state.
+
+        If the simulator supports exact snapshots, a restored simulation continues exactly like the original.
 
         Raises:
             CapabilityError: The simulator does not support ``snapshot``.
@@ -362,7 +366,7 @@ class Simulation(ABC):
         raise CapabilityError.lacking(self, "cameras")
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
-        """Return the pairs of overlapping links of a robot in the first environment, deepest first.
+        """Return the pairs of overlapping links of a robot in the first environment, by decreasing depth.
 
         Pairs that the engine never lets collide, such as neighbors, are not reported.
 

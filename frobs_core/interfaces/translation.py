@@ -29,7 +29,8 @@ class Translation:
         treatment: Whether the element is kept, approximated or dropped.
         how: One line that describes the element's replacement or the resulting loss. May be empty if the element is
             kept.
-        names: Links or joints that the translation applies to, or empty for all that contain the element.
+        names: Links or joints that the translation applies to, or empty for all links or joints that contain the
+            element.
     """
 
     element: str

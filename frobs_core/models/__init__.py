@@ -1,4 +1,4 @@
-"""Reading and analysis of robot model files, without a physics engine."""
+"""Reads and analyzes robot model files without a physics engine."""
 
 from frobs_core.models.bounds import drawn_points, link_bounds, lowest_points, robot_bounds, shape_points
 from frobs_core.models.convex_parts import convex_parts

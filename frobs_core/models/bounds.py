@@ -24,7 +24,7 @@ _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
 
 
 def _directions(count: int) -> Floats:
-    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere and the axes."""
+    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere and both directions of each axis."""
     i = np.arange(count) + 0.5
     z, turn = 1.0 - 2.0 * i / count, np.pi * (1.0 + 5.0**0.5) * i
     flat = np.sqrt(1.0 - z * z)

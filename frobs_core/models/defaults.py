@@ -25,7 +25,7 @@ BANDWIDTH = 10.0
 """Default bandwidth of the drives [Hz]."""
 
 TOOL_NAMES = ("tool0", "tcp", "tool", "ee_link", "end_effector", "ee", "hand_tcp", "tool_link", "flange", "grasp")
-"""Common names of tool frames, starting with the most common name."""
+"""Common names of tool frames, most common first."""
 
 _POSTURES = 256
 _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
@@ -91,7 +91,10 @@ def default_tcp(model: RobotModel) -> str:
 
 
 def usual_rank(link: str) -> int:
-    """Return the rank of a link's name among tool names, highest for the most common name, or 0 for other names."""
+    """Return the rank of a link's name among the tool names, or 0 if the link does not have a tool name.
+
+    The most common tool name has the highest rank.
+    """
     return next((len(TOOL_NAMES) - i for i, name in enumerate(TOOL_NAMES) if _is_named(link, name)), 0)
 
 
@@ -103,14 +106,14 @@ def _is_named(link: str, name: str) -> bool:
 def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
     """Return drive gains that make each joint at least critically damped if it moves alone.
 
-    The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, at
-    home and in many postures within the limits. The joint is critically damped at this inertia and overdamped at
-    smaller inertias. I does not include the coupling between joints or the armatures.
+    The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, in the
+    home position and in many other postures within the limits. The joint is critically damped at this inertia and
+    overdamped at smaller inertias. I includes neither the coupling between joints nor the armatures.
 
     A drive that reaches its effort limit brakes too late, and a drive whose Kd is large compared to the current inertia
     may chatter at the effort limit. Therefore, the bandwidth is reduced if a position error of 0.5 rad (or 5 cm) would
-    require more than the effort limit. The reduced bandwidth is the bandwidth at which this error requires exactly the
-    effort limit, but at least 40 % of ``bandwidth_hz``.
+    require more than the effort limit. The bandwidth is reduced until this error requires exactly the effort limit, but
+    not below 40 % of ``bandwidth_hz``.
 
     Args:
         model: Model of the robot.
@@ -147,15 +150,18 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
 
     Returns:
         Inertias by joint name: the inertia about the joint's axis, at least 10⁻³ [kg·m²], or for prismatic joints the
-        moved mass, at least 0.1 [kg]. The inertia of a mimic joint is multiplied by the square of its multiplier and
-        added to the inertia of the joint that it follows.
+        moved mass, at least 0.1 [kg]. A mimic joint's inertia is multiplied by the square of the joint's multiplier,
+        and added to the inertia of the followed joint.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))
 
 
 def _postures(model: RobotModel) -> Floats:
-    """Return a fixed set of joint positions within the limits, (n, dof). Unlimited joints cover one turn or ±1 m."""
+    """Return a fixed set of joint positions within the limits, (n, dof).
+
+    The positions cover at most one turn of a revolute joint, and at most ±1 m of a prismatic joint.
+    """
     joints = model.actuated_joints
     span = [1.0 if joint.type == JointType.PRISMATIC else math.pi for joint in joints]
     low = np.array([max(joint.limits.lower, -s) for joint, s in zip(joints, span, strict=True)])
@@ -221,6 +227,6 @@ def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Float
 
 
 def _about_origin(positions: Floats) -> Floats:
-    """Return the inertia of a point mass of 1 kg at each position about the origin, (n, 3, 3) [m²]."""
+    """Return the inertia about the origin, (n, 3, 3) [m²], for a point mass of 1 kg at each position."""
     squares = (positions * positions).sum(axis=-1)[:, None, None] * np.eye(3)
     return np.asarray(squares - positions[:, :, None] * positions[:, None, :])

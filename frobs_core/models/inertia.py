@@ -1,9 +1,9 @@
-"""Reading of masses and inertias. Values that engines cannot simulate are repaired.
+"""Reads masses and inertias, and repairs values that engines cannot simulate.
 
 Each repair adds a note. A link that has a mass but no inertia is assigned the inertia of a solid sphere with a radius
-of 5 cm. An impossible inertia (a principal moment is negative, or exceeds the sum of the other two) is replaced by the
-mean of its principal moments, as with MuJoCo's ``balanceinertia``. A moving link without any mass is assigned a mass of
-1 g and moments of inertia of 10⁻⁶ kg·m². If the mean of the principal moments is 0 or negative, an error is raised.
+of 5 cm. If a principal moment is negative or exceeds the sum of the other two, all three are replaced by their mean, as
+MuJoCo does with ``balanceinertia``. A moving link without any mass is assigned a mass of 1 g and moments of inertia of
+10⁻⁶ kg·m². If the mean of the principal moments is 0 or negative, an error is raised.
 """
 
 from __future__ import annotations

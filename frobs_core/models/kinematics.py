@@ -13,16 +13,16 @@ from frobs_core.models.model import Joint, JointType, Pose, RobotModel
 from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-"""Types of joints that have a single position."""
+"""Types of joints with one degree of freedom."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
     """Moving joints between the root and a link, with all fixed transforms merged into the joints.
 
-    Each joint's frame is rotated so that the joint moves about or along z. The state that is propagated from the tip to
-    the root is an array (7, n) with a point [m] and a quaternion. Therefore, each joint requires only three products of
-    arrays of length n.
+    Each joint's frame is rotated so that the joint moves about or along z. An array (7, n), which contains a point [m]
+    and a quaternion, is propagated from the tip to the root. Each joint requires only three products of arrays of
+    length n.
 
     Attributes:
         columns: Index of the actuated joint that each of the k joints follows, (k,).
@@ -61,8 +61,8 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
             ignored.
 
     Returns:
-        pos (n, 3) [m] and the unit quaternions quat_wxyz (n, 4), whose signs vary continuously with the joint
-        positions.
+        pos (n, 3) [m] and the unit quaternions quat_wxyz (n, 4). The quaternions vary continuously with the joint
+        positions, without sign flips.
 
     Raises:
         UnknownNameError: The link does not exist.
@@ -92,7 +92,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return the factors of the state and of its swapped components for rotations about z, (k, 7, n) each."""
+    """Return the factors by which rotations about z multiply the state and the swapped state, (k, 7, n) each."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle
@@ -205,7 +205,7 @@ def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Fl
 
 
 def longest_reach(model: RobotModel, frame: str) -> float:
-    """Return an upper bound on a link's distance from the root [m], which is the sum of the lengths along its chain.
+    """Return an upper bound on a link's distance from the root [m]: the sum of the lengths along the chain.
 
     The bound is infinite if the chain contains a floating, planar or unlimited prismatic joint.
     """
@@ -220,6 +220,6 @@ def longest_reach(model: RobotModel, frame: str) -> float:
 
 
 def _left_product(quat_wxyz: Floats) -> Floats:
-    """Return the matrix (4, 4) of a multiplication by ``quat_wxyz`` from the left."""
+    """Return the matrix, (4, 4), that multiplies a quaternion by ``quat_wxyz`` from the left."""
     w, x, y, z = quat_wxyz
     return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])

@@ -1,4 +1,4 @@
-"""Limits of the numbers in a model file. Larger numbers are likely mistakes and make engines overflow."""
+"""Limits for the numbers in a model file. Larger numbers are probably mistakes, and cause overflows in engines."""
 
 from __future__ import annotations
 
@@ -12,4 +12,4 @@ MAX_LENGTH = 1e6
 """Limit for sizes, positions and scales [m]."""
 
 MAX_COEFFICIENT = 1e10
-"""Limit for densities, stiffnesses, dampings, frictions, armatures and gear ratios, in the respective unit."""
+"""Limit for densities, stiffnesses, dampings, frictions, armatures and gear ratios, in the unit of each quantity."""

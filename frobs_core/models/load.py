@@ -1,4 +1,4 @@
-"""Reading of model files in any supported format."""
+"""Reads model files in any supported format."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def load_model(
 
     Raises:
         ModelFileError: The file, or a file that it refers to, is missing, empty, broken or contradictory, or declares a
-            document type. The message contains the file, the line and the fix.
+            document type. The message contains the file and the line, and describes how to fix the problem.
     """
     return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
 

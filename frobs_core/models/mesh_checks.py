@@ -1,4 +1,4 @@
-"""Checks of mesh files before parsing, so that a small file cannot expand to a huge mesh."""
+"""Checks mesh files before parsing, so that a small file cannot expand to a huge mesh."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of mesh files and of the files that they refer to, such as buffers, materials and textures."""
+"""Reads mesh files and the files that they refer to, such as buffers, materials and textures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TEXTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", "
 
 
 class SiblingFiles:
-    """Resolver for trimesh, which reads the files that a mesh refers to.
+    """Trimesh resolver for the files that a mesh refers to.
 
     These files must be in the mesh file's folder or below it.
 

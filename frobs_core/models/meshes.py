@@ -1,7 +1,7 @@
-"""Reading of mesh files as triangles, for engines that cannot read a file format themselves.
+"""Reads mesh files as triangles, for engines that do not support the file format.
 
 Coordinates are read from the file and converted to meters. As in RViz and Gazebo, the unit that a COLLADA file declares
-is applied, but its up axis is ignored. Meshes that take long to parse are cached by their content.
+is applied, but its up axis is ignored. Meshes that take a long time to parse are cached by content.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ _UNREADABLE = (
     "composite",
     "flexcomp",
     "model",
-)  # elements that create bodies and joints that the file does not name
+)  # elements that generate bodies and joints not listed in the file
 _LEFT_OUT = {"actuator": "actuators", "sensor": "sensor", "keyframe": "keyframes", "option": "engine-settings"}
 _PHYSICS = {
     "gravity": "0 0 -9.81",
@@ -74,7 +74,7 @@ _FLAGS = {
         "disable",
     ),
 }
-"""Attributes of ``<flag>`` that affect a robot's motion, with the value that differs from MuJoCo's default."""
+"""Attributes of ``<flag>`` that affect a robot's motion, with the opposite of MuJoCo's default value."""
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -351,8 +351,8 @@ class _MjcfReader:
     def _passive_joints(self) -> tuple[str, ...]:
         """Return the names of the joints without a drive, and add a note.
 
-        These joints stay at the position 0, which is redefined as their position in the file's initial pose. A joint
-        has a drive if an actuator acts on this joint, on the joint that it follows, or on a joint that follows it.
+        These joints stay at position 0, which is redefined as their position in the file's initial pose. A joint has a
+        drive if an actuator acts on the joint itself, on the joint's leader, or on one of the joint's followers.
         """
         if not self.efforts:
             return ()

@@ -56,7 +56,7 @@ class MjcfDocument:
         self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
     def children(self, *tags: str, of: str) -> Iterable[Element]:
-        """Yield the children with these tags from all sections with the tag ``of``: ``of="actuator"``."""
+        """Yield the children with these tags from all sections with the tag ``of``, such as ``of="actuator"``."""
         for section in self.root.children(of):
             yield from section.children(*tags)
 
@@ -109,7 +109,7 @@ class MjcfDocument:
         quat = np.array([1.0, 0.0, 0.0, 0.0])
         for letter, angle in zip(self.sequence, angles, strict=True):
             turn = quat_from_axis_angle(np.eye(3)["xyz".index(letter.lower())], self.angle(angle))
-            # lowercase: about the rotated axes; uppercase: about the parent's axes
+            # lowercase letters rotate about the rotated axes, uppercase letters about the parent's axes
             quat = quat_multiply(quat, turn) if letter.islower() else quat_multiply(turn, quat)
         return quat
 

@@ -136,7 +136,7 @@ def _geometry(document: MjcfDocument, geom: Element, kind: str, size: Sequence[f
 
 
 def body_link(name: str, geoms: Sequence[Geom]) -> Link:
-    """Return the link of a body, without its mass."""
+    """Return a body's link without mass properties."""
     visuals, collisions = [], []
     for geom in geoms:
         if geom.geometry is not None:

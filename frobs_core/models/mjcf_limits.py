@@ -1,4 +1,4 @@
-"""Checks of an MJCF document before MuJoCo reads it: counts, sizes and files that would exhaust memory or time."""
+"""Checks counts, sizes and files in an MJCF document that could exhaust memory or time, before MuJoCo reads it."""
 
 from __future__ import annotations
 

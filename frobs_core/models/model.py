@@ -88,8 +88,8 @@ class Mesh:
     Attributes:
         path: The file.
         scale: Scale factor for each axis.
-        decomposed: Whether the mesh collides as convex pieces that approximate its shape, so that holes stay open.
-            Otherwise, the mesh collides as its convex hull. Decomposition requires ``pip install
+        decomposed: Whether collisions are computed for convex pieces that approximate the mesh, so that holes stay
+            open. Otherwise, collisions are computed for the mesh's convex hull. Decomposition requires ``pip install
             'frobs-core[decomposition]'``.
     """
 
@@ -206,7 +206,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint. The child link's frame is ``origin`` in the parent link's frame, moved along or about ``axis``.
+    """A joint. The child link's frame is at ``origin`` in the parent link's frame, and moves along or about ``axis``.
 
     Attributes:
         name: Name, unique in the robot.
@@ -247,7 +247,7 @@ class RobotModel:
         links: All links, in file order.
         joints: All joints, in file order.
         notes: Notes about everything that was changed or ignored when the file was read.
-        passive_joints: Names of the moving joints without a drive, because no actuator in the file acts on them.
+        passive_joints: Names of the moving joints that have no drive because no actuator in the file acts on them.
         root_pose: Pose of the root link in the file.
     """
 
@@ -278,7 +278,10 @@ class RobotModel:
         return tuple(joint.name for joint in self.actuated_joints)
 
     def leader(self, joint: Joint) -> Mimic | None:
-        """Return the coupling of a joint to an actuated joint, possibly to itself, or None if the joint is not actuated."""
+        """Return the coupling of a joint to an actuated joint, or None if no drive moves the joint.
+
+        An actuated joint is coupled to itself.
+        """
         if joint.type not in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
             return None
         return None if joint.name in self.passive_joints else joint.mimic or Mimic(joint.name)

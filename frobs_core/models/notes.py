@@ -23,10 +23,10 @@ class Treatment(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """Rule for the treatment of one peculiarity of model files.
+    """Rule that defines how a peculiarity of model files is treated.
 
     Attributes:
-        name: Name of the rule: ``"impossible-inertia"``.
+        name: Name of the rule, such as ``"impossible-inertia"``.
         about: Content, or missing content, that the rule applies to.
         treatment: Treatment of the element.
         text: Description of the treatment.
@@ -45,7 +45,7 @@ class Note:
     """A difference between a model and its file, or another notable fact about the file.
 
     Attributes:
-        element: The element, as in the file: ``<link name="forearm">``.
+        element: The element as written in the file, such as ``<link name="forearm">``.
         rule: Name of the rule, which is a key of ``RULES``.
         text: Description of the finding and its treatment, without the element.
         line: Line number in the file, starting at 1, or None if unknown, for example in a xacro file.
@@ -67,7 +67,7 @@ class Note:
         return RULES[self.rule].fault
 
     def __str__(self) -> str:
-        """Return one line: ``<link name="forearm">: text``."""
+        """Return one line, such as ``<link name="forearm">: text``."""
         return f"{self.element}: {self.text}"
 
 

@@ -88,7 +88,7 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
         elements: XML elements of the joints for error messages, by joint name.
 
     Raises:
-        ModelFileError: Joints mimic each other in a cycle, or mimic a joint without a position.
+        ModelFileError: Joints mimic each other in a cycle, or mimic a fixed, floating or planar joint.
     """
     by_name = {joint.name: joint for joint in joints}
     flat = []
@@ -111,7 +111,7 @@ def flatten_mimics(joints: Sequence[Joint], elements: Mapping[str, Element]) -> 
 
 
 def outward(model: RobotModel) -> list[Joint]:
-    """Return the joints in an order in which each joint comes after the joint of its parent link."""
+    """Return the joints, sorted so that each joint comes after the joint that moves its parent link."""
     below: dict[str, list[Joint]] = {}
     for joint in model.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -128,8 +128,8 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
     """Return the child joints of each link, by link name.
 
     Raises:
-        ModelFileError: A joint is floating or planar, which no simulator supports, or a joint is passive or a mass is
-            unknown, which only MuJoCo supports.
+        ModelFileError: The model has floating or planar joints, which no simulator supports, or passive joints or
+            unknown masses, which only MuJoCo supports.
     """
     if model.passive_joints:
         raise ModelFileError(

@@ -1,9 +1,9 @@
 """The URDF reader.
 
-Nothing is changed silently. Ambiguous or meaningless elements raise an error, for example a link with two parents, a
-zero axis or a number that is not finite. Elements that engines cannot simulate but that have an obvious interpretation
-are repaired in the model's ``xml``, and a note is added to ``RobotModel.notes``. ``frobs_core.models.RULES`` contains
-the rules for repairs.
+Nothing is changed silently. Ambiguous or meaningless elements, such as a link with two parents, a zero axis or a number
+that is not finite, raise an error. Elements that engines cannot simulate but that have an obvious interpretation are
+repaired in the model's ``xml``, and a note is added to ``RobotModel.notes``. ``frobs_core.models.RULES`` contains the
+rules for repairs.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def _joint(element: Element, links: dict[str, Element], joints: dict[str, Elemen
 
 
 def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes) -> Joint:
-    """Return a joint with at most one position. A floating joint at the robot's base becomes fixed."""
+    """Return a joint with at most one degree of freedom. A floating joint at the robot's base becomes fixed."""
     if joint.type not in (JointType.FLOATING, JointType.PLANAR):
         return joint
     root = all(other.child != joint.parent for other in joints)

@@ -1,4 +1,4 @@
-"""Elements and attributes of URDF that are read. All other elements and attributes are ignored with a note.
+"""The URDF elements and attributes that are read. All other elements and attributes are ignored with a note.
 
 Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. The elements
 in :data:`_LEFT_OUT` are ignored according to a specific rule. All other elements are ignored according to the rule

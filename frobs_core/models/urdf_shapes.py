@@ -19,7 +19,7 @@ Rgba: TypeAlias = tuple[float, float, float, float]
 
 
 def read_pose(element: Element) -> Pose:
-    """Return the pose in the ``<origin>`` of an element."""
+    """Return the pose that an element's ``<origin>`` defines."""
     origin = element.child("origin")
     if origin is None:
         return Pose()
@@ -37,12 +37,12 @@ def read_pose(element: Element) -> Pose:
 
 
 class Shapes:
-    """Reader of visual and collision elements, which makes their mesh paths absolute.
+    """Reads visual and collision elements, and makes their mesh paths absolute.
 
     Args:
         packages: Locations of ROS packages that contain meshes.
         colours: Colors of the robot's materials.
-        notes: Collection of notes, to which a note about each change is added.
+        notes: Collection to which a note about each change is added.
     """
 
     def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: Notes) -> None:
@@ -121,7 +121,7 @@ def _is_zero(text: str) -> bool:
     try:
         return float(text) == 0.0
     except ValueError:
-        return False  # the number is reported when it is read
+        return False  # the invalid number is reported later, when it is read
 
 
 def _positive(element: Element, number: float) -> float:

@@ -21,7 +21,7 @@ from frobs_core.models.xacro_limits import MAX_EXPRESSION, MAX_INTEGER, Budget
 
 
 class YamlDict(dict[Any, Any]):
-    """A mapping from a YAML file whose keys are also attributes: ``limits.elbow.lower``."""
+    """A mapping from a YAML file, whose keys are also attributes, as in ``limits.elbow.lower``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ _COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.In: lambda value, container: value in container,
     ast.NotIn: lambda value, container: value not in container,
 }
-_WIDE = re.compile(r"%[^a-zA-Z%]*(\*|\d{4})")  # '%9999d' and '%*d' create strings of any length
+_WIDE = re.compile(r"%[^a-zA-Z%]*(\*|\d{4})")  # formats such as '%9999d' and '%*d' can create strings of any length
 
 Scope = ChainMap[str, Any]
 

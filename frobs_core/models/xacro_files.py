@@ -1,6 +1,7 @@
-"""Xacro without ROS. The PyPI package ``xacro`` expands the macros, but its evaluation and file access are replaced.
+"""Expands xacro files without ROS.
 
-Only the package's handling of elements, macros and properties is used. Expressions are evaluated by
+The PyPI package ``xacro`` expands the macros, but its evaluation of expressions and its file access are replaced. Only
+the package's handling of elements, macros and properties is used. Expressions are evaluated by
 :class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by :func:`frobs_core.files.read_limited`, and
 the amount of work is limited. Each expansion starts with new symbol tables, so that no file affects the expansion of
 another file. A file can read environment variables (``$(env …)``) and YAML files.
@@ -47,8 +48,8 @@ _MAX_PARAMETERS = 10_000
 _MAX_ENTRIES = 10_000
 """Maximum number of folder entries that one ``<xacro:include filename="*.xacro"/>`` examines."""
 
-_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work for each node, attribute and tag
-_SIBLINGS_PER_UNIT = 12  # siblings per unit of work; a replacement searches them about three times
+_PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work per node, attribute and tag
+_SIBLINGS_PER_UNIT = 12  # siblings per unit of work; replacing a node searches its siblings about three times
 _BYTES_PER_UNIT = 64
 _PER_MESSAGE = 1_000
 
@@ -371,7 +372,7 @@ class _Expansion:
     def _parse_parameter(self, text: str) -> tuple[str, tuple[str | None, str | None] | None, str]:
         """Return the first parameter of a macro, its default, and the rest of the text.
 
-        The regular expression is the same as in xacro, but modified so that it cannot backtrack.
+        The regular expression is xacro's, modified so that it cannot backtrack.
         """
         if len(text) > _MAX_PARAMETERS:
             self._budget.refuse(f"a macro's parameters are longer than the limit of {_MAX_PARAMETERS:,} characters")

@@ -1,4 +1,4 @@
-"""Functions, constants and methods that xacro documents for expressions and that have no side effects.
+"""The functions, constants and methods without side effects that xacro's documentation allows in expressions.
 
 ``type``, ``vars``, ``hash``, ``format`` and all methods that modify a value are omitted. Functions that return
 iterators in Python return lists here.
@@ -14,7 +14,7 @@ from typing import Any
 from frobs_core.models.xacro_expressions import Function, Interpreter, Library, YamlDict
 from frobs_core.models.xacro_limits import MAX_ITEMS
 
-_MAX_DIGITS = 400  # limit of round(); a float does not have more digits
+_MAX_DIGITS = 400  # maximum number of digits for round(); a float does not have more
 _MAX_FACTORIAL = 20  # 20! is the largest factorial below 2**63
 _MAX_CHOICE = 66  # comb(66, 33) is the largest central binomial coefficient below 2**63
 

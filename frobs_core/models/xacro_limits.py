@@ -18,7 +18,7 @@ MAX_ITEMS = 100_000
 """Maximum number of values in a list or mapping, including nested values."""
 
 MAX_INTEGER = 2**63
-"""Upper limit of integers in expressions."""
+"""Limit for the absolute value of integers in expressions."""
 
 MAX_EXPRESSION = 5_000
 """Maximum length of an expression [characters]."""
@@ -60,7 +60,7 @@ class Budget:
         raise ModelFileError(self.file, f"xacro: {reason}; simplify its macros and expressions.")
 
     def check_length(self, count: int) -> None:
-        """Check the length of a text before building the text, and add the length to the work.
+        """Check the length of a text before the text is built, and count the length as work.
 
         Raises:
             ModelFileError: The length exceeds :data:`MAX_CHARACTERS`.
@@ -70,7 +70,7 @@ class Budget:
         self.spend(count // _CHARACTERS_PER_UNIT)
 
     def check_items(self, count: int) -> None:
-        """Check the number of items before building a list, and add the number to the work.
+        """Check the number of items before a list is built, and count the items as work.
 
         Raises:
             ModelFileError: The number exceeds :data:`MAX_ITEMS`.
@@ -80,7 +80,7 @@ class Budget:
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
-        """Return the size of a value, including nested values, and add the size to the work.
+        """Return the size of a value, including nested values, and count the size as work.
 
         Raises:
             ModelFileError: A limit is exceeded.

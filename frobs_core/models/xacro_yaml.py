@@ -1,4 +1,4 @@
-"""Loading of YAML files in xacro expressions. Only plain data and xacro's units are supported."""
+"""Loads YAML files in xacro expressions. Only plain data and xacro's units are supported."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
     Args:
         path: The file.
         budget: Counter for the values.
-        evaluate: Function that evaluates the expression after a unit tag: ``!degrees 90 / 2``.
+        evaluate: Function that evaluates the expression after a unit tag, as in ``!degrees 90 / 2``.
 
     Raises:
         OSError: The file cannot be read, or is larger than the limit.
@@ -70,7 +70,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
 
 
 def _plain(value: Any, budget: Budget, depth: int) -> Any:
-    """Return plain data. Aliases are expanded, so that the budget stops an alias bomb."""
+    """Return plain data. Aliases are expanded, so that the budget also limits nested aliases."""
     budget.spend(1)
     if depth > MAX_NESTING:
         budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")

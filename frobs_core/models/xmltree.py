@@ -1,4 +1,4 @@
-"""XML parsing that stores line numbers and rejects document types, whose entities could expand excessively."""
+"""Parses XML, stores line numbers, and rejects document types, because their entities could expand excessively."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Element(ElementTree.Element):
     line: int | None
 
     def named(self) -> str:
-        """Return the name of this element for messages: ``<joint name="elbow">``."""
+        """Return the name of this element for messages, such as ``<joint name="elbow">``."""
         name = self.get("name")
         return f'<{self.tag} name="{name}">' if name else f"<{self.tag}>"
 
@@ -54,7 +54,7 @@ class Element(ElementTree.Element):
     def descendants(self, tag: str) -> Iterator[Element]:
         """Yield the elements with this tag at any depth, including this element, in file order."""
         for element in self.iter(tag):
-            assert isinstance(element, Element)  # the parser creates no other type
+            assert isinstance(element, Element)  # the parser creates only elements of this type
             yield element
 
     def child(self, tag: str) -> Element | None:
@@ -69,7 +69,7 @@ class Element(ElementTree.Element):
     def numbers(
         self, attribute: str, count: int | None = None, default: str | None = None, limit: float = math.inf
     ) -> tuple[float, ...]:
-        """Return an attribute's finite numbers from -``limit`` to ``limit``.
+        """Return an attribute's numbers, which must be finite and between -``limit`` and ``limit``.
 
         The attribute must contain ``count`` numbers, or at least one number if ``count`` is None. If ``default`` is
         None, the attribute is required.
@@ -91,7 +91,7 @@ class Element(ElementTree.Element):
         return values
 
     def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
-        """Return an attribute's finite number from -``limit`` to ``limit``.
+        """Return an attribute's number, which must be finite and between -``limit`` and ``limit``.
 
         If ``default`` is None, the attribute is required.
         """

@@ -28,7 +28,7 @@ STRICT = "FROBS_STRICT_PLUGINS"
 """Environment variable that turns a broken plugin into an error, unless the value is empty, 0, false, no or off."""
 
 DISABLE = "FROBS_DISABLE_PLUGINS"
-"""Environment variable with a comma-separated list of the entry points, distributions or ``distribution:name`` to
+"""Environment variable with a comma-separated list of the entry points, distributions or ``distribution:name`` pairs to
 disable.
 """
 

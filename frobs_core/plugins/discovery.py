@@ -45,7 +45,7 @@ def normalize(distribution: str) -> str:
 def find_candidates(distributions: Iterable[Distribution]) -> list[Candidate]:
     """Return all plugin entry points, sorted by distribution and name.
 
-    If a distribution is found twice, the first occurrence is used, as ``import`` does.
+    If a distribution is found twice, the first occurrence is used, as in an ``import`` statement.
     """
     found: dict[str, list[Candidate]] = {}
     for distribution in distributions:

@@ -39,7 +39,7 @@ class Probe:
         environment_ids: Environment IDs of the plugin's tasks.
         stdout: The plugin's output on stdout.
         stderr: The plugin's output on stderr.
-        changed: Global state that the plugin changed: ``"working directory"``, ``"random state"``, …
+        changed: Global state that the plugin changed, such as ``"working directory"`` or ``"random state"``.
         modules: Top-level modules that the plugin imported.
         warnings: Warnings that the plugin caused, each with category, message, file and line.
         missing_module: Module that the plugin could not import.

@@ -45,7 +45,7 @@ class PluginReport:
 
     @property
     def origin(self) -> str:
-        """The distribution with its version: ``"frobs-robots-abb 0.1.0"``."""
+        """The distribution with its version, such as ``"frobs-robots-abb 0.1.0"``."""
         return f"{self.distribution} {self.version}"
 
     @property

@@ -22,7 +22,9 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Distribution:
-    """A distribution for random draws. Each parameter is one number, or (k,) with one number for each component.
+    """A distribution for random draws.
+
+    Each parameter is a single number, or an array (k,) with one number for each component.
 
     Attributes:
         shape: Shape of the distribution.

@@ -22,9 +22,10 @@ from frobs_core.randomization.targets import matches
 
 
 class ObservedArray:
-    """One array of an observation with noise and delay. Noise is added before the delay.
+    """One array of an observation, with added noise and delay. Noise is added before the delay.
 
-    Observations are read from a history and not drawn again, so resetting some environments does not affect the others.
+    Delayed observations are read from a history instead of being drawn again, so resetting some environments does not
+    affect the others.
 
     Args:
         key: Name of the array.
@@ -100,7 +101,7 @@ class ObservedArrays:
         control_timestep: [s]
 
     Raises:
-        UnknownNameError: The observation has no such term.
+        UnknownNameError: The observation does not contain a term with a given name.
         ConfigurationError: A term does not support noise.
     """
 

@@ -94,7 +94,7 @@ class PhysicalParameter:
         return [draw for _, _, draw in self._changes]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw and write values for the episodes that begin in ``mask``, (num_envs,) bool."""
+        """Draw and write values in the environments of ``mask``, (num_envs,) bool, where an episode begins."""
         drawn = np.zeros_like(mask)
         for _, _, draw in self._changes:
             drawn |= draw.begin(rng, mask)
@@ -111,7 +111,7 @@ class PhysicalParameter:
     def values(self) -> Iterator[tuple[str, Floats]]:
         """Yield the name and the current values of each randomized quantity.
 
-        The values are (num_envs,), or (num_envs, 3) for gravity.
+        The values have the shape (num_envs,), or (num_envs, 3) for gravity.
         """
         if self._name == "gravity":
             yield "gravity", self.current.copy()
@@ -170,7 +170,7 @@ class PhysicalParameter:
             self._simulation.write_parameter(self._name, target, value[:, its], mask)
 
     def _floor(self, settings: Sequence[Setting]) -> Floats | None:
-        """Return the minimum values, (num_envs, columns), and reject bounded draws that could fall below them.
+        """Return the minimum values, (num_envs, columns), and reject settings whose values could fall below them.
 
         Draws from an unbounded distribution are clipped to the minimum values instead.
         """

@@ -75,7 +75,7 @@ class Randomization:
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Begin the delays and noise of new episodes. Call this method after the robot is placed.
+        """Begin the delays and noise for new episodes. Call this method after the robot is placed.
 
         Args:
             rng: Random source of the environment.
@@ -83,7 +83,7 @@ class Randomization:
             mask: Environments in which an episode begins.
 
         Returns:
-            The observations of all environments. Observations outside of the mask do not change.
+            The observations of all environments. Observations of environments outside the mask do not change.
         """
         rows = self._all if mask is None else mask
         if self._delay is not None:

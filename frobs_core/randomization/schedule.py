@@ -45,7 +45,7 @@ class Schedule:
 
         Args:
             control_timestep: [s]
-            place: Position of the setting, for the error message.
+            place: Location of the setting for the error message, such as ``"randomize.mass"``.
 
         Raises:
             ConfigurationError: A time is not a multiple of the control timestep.

@@ -57,8 +57,8 @@ class Setting:
     """One randomized quantity.
 
     Attributes:
-        parameter: The randomized quantity: ``"mass"``, ``"action_delay"``, …
-        place: Position of the setting, for messages: ``"randomize.mass"``.
+        parameter: The randomized quantity, such as ``"mass"`` or ``"action_delay"``.
+        place: Location of the setting for messages, such as ``"randomize.mass"``.
         stream: Name of the random stream, which also identifies the numbers in a snapshot.
         targets: Name patterns of the targets, or empty for the parameter's default targets.
         change: ``scale``, ``add`` or ``set``.

@@ -1,4 +1,4 @@
-"""Lidars, whose rays the simulation casts."""
+"""Lidars, which measure distances with rays that the simulation casts."""
 
 from __future__ import annotations
 

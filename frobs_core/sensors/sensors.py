@@ -153,7 +153,7 @@ class Sensors:
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot. Entries of other objects are ignored."""
+        """Restore a snapshot. Entries that belong to other objects are ignored."""
         self._readings.clear()
         for name, stateful in self._stateful.items():
             start = f"sensor/{name}/"

@@ -31,10 +31,11 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
             :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Raises:
-        UnknownNameError: The robot has no such sensor. The message suggests the most similar name.
-        UnknownParameterError: A sensor has no such field. The message suggests the most similar field.
+        UnknownNameError: The robot does not have one of the named sensors. The message suggests the most similar name.
+        UnknownParameterError: A sensor does not have one of the given fields. The message suggests the most similar
+            field.
         ConfigurationError: A value is invalid.
-        ConfigFileError: One of the last two errors, if the settings were read from a file.
+        ConfigFileError: A field is unknown or a value is invalid, and the settings were read from a file.
     """
     if not isinstance(given, Mapping):
         raise ParameterValueError(

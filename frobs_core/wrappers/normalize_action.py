@@ -17,7 +17,7 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
     """Wrapper that accepts actions in [−1, 1] and rescales them to the bounds of the environment's action space.
 
     Args:
-        env: The environment to wrap, whose own action space does not change.
+        env: The environment to wrap. Its own action space does not change.
         clip: Whether to clip actions to [−1, 1]. If False, actions outside of this range are also rescaled.
 
     Raises:

@@ -18,7 +18,7 @@ class NormalizeObservationWrapper(
     """Wrapper that scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
 
     Args:
-        env: The environment to wrap, whose own observation space does not change.
+        env: The environment to wrap. Its own observation space does not change.
         clip: Whether to clip observations outside the environment's bounds to [−1, 1].
 
     Raises:

@@ -42,7 +42,7 @@ FORMAT = 2
 
 
 class SB3Algorithm(Algorithm):
-    """Base class of all algorithms, whose subclasses set ``model_class`` and ``config_model``.
+    """Base class of all algorithms. Each subclass sets ``model_class`` and ``config_model``.
 
     Attributes:
         name: Name in the algorithm's record.
@@ -172,7 +172,7 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote. With an environment, training can continue."""
+        """Load an algorithm from a folder that :meth:`save` wrote. If ``env`` is given, training can continue."""
         return cls._load(folder, env, None)
 
     @classmethod
@@ -207,7 +207,7 @@ class SB3Algorithm(Algorithm):
         return algorithm
 
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods of each part of a training run, to be timed by ``frobs bench ID --training``."""
+        """Return the methods that ``frobs bench ID --training`` times, by part of the training run."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy

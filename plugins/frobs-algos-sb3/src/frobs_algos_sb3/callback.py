@@ -11,7 +11,7 @@ from frobs_core.interfaces import TrainingMonitor
 
 
 class Stopped(Exception):  # noqa: N818  # not an error: the monitor ended training
-    """Raised to end ``learn`` at the start of a rollout, from which training could continue exactly."""
+    """Raised to end ``learn`` at the start of a rollout, where an interruption does not affect the results."""
 
 
 class MonitorCallback(BaseCallback):

@@ -20,7 +20,7 @@ from frobs_core.errors import ParameterValueError
 
 
 class ActionNoiseConfig(Settings):
-    """Settings of the noise on actions, which are scaled to [−1, 1].
+    """Settings of the noise that is added to actions in [−1, 1].
 
     Attributes:
         type: ``normal`` for noise that is independent in each step, or ``ornstein_uhlenbeck`` for noise that is
@@ -60,7 +60,7 @@ class ActionNoiseConfig(Settings):
 
 
 class BatchedNormal(VectorizedActionNoise):
-    """Normal noise for all environments in one draw, with a mean and a standard deviation of the shape (k,)."""
+    """Normal noise that is drawn for all environments at once, with a mean and a standard deviation of shape (k,)."""
 
     def __init__(self, base_noise: ActionNoise, n_envs: int, mean: Floats, sigma: Floats) -> None:
         super().__init__(base_noise, n_envs)

@@ -41,8 +41,8 @@ class ReplayBufferConfig(Settings):
         handle_timeout_termination: Whether to bootstrap the final value of episodes that end because of a time limit.
         n_sampled_goal: In hindsight replay, the number of steps with a substituted goal per step with the original
             goal.
-        goal_selection_strategy: Goals of the episode that hindsight replay uses: later goals (``future``), the last
-            goal (``final``) or any goal (``episode``).
+        goal_selection_strategy: Goals that hindsight replay substitutes: later goals (``future``), the last goal
+            (``final``) or any goal (``episode``) of the same episode.
     """
 
     type: Literal["standard", "her"] | None = None

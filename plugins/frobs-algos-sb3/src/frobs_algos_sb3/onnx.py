@@ -90,7 +90,7 @@ def _trace(graph: PolicyGraph) -> onnx.ModelProto:
             tuple(examples.values()),
             input_names=list(examples),
             output_names=graph.output_names(),
-            # The graph accepts *args, which the tracer sees as one argument: a tuple with a shape for each member.
+            # The tracer treats the graph's *args as one argument, whose shape is a tuple with one entry per input.
             dynamic_shapes=(tuple({0: batch} for _ in examples),),
             opset_version=OPSET,
             dynamo=True,

@@ -11,7 +11,7 @@ from frobs_core.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):
-    """Module that advances the state of an LSTM by one step, where the state is zero at the start of an episode."""
+    """Module that advances an LSTM by one step, and starts each episode with a zero state."""
 
     def __init__(self, lstm: nn.LSTM) -> None:
         super().__init__()

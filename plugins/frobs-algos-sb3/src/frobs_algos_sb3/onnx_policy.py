@@ -90,7 +90,7 @@ class PolicyGraph(nn.Module):
 
 
 class ActorCritic(nn.Module):
-    """The mode of an on-policy algorithm's policy: the means, or the scores of discrete choices."""
+    """Module that returns the mode of an on-policy algorithm's policy: the means, or the scores of discrete choices."""
 
     def __init__(self, policy: ActorCriticPolicy) -> None:
         super().__init__()
@@ -111,7 +111,7 @@ class ActorCritic(nn.Module):
 
 
 class StochasticActor(nn.Module):
-    """The mode of the actor of SAC and related algorithms."""
+    """Module that returns the mode of the action distribution, for SAC and related algorithms."""
 
     def __init__(self, actor: Any) -> None:
         super().__init__()

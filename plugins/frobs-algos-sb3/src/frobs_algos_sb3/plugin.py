@@ -17,7 +17,7 @@ _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
 def _for_arms(**files: str) -> dict[str, str]:
-    """Return the tuned files of manipulation tasks by ID, which are the same for all arms."""
+    """Return the files with tuned settings for manipulation tasks, by ID. All arms share the same files."""
     return {f"{arm}{task}": file for task, file in files.items() for arm in _ARMS_WITH_GRIPPERS}
 
 

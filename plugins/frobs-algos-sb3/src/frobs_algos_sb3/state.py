@@ -85,7 +85,7 @@ def draws(model: BaseAlgorithm) -> Arrays:
 
 
 def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
-    """Restore the random number generators. Draw no numbers between this call and the continuation of training."""
+    """Restore the random number generators. The caller must not draw random numbers before training continues."""
     for owner, name in _exploration(model):
         setattr(owner, name, th.from_numpy(arrays[name].copy()).to(model.device))
     if "action_noise" in arrays:
@@ -136,7 +136,7 @@ def generators() -> Arrays:
 
 
 def restore_generators(arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Restore the global generators. Draw no numbers between this call and the continuation of training."""
+    """Restore the global generators. The caller must not draw random numbers before training continues."""
     version, *words = arrays["python"].tolist()
     gauss = arrays["python_gauss"].tolist()
     random.setstate((version, tuple(words), gauss[0] if gauss else None))

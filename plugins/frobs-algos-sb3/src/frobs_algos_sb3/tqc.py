@@ -17,7 +17,7 @@ class TQCConfig(SACConfig):
     """Settings of TQC, with the defaults of sb3-contrib.
 
     Attributes:
-        top_quantiles_to_drop_per_net: Number of highest quantiles to drop per critic.
+        top_quantiles_to_drop_per_net: Number of quantiles that are dropped per critic, starting with the highest.
     """
 
     top_quantiles_to_drop_per_net: NonNegativeInt = 2

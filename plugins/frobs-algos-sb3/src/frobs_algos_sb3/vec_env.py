@@ -1,4 +1,4 @@
-"""Adapter from Gymnasium's vector environments to stable-baselines3's, without copies for each environment."""
+"""Adapter from Gymnasium's vector environments to those of stable-baselines3, without copying batched arrays."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class VectorEnvAdapter(VecEnv):
     ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success`` and ``episode`` if the
     environment provides them.
 
-    The seed of the last reset stays in effect. To change it, call :meth:`seed` before :meth:`reset`.
+    The seed of the last reset stays in effect. To change the seed, call :meth:`seed` before :meth:`reset`.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:

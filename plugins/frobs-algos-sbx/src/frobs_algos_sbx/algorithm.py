@@ -34,7 +34,7 @@ class JaxAlgorithm(SB3Algorithm):
         return venv if self._flat is None else self._flat
 
     def _set_threads(self, config: SB3Config) -> None:
-        super()._set_threads(config)  # because stable-baselines3's buffers use PyTorch
+        super()._set_threads(config)  # also for PyTorch, which stable-baselines3's buffers use
         set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:

@@ -108,7 +108,7 @@ def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> lis
 
 
 def _simulators(task: TaskRecord, environment: EnvironmentRecord) -> list[dict[str, Any]]:
-    """Return whether each simulator can run the environment here, and which capabilities or packages are missing."""
+    """Return whether each simulator can run the environment, and which capabilities or packages are missing."""
     needs: dict[str, Mapping[str, Level]] = {f"task '{task.name}'": task.needs}
     with contextlib.suppress(FrobsError):
         config = EnvConfig.from_dict({"task": task.name, "robot": environment.robot, **environment.parameters})

@@ -1,10 +1,10 @@
-"""Formats numbers for people to read."""
+"""Formats numbers as human-readable text."""
 
 from __future__ import annotations
 
 
 def percent(share: float | None, digits: int = 1) -> str:
-    """Return a share as a percentage such as ``"98.4 %"``, or ``"–"`` for None."""
+    """Return a fraction as a percentage such as ``"98.4 %"``, or ``"–"`` for None."""
     return "–" if share is None else f"{100.0 * share:.{digits}f} %"
 
 

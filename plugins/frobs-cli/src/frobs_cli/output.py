@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 _NARROWEST_PROSE = 30
-"""Minimum width of a table's last column [characters]. If less is available, its text is placed below the row."""
+"""Minimum width of a table's last column [characters]. If less width is available, the column's text is placed below
+the row."""
 
 
 def console(*, stderr: bool = False) -> Console:

@@ -72,7 +72,7 @@ def program() -> typer.Typer:
 
 
 def walk() -> Iterator[tuple[str, Any]]:
-    """Yield the program and each of its commands as a pair of full name and imported command."""
+    """Yield the full name and the imported command for the program and each of its commands."""
     yield from _walk("frobs", typer.main.get_command(program()))
 
 
@@ -84,7 +84,7 @@ def help_text(function: Callable[..., Any]) -> str:
 
 
 class _Program(FrobsGroup):
-    """The group of all commands, sorted by heading."""
+    """The top-level group, which lists its commands by heading."""
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
         super().__init__(*args, **keywords)

@@ -22,7 +22,7 @@ GROUP = "frobs.providers"
 
 
 class Provider:
-    """A source of additional facts from a distribution. Overriding the methods is optional.
+    """A distribution's source of additional facts. Overriding the methods is optional.
 
     Attributes:
         kind: Kind of object that :meth:`describe` describes, such as ``"run"``, or an empty string if the provider

@@ -115,7 +115,7 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
 
 
 def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
-    """Yield a function that returns the facts about an object, for each object that the name may refer to.
+    """For each object that the name may refer to, yield a function that returns the facts about the object.
 
     Raises:
         UnknownNameError: The name does not refer to any object.

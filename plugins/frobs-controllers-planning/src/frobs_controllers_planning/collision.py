@@ -176,7 +176,7 @@ class CollisionChecker:
         """Return whether a straight line between two joint vectors (dof,) is free. The end points are not checked.
 
         Between two checks, no part of the robot moves by more than twice the clearance, or 5 mm if that is more.
-        Therefore, if the clearance is at least 2.5 mm and all checked positions keep it, nothing touches anywhere on
+        Therefore, if the clearance is at least 2.5 mm and is kept at all checked positions, no shapes touch anywhere on
         the line.
         """
         count = self.count_checks(np.abs(end - start))

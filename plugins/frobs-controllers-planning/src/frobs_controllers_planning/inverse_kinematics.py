@@ -18,7 +18,7 @@ ROTATION_TOLERANCE = 1e-3
 
 _ITERATIONS = 60
 _LARGEST_STEP = 0.5  # [rad or m] maximum motion of a joint per iteration
-_DAMPING = 1e-3  # factor of the error: the damping is large far from the goal, and almost zero at the goal
+_DAMPING = 1e-3  # damping per unit of pose error: large far from the goal, and almost zero at the goal
 _HOPELESS = 12  # give up if this many initial positions fail; for a reachable goal, usually at most half of them fail
 _STALLED = 10  # give up after this many iterations without reducing the distance by a tenth
 

@@ -16,8 +16,9 @@ class RoundedPath:
 
     Args:
         waypoints: Waypoints, (n, dof) [rad or m], n ≥ 2, without consecutive duplicates.
-        radii: Rounding distances in joint space, (n − 2,), > 0. At each corner, a parabola replaces this length of both
-            lines. The radii of two adjacent corners add up to at most the length of the line between them.
+        radii: Rounding distances in joint space, (n − 2,), > 0. At each corner, a parabola replaces the last part of
+            one line and the first part of the next line, each of this length. The radii of two adjacent corners add up
+            to at most the length of the line between them.
 
     Attributes:
         breaks: Path parameters at the ends of the m pieces, (m + 1,). The first value is 0.

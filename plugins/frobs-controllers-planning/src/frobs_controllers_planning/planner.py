@@ -50,8 +50,8 @@ class Planner:
         scene: Scene that surrounds the robot, or None for a scene with only a floor.
         model: Parsed model of the robot, or None to load the model file.
         tcp: Name of the link that must reach tool goals, or None for the robot's tool center point.
-        clearance: Minimum distance between any two objects [m], in [0, 0.5]. For a pair of objects that is closer at
-            the start of a motion or at home, half of its distance there is used instead.
+        clearance: Minimum distance between any two objects [m], in [0, 0.5]. If two objects are closer to each
+            other at the start of a motion or at home, half of that distance is used instead.
         velocity_scaling: Fraction of the model file's velocity limits to use, in (0, 1].
         acceleration_scaling: Fraction of the acceleration limits to use, in (0, 1].
         max_acceleration: Acceleration limits [rad/s² or m/s²]: one value for all joints, or values by joint name. A

@@ -48,7 +48,7 @@ class Search:
         self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of joint motion, to make the joints comparable
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
-        """Return waypoints (n, dof) from a collision-free start to a collision-free goal, or None if none are found."""
+        """Return waypoints (n, dof) between a collision-free start and goal, or None if no path is found."""
         if self._checker.is_way_free(start, goal):
             return np.stack([start, goal])
         found = self._connect(start, goal)
@@ -148,7 +148,7 @@ class Search:
 
 
 class _Lines(base.MotionValidator):
-    """Motion validator with which OMPL checks whether the line between two states is free of collisions."""
+    """Motion validator that OMPL uses to check whether the line between two states is free of collisions."""
 
     def __init__(self, information: Any, search: Search) -> None:
         super().__init__(information)

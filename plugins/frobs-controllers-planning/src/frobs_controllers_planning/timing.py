@@ -20,7 +20,7 @@ _CORNER_INTERVALS = 8
 
 
 class Trajectory:
-    """Path with timing that starts at rest, ends at rest, and then stays at the end.
+    """Motion along a path as a function of time, which starts and ends at rest and then stays at the end.
 
     Args:
         path: Path that the trajectory follows.
@@ -104,7 +104,7 @@ class Rest:
 
 
 class Timing:
-    """Computation of the fastest timing of paths.
+    """Solver for the fastest motion along a path within velocity and acceleration limits.
 
     Args:
         max_velocity: Maximum joint velocities, (dof,) [rad/s or m/s], finite.
@@ -115,7 +115,7 @@ class Timing:
         self._max_velocity, self._max_acceleration = max_velocity, max_acceleration
         limits = [LIMIT_SHARE * np.stack([-limit, limit], axis=-1) for limit in (max_velocity, max_acceleration)]
         self._constraints = [JointVelocityConstraint(limits[0]), JointAccelerationConstraint(limits[1])]
-        logging.getLogger("toppra").setLevel(logging.ERROR)  # it warns about rounding errors that it corrects
+        logging.getLogger("toppra").setLevel(logging.ERROR)  # hides warnings about rounding errors that toppra corrects
 
     def follow(self, path: RoundedPath) -> Trajectory | None:
         """Return the fastest trajectory along a path from rest to rest, or None if no timing was found."""

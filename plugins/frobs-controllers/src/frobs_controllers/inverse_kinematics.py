@@ -22,8 +22,8 @@ class DampedLeastSquares:
     Two limits are respected:
 
     - No joint moves farther than its velocity limit allows in one control step.
-    - Joints at a position limit that would exceed this limit are excluded, and the other joints compensate for them (as
-      with the active set of the projected Newton method, Bertsekas 1982).
+    - Joints that would move beyond a position limit are excluded, and the other joints compensate for them (as with the
+      active set of the projected Newton method, Bertsekas 1982).
 
     All matrix products are stacks of small products, so that the results of each environment in a batch are
     bit-identical to those of a single environment.
@@ -32,7 +32,7 @@ class DampedLeastSquares:
         joints: Joints to move. The controlled frame is the group's ``"tcp"``.
         rows: Number of Jacobian rows to use: 3 to control the frame's position, 6 to control its pose.
         damping: Damping λ > 0, in the Jacobian's units [m/rad].
-        posture_gain: Gain g in [0, 1): fraction of the remaining distance to home to move in each step.
+        posture_gain: Gain g in [0, 1): fraction of the remaining distance to home that is covered in each step.
         control_timestep: [s]
 
     Attributes:
@@ -109,7 +109,7 @@ class DampedLeastSquares:
         return delta
 
     def _hold_at_limits(self, commanded: Floats) -> bool:
-        """Exclude joints at a position limit that they would exceed, and return whether there are any such joints.
+        """Exclude joints that would move beyond a position limit, and return whether any joints were excluded.
 
         In an environment without such joints, all values are multiplied by 1, so they remain bit-identical.
         """

@@ -13,12 +13,12 @@ from frobs_core.validation import non_negative, positive
 
 
 class TcpImpedance(Controller):
-    """Controller that makes the tool a mass on a spring and a damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q).
+    """Controller that makes the tool act like a mass on a spring and damper: τ = Jᵀ (K (x* − x) − D v) − d q̇ + g(q).
 
     The control law is due to Hogan (1985). The first three components of the spring act on the tool's position. The
-    last three components hold the orientation that the tool had at the start of the episode. An action in [−1, 1]³
-    moves the equilibrium point along the world's axes. The term g(q) compensates for the weight of the links that the
-    group moves, as specified by the model file.
+    spring's last three components maintain the orientation that the tool had at the start of the episode. An action in
+    [−1, 1]³ moves the equilibrium point along the world's axes. The term g(q) compensates for the weight of the links
+    that the group moves, as specified by the model file.
 
     The torques are computed in every physics step, so that objects in contact with the tool feel a spring instead of a
     stiff drive. This computation takes several times as long as that of a controller that runs at the control rate.

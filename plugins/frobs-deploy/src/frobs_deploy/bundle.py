@@ -33,7 +33,7 @@ _DAMAGE = (
     EOFError,
     OSError,
     ValueError,
-    RuntimeError,  # e.g. an encrypted member; NotImplementedError (an unknown compression) is a subclass
+    RuntimeError,  # such as an encrypted member; includes NotImplementedError for an unknown compression
     KeyError,
     OverflowError,
     MemoryError,
@@ -74,7 +74,7 @@ def pack_bundle(manifest: Mapping[str, Any], graph: bytes, license: str) -> byte
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
         for name, data in {MANIFEST: f"{text}\n".encode(), **members}.items():
             info = zipfile.ZipInfo(name, _DATE)
-            info.create_system, info.external_attr = 3, 0o100644 << 16  # the same on all operating systems
+            info.create_system, info.external_attr = 3, 0o100644 << 16  # the same attributes on all operating systems
             archive.writestr(info, data)
     return buffer.getvalue()
 

@@ -1,4 +1,4 @@
-"""Exceptions that are raised when exported policies are run.
+"""Exceptions raised when running exported policies.
 
 DeployError
 ├── BundleError                 a policy bundle cannot be used

@@ -32,7 +32,7 @@ class Graph:
         num_threads: Number of onnxruntime threads. A single thread is fastest for small networks.
 
     Attributes:
-        states: Shapes of a recurrent policy's states, without the batch axis, by the names of the graph's state inputs.
+        states: Shapes of a recurrent policy's states, without the batch axis, by the name of the graph input.
         scores: Whether the graph also outputs scores for discrete choices.
     """
 

@@ -26,7 +26,8 @@ class Policy:
     """A trained policy that runs with only NumPy and onnxruntime.
 
     The arguments ``robot``, ``joint_names`` and ``control_timestep`` are compared with the values used in training.
-    Pass all three on a real robot, because a policy that was trained for another robot or rate moves it incorrectly.
+    Pass all three on a real robot, because a policy that was trained for another robot or control rate moves the robot
+    incorrectly.
 
     Args:
         bundle: Path of a bundle file written by ``frobs export``, or a bundle that has already been read.
@@ -121,8 +122,8 @@ class Policy:
             mask: Boolean mask of the batch rows to reset, (n,). By default, all rows are reset, and the next batch may
                 have any size.
             previous_action: Last action before the reset, in the action's shape or with an additional batch axis. The
-                first action may differ from this action by at most ``max_change``. By default, the change of the first
-                action is unlimited.
+                first action may differ from this action by at most ``max_change``. By default, the first action is not
+                limited in this way.
 
         Raises:
             PolicyArgumentError: The mask or the previous action has the wrong shape.

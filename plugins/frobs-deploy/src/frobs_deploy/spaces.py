@@ -16,7 +16,7 @@ Array = np.ndarray[Any, Any]
 _SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
 
 MAX_SIZE = 2**24
-"""Maximum number of values in an element of a space, which prevents a damaged bundle from exhausting the memory."""
+"""Maximum number of values in an element of a space, so that a damaged bundle cannot exhaust the memory."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Space:
         return np.clip(0.5 * (low + high), self.low, self.high).astype(self.dtype)
 
     def complaint(self, value: Array) -> str | None:
-        """Return why a batch of elements, (n, …), is invalid, or None if the batch is valid.
+        """Return the reason why a batch of elements, (n, …), is invalid, or None if the batch is valid.
 
         Values outside the bounds of a Box are valid, because sensor readings can exceed the bounds.
         """

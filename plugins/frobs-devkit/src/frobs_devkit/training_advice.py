@@ -150,7 +150,7 @@ def _time_updates(config: RunConfig, threads: int) -> float:
     """Return the median time of a round of updates with the given number of PyTorch threads [s]."""
     settings = {**config.algorithm_config, "torch_threads": threads}
     changed = config.model_copy(update={"algorithm_config": settings})
-    torch = sys.modules["torch"]  # imported by the algorithm; the number of threads applies to the whole process
+    torch = sys.modules["torch"]  # the algorithm has imported it; the number of threads is global
     before = torch.get_num_threads()
     try:
         return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])

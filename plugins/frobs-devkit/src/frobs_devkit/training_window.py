@@ -55,8 +55,8 @@ def measure_training(
 
     Args:
         config: Configuration returned by :func:`frobs_train.resolve_config`.
-        steps: Number of environment steps to measure, rounded up to whole iterations. Defaults to as many steps as
-            fit into ``seconds``.
+        steps: Number of environment steps to measure, rounded up to whole iterations. Defaults to the number of
+            steps that fit into ``seconds``.
         seconds: Duration of the measurement [s] if ``steps`` is None. At least two iterations are measured.
         limit: Time limit for the training run, including the warm-up [s]. The run ends with the first round of updates
             after this time. If the limit is reached during the warm-up, the result includes the warm-up.

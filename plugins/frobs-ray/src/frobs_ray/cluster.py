@@ -67,7 +67,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
             "_node_ip_address": LOOPBACK,
         }
     with ExitStack() as stack:
-        stack.callback(_read_authentication)  # runs after the variables are restored
+        stack.callback(_read_authentication)  # called on exit, after the variables are restored
         stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
         stack.enter_context(quiet())
         _read_authentication()

@@ -86,7 +86,7 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
 
 
 def frequent_checkpoints(search: Search) -> Search:
-    """Return a search whose runs write a checkpoint with each report, from which other trials can continue."""
+    """Return a search whose runs write a checkpoint with each report, so that other trials can continue from it."""
     every = max(1, search.resolve().steps // REPORTS)
     return replace(search, settings=(*search.settings, f"checkpoint_every={every}"))
 

@@ -1,6 +1,7 @@
 """Connects FRobs to ROS 1.
 
-This package provides FRobs_RL's functions and environments, simulations that act as Gazebo, and policies as ROS nodes.
+This package provides FRobs_RL's functions and environments, simulations with Gazebo's ROS interface, and policies that
+run as ROS nodes.
 """
 
 from importlib import import_module

@@ -57,7 +57,7 @@ ARGUMENTS: Mapping[str, str] = {
 
 
 def describe_arguments(function: Callable[..., Any]) -> str:
-    """Return a function's docstring, and add an ``Args`` section from ``ARGUMENTS`` if the docstring has none."""
+    """Return a function's docstring, with an ``Args`` section from ``ARGUMENTS`` added if the docstring has none."""
     text = function.__doc__ or ""
     names = inspect.signature(function).parameters
     if not names or "    Args:\n" in text:

@@ -52,7 +52,7 @@ TREATMENT: Mapping[str, tuple[str, str]] = {
         "as on Gazebo",
     ),
 }
-"""Treatment of each ``launch_Gazebo`` argument by Gazebo and by the bridge."""
+"""How Gazebo and the bridge treat each ``launch_Gazebo`` argument."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +162,7 @@ def _bridge(launch: Launch, backend: str, gui: bool) -> tuple[list[str], dict[st
     words += ["--gui"] if gui else []
     words += ["--verbose"] if launch.verbose or launch.debug else []
     words += ["--world", str(launch.world)] if launch.world else []
-    variables = dict(os.environ)  # the bridge needs the packages of this Python
+    variables = dict(os.environ)  # so that the bridge can import the packages of this Python
     if launch.debug:
         variables["FROBS_DEBUG"] = "1"
     return words, variables

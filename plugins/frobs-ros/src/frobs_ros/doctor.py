@@ -108,7 +108,7 @@ class RosReport:
 def examine_ros() -> RosReport:
     """Check all parts of ROS, without starting any process.
 
-    The generated message packages in the user's cache are the only files that are written.
+    The only files that this function writes are the generated message packages in the user's cache.
     """
     from importlib.machinery import PathFinder
 
@@ -164,7 +164,7 @@ def _ros_package(row: _Row) -> RosComponent:
 
 
 def _component(kind: str, row: _Row, place: Path | None, folder: Path | None = None) -> RosComponent:
-    """Return the component for a table row, with the version from the file ``package.xml`` in a folder."""
+    """Return the component for a table row, and read its version from the folder's ``package.xml`` if possible."""
     name, package, purpose, needed = row
     file = folder / "package.xml" if folder else None
     match = _VERSION.search(file.read_text(errors="replace")) if file and file.is_file() else None

@@ -140,7 +140,7 @@ class GazeboElementError(ConfigurationError):
     """A ``<gazebo>`` element of a model file cannot be used.
 
     Args:
-        element: Plugin or sensor in the form ``"the plugin 'drive'"``.
+        element: Description of the plugin or sensor, such as ``"the plugin 'drive'"``.
         reason: Description of the problem and how to fix it.
     """
 

@@ -28,7 +28,7 @@ _constructing: ContextVar[bool] = ContextVar("constructing", default=False)
 
 @contextlib.contextmanager
 def constructing() -> Iterator[None]:
-    """Make functions that are marked as ``vital`` raise errors instead of logging them inside this context."""
+    """Create a context in which functions marked as ``vital`` raise errors instead of logging them."""
     token = _constructing.set(True)
     try:
         yield
@@ -71,5 +71,5 @@ def answers(refusal: Any, *, pair: bool = False, vital: bool = False) -> Callabl
 
 
 def or_raise(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the function that :func:`answers` decorated, which raises errors instead of logging them."""
+    """Return the undecorated function, which raises errors instead of logging them."""
     return getattr(function, "__wrapped__", function)

@@ -45,7 +45,7 @@ class Process:
         grace: Time to wait for the command to end after SIGINT, and again after SIGTERM [s].
 
     Attributes:
-        owner: ID of the process that started the command. Only this process may end the command, not a fork of it.
+        owner: ID of the process that started the command. Forks of this process must not end the command.
     """
 
     def __init__(self, kind: str, name: str, popen: subprocess.Popen[bytes], log: Path | None, grace: float) -> None:

@@ -53,8 +53,8 @@ class RobotBasicEnv(gym.Env[Any, Any]):
     processes that it has started. :meth:`close` ends only processes that the constructor has started. Subclasses must
     set the observation space and the action space.
 
-    If the constructor of a subclass calls a function that cannot spawn a model, or cannot start a node, a launch file
-    or a controller, the constructor raises this function's error.
+    If a subclass's constructor calls a function that fails to spawn a model, or to start a node, launch file or
+    controller, the constructor raises the function's error.
 
     In step mode 1, the simulation runs only while :meth:`_send_action` runs, so the simulated duration of a step is the
     duration of this call multiplied by the real-time factor. In step mode 2, a step always takes ``num_gazebo_steps``
@@ -125,7 +125,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         self._closed = False
         self._processes: list[processes.Process] = []
         if "launch_Gazebo" in refused and not (settings.launch_gazebo or processes.owned(["gazebo"])):
-            raise refused.pop("launch_Gazebo")  # the script continued without the requested world
+            raise refused.pop("launch_Gazebo")  # the launch failed, but the script ignored the failure
         self._start()
 
     def _start(self) -> None:

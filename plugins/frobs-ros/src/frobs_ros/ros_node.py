@@ -133,10 +133,11 @@ def find_node(package: str, node: str) -> Path:
 
 
 def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | None]:
-    """Return the command that runs a node, and its environment variables, or None for the variables of ROS programs.
+    """Return the command that runs a node, and the environment variables for this command.
 
     Python nodes from other packages run with this Python, which can import the modules that the packages require. ROS's
-    own nodes run with the system's Python.
+    own nodes run with the system's Python. For ROS's own nodes and for nodes that are not Python scripts, None is
+    returned instead of environment variables, and selects the variables for ROS programs.
     """
     with program.open("rb") as file:
         first = file.readline(200)

@@ -46,7 +46,7 @@ def spawn_model_in_gazebo(
     pkg_name: str,
     model_urdf_file: str,
     controllers_file: str | None,
-    controllers_list: Sequence[str] = [],  # FRobs_RL's default, which is never changed
+    controllers_list: Sequence[str] = [],  # FRobs_RL's default, a list that is never modified
     model_urdf_folder: str = "/urdf",
     ns: str = "/",
     args_xacro: Sequence[str] | None = None,

@@ -31,7 +31,7 @@ DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
 """Default maximum publishing rate [Hz]."""
 
-_AHEAD = 0.5  # [s] by which the stamps of fixed joints on /tf are in the future
+_AHEAD = 0.5  # how far the stamps of fixed joints on /tf are in the future [s]
 _QUEUE = 100  # messages, as in tf2's broadcasters
 
 

@@ -58,7 +58,7 @@ class Visualization:
         """Append the robot's measured pose to its path, and publish messages that are due.
 
         Args:
-            report: Report after the policy's latest step. If the number of restarts has changed, a new path begins.
+            report: Run report after the policy's latest step. If the number of restarts has changed, a new path begins.
         """
         if report.restarts != self._restarts:
             self._restarts = report.restarts

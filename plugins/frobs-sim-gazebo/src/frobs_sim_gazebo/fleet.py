@@ -14,7 +14,7 @@ from frobs_sim_gazebo.server import Server, ServerError
 
 _log = logging.getLogger(__name__)
 _AT_ONCE = 8  # maximum number of servers that start simultaneously
-_MOST_LOST = 3  # an error is raised when an environment loses this many consecutive servers without a step
+_MOST_LOST = 3  # an error is raised if an environment loses this many servers in a row, with no step in between
 
 Message = tuple[Op, bytes]
 
@@ -63,7 +63,7 @@ class Fleet:
 
     def _started(self, env: int) -> None:
         server = Server(self._installation, self._world)
-        self._servers[env] = server  # so that the server is closed if another server fails
+        self._servers[env] = server  # stored before preparation, so that the server is closed if a server fails
         self._prepare(server)
 
     def _replaced(self, env: int) -> None:
@@ -78,12 +78,12 @@ class Fleet:
     def exchange(self, messages: Mapping[int, Sequence[Message]], steps: int = 0) -> dict[int, bytes]:
         """Send messages to environments, and return the answer to each environment's last message.
 
-        If a server exits or hangs, the failure is logged. Until :meth:`replace` starts a new server, the result does
-        not contain the server's environment.
+        If a server exits or hangs, the failure is logged. The server's environment is omitted from the results until
+        :meth:`replace` starts a new server.
 
         Args:
             messages: Messages, by environment.
-            steps: Number of physics steps that each environment's last message requests.
+            steps: Number of physics steps requested by each environment's last message.
 
         Raises:
             SimulationError: A server rejected a message, or an environment lost too many consecutive servers.

@@ -40,8 +40,8 @@ class Installation:
     """An installation of Gazebo 11.
 
     Attributes:
-        root: Folder that Gazebo's programs use as the root (``/``), or None if Gazebo is installed on this machine
-            itself.
+        root: Folder that Gazebo's programs use as the root folder (``/``), or None if Gazebo is installed on this
+            machine itself.
         version: Full version, such as ``"11.1.0"``.
     """
 
@@ -50,12 +50,12 @@ class Installation:
 
     @property
     def store(self) -> Path:
-        """Path on this machine of the folder for files that are built for this installation."""
+        """Folder for files that are built for this installation, as a path on this machine."""
         return cache_folder("gazebo") if self.root is None else self.root / "var" / "cache" / "frobs"
 
     @property
     def scratch(self) -> Path | None:
-        """Folder that each program sees as a private in-memory folder, or None to use the root's ``/tmp``."""
+        """Mount point of each program's private in-memory folder, or None to use the root's ``/tmp``."""
         return self.store / "scratch" if self.root is None else None
 
     def inside(self, path: Path) -> str:

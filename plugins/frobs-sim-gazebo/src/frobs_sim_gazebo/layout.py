@@ -29,7 +29,7 @@ class Layout:
 
     Attributes:
         models: SDF text of each model, by the model's name in Gazebo.
-        model_names: Names of the robots, scene bodies and floor in Gazebo, by kind and original name.
+        model_names: Names in Gazebo of the robots, scene bodies and floor, by kind and original name.
         skeletons: Skeleton of each robot, by name.
         joints: Range of joint indices of each robot, by name.
         bodies: Range of moving-body indices of each robot and each free scene body, by kind and name.
@@ -37,7 +37,7 @@ class Layout:
         joint_count: Total number of joints in all robots.
         body_count: Number of moving bodies, including the bases of robots with a fixed base.
         coms: Center of mass of each moving body in the body's frame, (bodies, 3) [m].
-        shapes: Indices of the shapes on each possible side of a contact, by the side's name.
+        shapes: Indices of the shapes that belong to each possible side of a contact, by the side's name.
 
     Raises:
         ConfigurationError: The scene is inconsistent or refers to missing objects.

@@ -15,7 +15,7 @@ from frobs_sim_gazebo.installation import Installation
 
 
 class MeshFiles:
-    """Writes the convex hull of each mesh once, to a file whose name depends on the content.
+    """Writes each mesh's convex hull once, to a file that is named after a hash of the hull.
 
     Args:
         installation: Installation whose programs read the meshes, or None to check the meshes without writing them.

@@ -36,7 +36,7 @@ class GazeboParameters(WrittenParameters):
             self._simulation.stale_gains[self._simulation.envs(mask)] = True
 
     def apply(self, name: str, target: str, mask: Mask | None) -> None:
-        """Queue messages that set a parameter on the servers selected by ``mask`` before the next step."""
+        """Queue messages that set a parameter before the next step, on the servers selected by ``mask``."""
         for env in self._simulation.envs(mask):
             for op, body in self._messages(env, name, target):
                 self._simulation.later(env, op, body)
@@ -89,11 +89,11 @@ class GazeboParameters(WrittenParameters):
 
 
 def centre(simulation: GazeboSimulation, target: str) -> tuple[int | None, Floats]:
-    """Return the moving body that includes a scene body or link, and the center of mass of the scene body or link.
+    """Return the moving body that includes the target (a scene body or link), and the target's center of mass.
 
     Returns:
-        The index of the moving body, or None if the moving body is fixed, and the center of mass of the scene body or
-        link relative to the moving body's center of mass, in the moving body's axes, (3,) [m].
+        The index of the moving body, or None if the moving body is fixed, and the target's center of mass relative to
+        the moving body's center of mass, in the moving body's axes, (3,) [m].
     """
     layout = simulation.layout
     if target in simulation.scene.bodies:

@@ -35,7 +35,7 @@ class Op(IntEnum):
 
 
 HEADER = struct.Struct("<IB")
-"""Message header: the size of the body, and the operation.
+"""Message header: the size of the message body, and the operation.
 
 In an answer, the operation is replaced by 1 if the request was executed, and by 0 if the request was rejected.
 """

@@ -22,7 +22,7 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 class GazeboRobot(RobotHandle):
     """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`.
 
-    Link poses are computed from the base pose and the joint positions, as in the controller of a real robot. Gazebo
+    Link poses are computed from the base pose and the joint positions, as a real robot's controller would do. Gazebo
     connects links with constraint forces, so the link poses in Gazebo may be off by a few micrometers.
     """
 

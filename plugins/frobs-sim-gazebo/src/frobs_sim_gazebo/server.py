@@ -37,8 +37,8 @@ class Server:
     """A gzserver process that runs the world plugin.
 
     Args:
-        installation: Gazebo installation, or None for the result of :func:`find_gazebo`.
-        world: Text of the world file, or None for an empty world with FRobs's default settings of the physics engine.
+        installation: Gazebo installation, or None to use the result of :func:`find_gazebo`.
+        world: Text of the world file, or None for an empty world with FRobs's default physics settings.
 
     Attributes:
         installation: Gazebo installation.
@@ -100,7 +100,7 @@ class Server:
         return self.receive()
 
     def send(self, op: Op, body: bytes = b"") -> None:
-        """Send a request, whose answer must then be read with :meth:`receive`.
+        """Send a request. The answer must then be read with :meth:`receive`.
 
         Raises:
             ServerError: The server has exited.

@@ -217,7 +217,7 @@ class GazeboSimulation(Simulation):
     def _take(self, env: int, answer: bytes, *, stepped: bool = False) -> bool:
         """Store the state in a server's answer, and return whether the state is valid.
 
-        The efforts and contacts in the answer are only stored after a step.
+        The efforts and contacts in the answer are stored only after a step.
         """
         self.version += 1
         found, joints, bodies = protocol.read_numbers(answer), self.layout.joint_count, self.layout.body_count
@@ -257,7 +257,7 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def later(self, env: int, op: Op, body: bytes) -> None:
-        """Queue a message, which is sent before the next step, write or ray cast, and whose answer is discarded."""
+        """Queue a message that is sent before the next step, write or ray cast. The answer is discarded."""
         self._queues[env].append((op, body))
 
     def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:
@@ -265,7 +265,8 @@ class GazeboSimulation(Simulation):
 
         Args:
             bodies: Index range of the bodies.
-            raw: Position, quat_wxyz, linear velocity and angular velocity of each center of mass, (k, bodies, 13).
+            raw: State of each body at its center of mass: position, quat_wxyz, linear velocity and angular velocity,
+                (k, bodies, 13).
             envs: Indices of the k environments.
             joints: Index range of the joints that move with the bodies.
             positions: Positions of these joints, (k, joints) [rad or m].

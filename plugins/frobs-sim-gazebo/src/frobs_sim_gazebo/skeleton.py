@@ -51,7 +51,7 @@ class Skeleton:
         joints: The moving joints, including mimic joints. Joint i moves body i + 1.
         parents: Index of each joint's parent body.
         actuated: Index in ``joints`` of each actuated joint, in the file's order.
-        leaders: Index of the leader of each mimic joint, and for any other joint, the joint's own index.
+        leaders: Index of each mimic joint's leader, or the joint's own index for any other joint.
         multipliers: Factor by which the leader's position is multiplied, (joints,).
         offsets: Offset that is added to the multiplied position, (joints,) [rad or m].
 

@@ -123,9 +123,9 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
 
 
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
-    """Attach a robot from its MJCF file, with the joint names of its parsed model and without the file's actuators."""
+    """Attach the robot in an MJCF file, using the parsed model's joint names and omitting the file's actuators."""
     model = placement.model
-    document = ElementTree.fromstring(model.xml)  # complete with names, a single root body and absolute paths
+    document = ElementTree.fromstring(model.xml)  # contains all names, a single root body and absolute paths
     for section in _OF_THE_SIMULATION:
         for element in document.findall(section):
             document.remove(element)
@@ -159,7 +159,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
 
 
 def _fix_masses(robot: mujoco.MjSpec) -> None:
-    """Scale a robot's masses and inertias to its ``settotalmass``, which MuJoCo only applies to a complete model.
+    """Scale a robot's masses and inertias to match ``settotalmass``, which MuJoCo only applies to a complete model.
 
     Raises:
         ValueError: MuJoCo cannot compile the robot.

@@ -81,7 +81,7 @@ class MujocoBody(BodyHandle):
 def put_free_twist(
     states: Mapping[str, Floats], joint: Any, rows: slice | np.ndarray, lin_vel_world: Floats, ang_vel_world: Floats
 ) -> None:
-    """Set the linear [m/s] and angular [rad/s] velocity of a free joint's body in the world, (n, 3) each."""
+    """Set the linear [m/s] and angular [rad/s] velocities of a free body in the world frame, (n, 3) each."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
     quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
     qvel = states["qvel"]

@@ -45,8 +45,8 @@ def build_model(
         robots: Robots, by name.
         scene: The rest of the scene.
         physics_timestep: [s]
-        visuals: Whether to include visual shapes. A model without visual shapes has the same state variables and steps
-            faster.
+        visuals: Whether to include visual shapes. Without visual shapes, the model has the same state variables and
+            is faster to simulate.
         overlaps: Whether links that overlap at the home position can collide. The convex hulls of neighboring links
             often overlap. If neighboring links collided, the robot could not be controlled.
         options: Values of ``mjOption`` fields that replace MuJoCo's defaults, by field name.
@@ -83,7 +83,8 @@ def build_model(
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
             bodies = [side for link in placement.model.links if spec.body(side := f"{name}/{link.name}")]
-            for first, second in combinations(bodies, 2):  # links between joints of one MJCF body are not MuJoCo bodies
+            # A link between two joints of the same MJCF body has no MuJoCo body and is therefore not in ``bodies``.
+            for first, second in combinations(bodies, 2):
                 spec.add_exclude(bodyname1=first, bodyname2=second)
     for name, attachment in scene.attachments.items():
         add_attachment(spec, name, attachment, scene.attachment_pose(name, robots))

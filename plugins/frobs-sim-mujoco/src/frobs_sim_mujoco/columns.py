@@ -16,7 +16,7 @@ def numbers_of(mask: Mask | None) -> slice | np.ndarray:
 
 
 def columns_of(addresses: Sequence[int]) -> Any:
-    """Return consecutive addresses as a slice, which allows views, and other addresses as an array."""
+    """Return a slice if the addresses are consecutive, so that indexing returns a view, and otherwise an array."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
         return slice(first, first + len(addresses))
@@ -24,7 +24,7 @@ def columns_of(addresses: Sequence[int]) -> Any:
 
 
 def put(state: Floats, rows: slice | np.ndarray, columns: slice | np.ndarray, values: Floats | float) -> None:
-    """Write values of the shape (rows, columns, …) to a state array."""
+    """Write values with shape (rows, columns, …) to a state array."""
     if isinstance(rows, slice) or isinstance(columns, slice):
         state[rows, columns] = values
     else:

@@ -17,7 +17,7 @@ _STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: contact with the la
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
-    """Return the objects that a contact ignores, by sensor name. Links of ignored robots are omitted."""
+    """Return the objects that a contact ignores, by sensor name, without the individual links of ignored robots."""
     whole = set(contact.ignore)
     return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
 
@@ -27,8 +27,8 @@ def add_contact(
 ) -> None:
     """Add contact sensors for the number of contacts, the force of the strongest contact, and the total force.
 
-    MuJoCo cannot exclude bodies from ``"*"``. Therefore, separate sensors count the ignored contacts and measure the
-    forces between bodies on the same side.
+    MuJoCo cannot exclude bodies from ``"*"``. Therefore, additional sensors measure what must be subtracted: the number
+    of ignored contacts, and the force between bodies on the same side of the contact.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:
@@ -116,11 +116,12 @@ class ContactReader:
             contacts: Contact state to update.
         """
         np.logical_or.reduce(data[..., self._counts] @ self._counted > 0, axis=1, out=contacts.closed)
-        if not self._totals:  # contacts that ignore bodies do not measure forces
+        if not self._totals:  # no forces are measured for contacts that ignore bodies
             return
         np.maximum.reduce(np.abs(data[..., self._forces]), axis=1, out=contacts.normal_force)
         mean = np.add.reduce(data, axis=1) / data.shape[1]
         for column, at in self._totals:
-            contacts.resultant[:, column] = -mean[:, at : at + 3]  # MuJoCo reports the force on the second side
+            # MuJoCo reports the force that acts on the second side.
+            contacts.resultant[:, column] = -mean[:, at : at + 3]
         for column, at in self._inner:
             contacts.resultant[:, column] += mean[:, at : at + 3]

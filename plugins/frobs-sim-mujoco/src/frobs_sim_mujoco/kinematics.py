@@ -1,4 +1,4 @@
-"""Computes poses, velocities and rays of a single environment, without dynamics and without the overhead of a batch."""
+"""Computes poses, velocities and ray distances for a single environment, without dynamics and batch overhead."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Kinematics:
             seen: Mask of the geom groups that rays hit, (mjNGROUP,) uint8.
 
         Returns:
-            Distances at which the rays hit something, (1, k) [m].
+            Distance at which each ray hits something, (1, k) [m].
         """
         k = len(directions)
         distances, geoms, vectors = np.empty(k), np.empty(k, np.int32), directions.ravel()

@@ -100,7 +100,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
 
 
 def snapshot(simulation: MujocoSimulation) -> Snapshot:
-    """Return the expanded model fields, the written sizes and the drive gains."""
+    """Return the expanded model fields, the size factors of resized bodies, and the drive gains."""
     state: Snapshot = {}
     for field in _FIELDS:
         expanded = simulation.batch.expanded(field)
@@ -136,7 +136,7 @@ def restore(simulation: MujocoSimulation, state: Snapshot) -> None:
 
 
 def _write_geometry(simulation: MujocoSimulation, target: str, rows: slice | np.ndarray) -> None:
-    """Scale a body's nominal shapes by its written size factors."""
+    """Scale a body's nominal shapes by the body's size factors."""
     model, batch, body = simulation.model, simulation.batch, body_id(simulation, target)
     sizes = simulation.sizes[target][rows]
     batch.expand("body_ipos")[rows, body] = sizes[:, None] * model.body_ipos[body]

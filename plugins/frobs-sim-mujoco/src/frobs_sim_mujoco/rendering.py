@@ -65,7 +65,7 @@ class Drawn:
     Args:
         model: The simulated model with additional visual shapes.
         batch: Batch that contains the states.
-        sizes: Written size factors of scene bodies, by name, (num_envs,) each, in a mapping that may change later.
+        sizes: Size factors of resized scene bodies, (num_envs,) each, by name. The simulation may update this mapping.
     """
 
     def __init__(self, model: mujoco.MjModel, batch: Batch, sizes: Mapping[str, Floats]) -> None:
@@ -100,7 +100,7 @@ class Renderer:
     def __init__(self, drawn: Drawn) -> None:
         self._drawn, self._model = drawn, drawn.model
         if os.environ.get("MUJOCO_GL", "").lower() not in ("egl", "osmesa", "glfw"):
-            # The backend that MuJoCo selected during its import may not work, so select a working one.
+            # MuJoCo selects a backend on import, but this backend may not work, so a working backend is selected here.
             gl_context.GLContext = importlib.import_module(f"mujoco.{_choose_backend()}").GLContext
         self._full = {name: getattr(self._model.vis.quality, name) for name in _FAST}
         self._renderers: dict[tuple[int, int, bool], mujoco.Renderer] = {}

@@ -227,7 +227,7 @@ class MujocoRobot(RobotHandle):
         return found
 
     def _moved_by(self, frame: str) -> Floats | None:
-        """Return 1 for each joint that moves a link and 0 for each other joint, (dof,), or None if all joints do."""
+        """Return 1 for each joint that moves the link, otherwise 0, (dof,), or None if all joints move the link."""
         mj, body = self._simulation.model, self._body(frame)
         chain = set()
         while body:

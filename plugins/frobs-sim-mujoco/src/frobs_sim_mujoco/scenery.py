@@ -100,10 +100,10 @@ def add_attachment(spec: mujoco.MjSpec, name: str, attachment: Attachment, pose:
     """Weld two bodies together, with ``pose`` as the second body's pose in the first body's frame.
 
     Raises:
-        ConfigurationError: A side of the attachment is a link that is not a MuJoCo body.
+        ConfigurationError: One of the attached links is not a MuJoCo body.
     """
     for side in (attachment.first, attachment.second):
-        if spec.body(side) is None:  # links between joints of one MJCF body are not MuJoCo bodies
+        if spec.body(side) is None:  # for example, a link between two joints of the same MJCF body
             raise SceneError(f"attachment '{name}'", f"refers to '{side}', which is not a body of the scene.")
     anchor, torque_scale = (0.0, 0.0, 0.0), 1.0
     data = [*anchor, *pose.pos, *pose.quat_wxyz, torque_scale, 0.0]

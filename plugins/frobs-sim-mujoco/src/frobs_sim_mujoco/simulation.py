@@ -88,7 +88,7 @@ class BareMujoco:
             self._batch.step(nstep=decimation)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays from one point per environment, like a lidar on the first robot that does not detect this robot."""
+        """Cast rays from one point per environment, ignoring the first robot, as a lidar on this robot would."""
         if self._batch is None:
             k = directions.shape[1]
             mujoco.mj_kinematics(self._model, self._data)
@@ -209,7 +209,7 @@ class MujocoSimulation(Simulation):
         self._kinematics = Kinematics(self.batch) if num_envs == 1 and self._senses else None
         self._renderer: Renderer | None = None
         self._mocaps: dict[tuple[str, ...], slice | np.ndarray | None] = {}
-        self.sizes: dict[str, Floats] = {}  # written body sizes, (num_envs,) each
+        self.sizes: dict[str, Floats] = {}  # size factors of resized bodies, (num_envs,) each
         self._viewer: Viewer | None = None
         self._closed = False
 
@@ -259,7 +259,7 @@ class MujocoSimulation(Simulation):
         for wrench in self.sensor_wrenches.values():
             wrench[rows] = 0.0
         for robot in self.robots.values():
-            if robot.gains_written:  # the controls in the initial state only match the initial gains
+            if robot.gains_written:  # the initial state's controls are only valid for the initial gains
                 robot.hold_home(rows)
         self.mark_stale(mask)
 
@@ -349,7 +349,7 @@ class MujocoSimulation(Simulation):
         return parameters.read(self, name, target)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return a parameter's targets, which for ``size`` are the scene bodies that can be resized."""
+        """Return the objects whose parameter can be changed: for ``size``, the scene bodies that can be resized."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:
@@ -444,14 +444,14 @@ class MujocoSimulation(Simulation):
         )
 
     def mark_stale(self, mask: Mask | None) -> None:
-        """Mark environments' states as written, so that derived values are recomputed before they are read."""
+        """Mark the environments' states as changed, so that derived values are recomputed before they are read."""
         if mask is None:
             self._stale = self._everywhere
         else:
             self._stale = mask.copy() if self._stale is None else self._stale | mask
 
     def mark_constants_stale(self, mask: Mask | None) -> None:
-        """Mark masses as written, so that MuJoCo's derived constants are recomputed before they are used."""
+        """Mark masses as changed, so that MuJoCo's derived constants are recomputed before they are used."""
         if self._stale_constants is None:
             self._stale_constants = np.zeros(self.num_envs, np.bool_)
         self._stale_constants |= True if mask is None else mask
@@ -466,7 +466,7 @@ class MujocoSimulation(Simulation):
             self._kinematics.mark_model_stale()
 
     def refresh(self) -> None:
-        """Recompute the derived values of all states that have been written."""
+        """Recompute the derived values of all states that have changed."""
         if self._stale is not None:
             if self._stale_constants is not None:
                 self._set_constants()

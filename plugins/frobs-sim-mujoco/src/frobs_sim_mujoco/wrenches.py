@@ -84,8 +84,8 @@ class _Sensor:
         self._site = model.site(name).id
         link = int(model.site_bodyid[self._site])
         self._tree = int(model.body_rootid[link])
-        # For each degree of freedom, the body whose subtree is the mass that the degree of freedom moves beyond the
-        # sensor: the sensor's link, or the joint's own body if the joint is beyond the sensor.
+        # Maps each degree of freedom to the root of the subtree that it moves beyond the sensor: the sensor's link, or
+        # the joint's own body if the joint is beyond the sensor.
         moved = {dof: link for dof in range(model.nv) if _hangs_from(model, link, int(model.dof_bodyid[dof]))}
         beyond = {dof: int(body) for dof, body in enumerate(model.dof_bodyid) if _hangs_from(model, int(body), link)}
         self._moved = beyond | moved
@@ -94,7 +94,7 @@ class _Sensor:
         """Return the sensor's reading after each physics step, (num_envs, decimation, 6)."""
         dofs, bodies = list(self._moved), list(self._moved.values())
         motion = recorded["cdof"][:, :, dofs] * difference[:, :, dofs, None]  # (num_envs, decimation, dofs, 6)
-        inertia = recorded["crb"][:, :, bodies]  # refers to the tree's center of mass, as does ``cdof``
+        inertia = recorded["crb"][:, :, bodies]  # relative to the tree's center of mass, like ``cdof``
         spin, acceleration, moment = motion[..., :3], motion[..., 3:], inertia[..., 6:9]
         xx, yy, zz, xy, xz, yz = np.moveaxis(inertia[..., :6], -1, 0)
         tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)

@@ -185,7 +185,7 @@ class Articulation:
     def write_mass(self, link: str, mass: float) -> None:
         """Change a link's mass [kg], and scale its inertia by the same ratio."""
         if self.links[link] < 0 and not self.floating:
-            return  # a fixed base does not need a mass, and with a mass, Bullet would let the base fall
+            return  # a fixed base needs no mass, and Bullet would let a base with a mass fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
         # Scale the model's inertia instead of the current inertia, so that earlier writes have no effect.

@@ -120,7 +120,7 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Return efforts from an active-set method, which are exact if the final set of active bounds is right.
+    """Return efforts from an active-set method, which are exact if the final set of active bounds is correct.
 
     Args:
         matrix: (n, n)

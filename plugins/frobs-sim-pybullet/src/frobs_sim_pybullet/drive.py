@@ -66,7 +66,7 @@ class Drive:
         return GeneralLaw(robot.offset, self._count, constraints, self._armature, robot.mimics)
 
     def _at_limits(self) -> Law:
-        """Return the law that also handles joints beyond their limits. The law is created on first use."""
+        """Return the drive law that also handles joints beyond their limits. This law is created on first use."""
         if self._law_at_limits is None:
             self._law_at_limits = self._law if self._rubs else self._general_law(constrained=True)
         return self._law_at_limits

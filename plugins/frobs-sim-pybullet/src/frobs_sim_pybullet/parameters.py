@@ -28,7 +28,7 @@ class PybulletParameters(WrittenParameters):
         self._simulation.call("write_parameter", mask, name, target, self.written[name, target][rows])
 
     def sizes(self, env: int) -> dict[str, float]:
-        """Return an environment's written size factors, by body."""
+        """Return the size factors that were set in an environment, by body."""
         return {target: float(values[env]) for (name, target), values in self.written.items() if name == "size"}
 
     def restore(self, state: Snapshot) -> None:

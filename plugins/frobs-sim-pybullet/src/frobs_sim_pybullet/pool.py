@@ -162,7 +162,7 @@ class Pool:
         """Wait until all workers have answered, and return the answers or raise the first error among them."""
         answers: dict[int, Any] = {}
         waiting: dict[Any, int] = {self._pipes[number]: number for number in numbers}
-        while waiting:  # waits for all workers at once to notice a dead worker while another is busy
+        while waiting:  # waiting for all workers at once detects dead workers even if others are busy
             for pipe in wait(list(waiting)):
                 number = waiting.pop(pipe)
                 try:

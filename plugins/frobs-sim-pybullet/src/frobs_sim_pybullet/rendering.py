@@ -53,7 +53,7 @@ class Renderer:
         Args:
             arrays: Arrays of the simulation.
             env: Index of the environment.
-            sizes: Written size factors of scene bodies, by name.
+            sizes: Size factors of resized scene bodies, by name.
             camera: Name of the camera, or None for a default camera.
             frame: World pose of the frame to which the camera is fixed.
             size: (height, width)

@@ -225,7 +225,7 @@ class PybulletSimulation(Simulation):
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
-        """Return the states of Bullet and of the simulation, and the written parameters."""
+        """Return the states of Bullet and of the simulation, and the changed parameters."""
         saved = self.call("save", None)
         longest = max(map(len, saved))
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}

@@ -24,7 +24,7 @@ _FAR, _LARGE_TILE, _MOST_TILES = (
     8.0,
     2.0,
     40,
-)  # [m] viewing distance that requires larger tiles, [m] their edge length, and their maximum number along each axis
+)  # [m] viewing distance beyond which tiles are larger, [m] their edge length, and their maximum number per axis
 
 
 class Stage:
@@ -102,7 +102,7 @@ class Stage:
         Args:
             arrays: Shared arrays of the simulation, with up-to-date poses of root links and bodies.
             env: Index of the environment.
-            sizes: Written size factors of scene bodies, by name.
+            sizes: Size factors of resized scene bodies, by name.
         """
         for name, size in self._sizes.items():
             if sizes.get(name, 1.0) != size:

@@ -2,7 +2,7 @@
 
 The URDF is generated from the parsed model, regardless of the format of the robot's file. Each link's inertia is
 written along the link's principal axes, because Bullet would compute these axes with only six digits. A link without a
-mass and without shapes is omitted and only represented by its pose on another link.
+mass and without shapes is omitted and represented only by its pose relative to another link.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ VIRTUAL = 6
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The links of a model that are separate bodies in Bullet, and the poses of all other links on these bodies.
+    """The links of a model that are separate bodies in Bullet, and the other links' poses in the bodies' frames.
 
     Attributes:
         bodies: Names of the links that are separate bodies, with the base first.
-        frames: For each link, the name of the body that carries the link, and the link's pose on this body.
-        joints: Joints whose child is a separate body, each with the name of its parent body and its pose on the parent
-            body.
-        root: Pose of the root link on the base.
+        frames: For each link, the name of the body that carries the link, and the link's pose in the body's frame.
+        joints: Joints whose child is a separate body, each with the name of its parent body and its pose in the
+            parent body's frame.
+        root: Pose of the root link in the base's frame.
         welds: For each body, the first body in its group of rigidly connected bodies.
     """
 
@@ -114,7 +114,7 @@ def _hang_from_a_weight(
     frames: dict[str, tuple[str, tuple[Vector, Quat]]],
     joints: list[tuple[Joint, str, tuple[Vector, Quat]]],
 ) -> tuple[Vector, Quat]:
-    """Select a base that has a mass and is fixed to the root link, and return the root link's pose on the base."""
+    """Select a base that has a mass and is fixed to the root, and return the root's pose in the base's frame."""
     root = model.root
     for found in joints:
         joint, parent, place = found
@@ -153,8 +153,8 @@ def write_urdf(
         meshes: Writer for the mesh files to which the URDF refers.
         floating: Whether the base moves.
         collisions: Whether to include collision shapes.
-        visuals: Whether to include visual shapes. For a link without visual shapes, its collision shapes are included
-            instead.
+        visuals: Whether to include visual shapes. If a link has no visual shapes, the link's collision shapes are
+            included instead.
     """
     bones, links = skeleton(model, floating=floating), {link.name: link for link in model.links}
     lines = [f"<robot name={quoteattr(model.name)}>"]
@@ -214,7 +214,7 @@ def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, float
     for name in bones.bodies:
         inertial = links[name].inertial or _WEIGHTLESS
         if name == bones.bodies[0] and not floating:
-            inertial = _WEIGHTLESS  # with a mass, Bullet would use the center of mass as the origin
+            inertial = _WEIGHTLESS  # if the base had a mass, Bullet would use its center of mass as the origin
         lines += [f"<link name={quoteattr(name)}>", _inertial(inertial, masses.get(name)), "</link>"]
     lines += [_joint(*joint) for joint in bones.joints]
     return "\n".join([*lines, "</robot>"])

@@ -78,7 +78,7 @@ class World:
         self._still: set[str] = set()
         self._moving: list[Callable[[], None]] = []
         self._parameters: dict[tuple[str, str], Any] = {}
-        self._resized = False  # whether sizes have been written since the bodies were built
+        self._resized = False  # whether a body size has been changed since the bodies were built
         self._build()
 
     def _build(self) -> None:
@@ -226,7 +226,7 @@ class World:
         robot.write_joints(home, [0.0] * len(home))
 
     def reset(self) -> None:
-        """Reset the environment to its initial state. Physical parameters keep their written values."""
+        """Reset the environment to its initial state. Changed physical parameters keep their values."""
         if self._broken:
             self._rebuild()  # NaNs may have corrupted Bullet's state
         else:
@@ -250,7 +250,7 @@ class World:
         self._sort_readers()
 
     def apply_sizes(self) -> None:
-        """Rebuild all objects in their current state if the size of a body has been written.
+        """Rebuild all objects in their current state if the size of a body has been changed.
 
         Bullet cannot change the size of a shape. All objects are rebuilt, because their order affects Bullet's solver.
         """

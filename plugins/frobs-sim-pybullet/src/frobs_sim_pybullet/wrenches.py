@@ -14,7 +14,7 @@ from frobs_sim_pybullet.transforms import compose, conjugate, cross, from_pose, 
 
 
 class WrenchSensor:
-    """A force-torque sensor at a link's joint, which adds up Bullet's joint reactions.
+    """A force-torque sensor at a link's joint. The sensor adds up the joint reactions that Bullet reports.
 
     The sensor usually reads only the link's own joint. If the link is not a separate body in Bullet, the sensor reads
     the joints of the next bodies below the link.

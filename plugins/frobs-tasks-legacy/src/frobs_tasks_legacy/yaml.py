@@ -12,7 +12,7 @@ from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameEr
 from frobs_core.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
-"""Functions by key, which take the key and its value, validate the value, and return the converted value."""
+"""For each key, a function that takes the key and a value, validates the value, and returns the converted value."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each used key: the keyword, or else the file's value, or else FRobs_RL's original value.
+        """Return a value for each used key from the keywords, the file or FRobs_RL's original file, in this order.
 
         Args:
             name: Name of the task, one of :attr:`roots`.

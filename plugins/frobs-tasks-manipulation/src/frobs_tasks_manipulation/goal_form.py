@@ -26,8 +26,8 @@ class GoalForm(CubeTask, GoalTask):
     in SI units: ``observation`` (the terms of the plain task without the goal), ``achieved_goal`` (position of the
     object, 3) and ``desired_goal`` (3).
 
-    Goals have no minimum distance from the object, because hindsight replay learns from goals that are already reached
-    before it learns from other goals.
+    Goals have no minimum distance from the object, because hindsight replay first learns from goals that are already
+    reached.
 
     The reward depends on the distance d between the achieved and the desired goal, both rounded to float32. The results
     of :meth:`reward` and of :meth:`compute_reward` for the observed goals are therefore bit-identical.

@@ -25,13 +25,13 @@ DOWN = (0.0, 1.0, 0.0, 0.0)
 UP: Floats = np.array([0.0, 0.0, 1.0])
 
 FLOOR_FRICTION = 0.5
-"""Friction coefficient of the floor. At 1, a pushed cube would jam between the tool and the floor."""
+"""Friction coefficient of the floor. With a coefficient of 1, a pushed cube would jam between tool and floor."""
 
 _TURN = np.pi / 12
 """Maximum initial rotation of objects about the vertical axis [rad]."""
 
 _CANDIDATES = 16
-"""Number of places drawn at once, of which the first that is far enough from the other object is used."""
+"""Number of places drawn at once. The first place that is far enough from the other object is used."""
 
 
 class Manipulation(Task):
@@ -256,7 +256,7 @@ class Manipulation(Task):
         return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
-        """Draw orientations (n, 4) of an object on the floor, turned so little that the fingers fit around the object.
+        """Draw orientations (n, 4) of an object on the floor, rotated only so far that the fingers fit around it.
 
         Args:
             stream: Name of the random stream.

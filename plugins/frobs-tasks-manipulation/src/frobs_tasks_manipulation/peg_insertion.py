@@ -25,7 +25,7 @@ _WALL, HEIGHT = 0.03, 0.05
 """Thickness and height of the walls around the hole [m]."""
 
 _GRIP = 0.02
-"""Height above the peg's center at which the tool grips the peg [m], low because a low grip tilts the peg less."""
+"""Height above the peg's center at which the tool grips the peg [m]. A low grip tilts the peg less."""
 
 _OAK = (0.72, 0.52, 0.33, 1.0)
 

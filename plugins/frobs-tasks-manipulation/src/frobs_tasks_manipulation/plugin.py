@@ -7,7 +7,7 @@ from frobs_core.specs import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
-"""Name of each arm's robot and its name for use in sentences, by prefix of the environment IDs."""
+"""Robot name and readable name of each arm, by the prefix of its environment IDs."""
 
 _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush", "Ur5OpenDrawer")
 """Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""

@@ -72,7 +72,7 @@ class MovingBoxes:
 
         Args:
             mask: The n environments in which an episode begins.
-            rng: Random source, of which the streams ``"box_yaw"`` and ``"box_speed"`` are used.
+            rng: Random source. The streams ``"box_yaw"`` and ``"box_speed"`` are used.
         """
         if not self._placed:
             return

@@ -14,7 +14,7 @@ from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import FloorPlan
 
 _CANDIDATES = 16
-"""Number of candidates drawn at once, of which the first that is far enough from all objects is used."""
+"""Number of candidates drawn at once. The first candidate that is far enough from all objects is used."""
 
 
 class Course:
@@ -54,7 +54,7 @@ class Course:
         return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
-        """Advance to the next waypoint where ``reached``, and return whether the route is complete, (num_envs,) bool."""
+        """Advance to the next waypoint if ``reached``, and return whether each route is complete, (num_envs,) bool."""
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
         self._find_target()
@@ -75,7 +75,7 @@ class Course:
 
         Args:
             mask: The environments in which an episode begins.
-            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"`` are used.
+            rng: Random source. The streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"`` are used.
             boxes: Centers (num_envs, k, 2) [m], yaw angles (num_envs, k) [rad] and half edge lengths (k, 2) [m] of the
                 k ≥ 0 boxes.
             given: User-specified initial poses (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]. Initial poses
@@ -118,7 +118,7 @@ class Course:
         obstacles: tuple[Floats, Floats, Floats],
         away_from: Floats | None,
     ) -> Floats:
-        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or else the farthest candidates."""
+        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or as far away as possible."""
         if (low == high).all():
             return np.broadcast_to(low, (len(obstacles[0]), 2))
         candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)

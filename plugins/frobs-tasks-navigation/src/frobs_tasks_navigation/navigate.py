@@ -181,8 +181,8 @@ class Navigate(Task):
 
         Args:
             mask: The environments to reset.
-            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"``
-                and ``"box_speed"`` are used.
+            rng: Random source. The streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and
+                ``"box_speed"`` are used.
             options: Optional ``start``, (num_envs, 3) as x, y [m] and yaw [rad], and ``goal``, (num_envs, 2) [m], which
                 is then the only waypoint.
 

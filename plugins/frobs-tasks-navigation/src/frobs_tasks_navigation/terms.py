@@ -89,7 +89,7 @@ def distance_to_rectangles(pos: Floats, centre: Floats, yaw: Floats, half: Float
 
 
 def to_and_fro(time: Floats, first_turn: Floats, turn_every: Floats) -> Floats:
-    """Return the forward time minus the backward time of a motion that reverses periodically [s].
+    """Return the forward travel time minus the backward travel time of a periodically reversing motion [s].
 
     Args:
         time: Time since the start of the motion, (...) [s].

@@ -17,8 +17,8 @@ Solid = tuple[Geometry, Floats, Floats]
 class FloorClearance:
     """Checker for whether the collision shapes of an arm's moving links are above the floor.
 
-    Each mesh is replaced by its bounding box. Links that are in the floor in all given postures are ignored, for
-    example if an arm hangs down.
+    Each mesh is replaced by its bounding box. Links that are never above the floor in the given postures are
+    ignored, for example if the arm hangs down.
 
     Args:
         robot: Handle of the robot.

@@ -36,8 +36,7 @@ class Oscillation:
 
         Args:
             mask: The n environments in which an episode begins.
-            rng: Random source, of which the streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"`` are
-                used.
+            rng: Random source. The streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"`` are used.
             centre: Center of the motion, (n, 3) [m], or None if ``start`` is given.
             start: Position at time 0, (n, 3) [m], from which the center is computed, or None if ``centre`` is given.
         """

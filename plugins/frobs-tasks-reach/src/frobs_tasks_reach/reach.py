@@ -26,9 +26,9 @@ class Reach(EpisodeStart):
     """Task of moving the tool center point to a goal and holding it there.
 
     Goals are always reachable, because they are the tool positions of random joint vectors within the limits. Only
-    positions in the goal box are used. Goals cover the reachable part of the box, but not uniformly: positions that
-    more joint vectors reach are more frequent. Goals inside the robot's base are excluded, but other self-collisions of
-    the arm are not checked.
+    positions in the goal box are used. Goals cover the reachable part of the box, but not uniformly: positions that can
+    be reached in more ways are drawn more often. Goals inside the robot's base are excluded, but other self-collisions
+    of the arm are not checked.
 
     Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
     limit. Passing the goal is not sufficient: the tool must stay at the goal. In each step, ``is_success`` refers to
@@ -46,16 +46,16 @@ class Reach(EpisodeStart):
         goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
             reach.
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions. If part of the arm would be
-            in the floor at home, the nearest posture above the floor is used instead. Random positions are uniformly
-            distributed within the limits, with the tool at least 5 cm above the floor, as in FRobs_RL, which makes the
-            task harder to learn.
+            below the floor at home, the nearest posture above the floor is used instead. As in FRobs_RL, random
+            positions are uniformly distributed within the limits, with the tool at least 5 cm above the floor. Random
+            positions make the task harder to learn.
         distance_weight: Penalty per meter of distance to the goal [1/m].
         precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
 
     Attributes:
         goal_low: Minimum corner of the goal box, (3,) [m], set by ``bind`` if not given.
         goal_high: Maximum corner of the goal box, (3,) [m], set by ``bind`` if not given.
-        robot_name: Name, in the simulation, of the robot that performs the task. Set this attribute before calling
+        robot_name: Name of the robot that performs the task, as in the simulation. Set this attribute before calling
             ``bind``.
 
     Raises:

@@ -15,10 +15,10 @@ from frobs_core.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)
-"""Number of candidates per environment in each round, small at first because most draws succeed immediately."""
+"""Number of candidates per environment in each round. The first rounds are small, because most draws succeed early."""
 
 _POSTURES = 1024
-"""Number of joint vectors for finding postures above the floor and, if home is in the floor, a start posture."""
+"""Number of random joint vectors used to find links that can be above the floor, and to find a start posture."""
 
 _START_CLEARANCE = 0.05
 """Minimum height of an arm above the floor at the start of an episode [m], so that the drives can settle."""

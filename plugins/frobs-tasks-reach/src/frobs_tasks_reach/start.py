@@ -75,7 +75,7 @@ class EpisodeStart(Task):
 
         Args:
             mask: The environments to reset.
-            rng: Random source, of which the streams ``"joint_positions"`` and ``"goal"`` are used.
+            rng: Random source. The streams ``"joint_positions"`` and ``"goal"`` are used.
             options: Optional ``joint_positions``, (num_envs, dof) [rad or m], and ``goal``, (num_envs, 3) [m] in the
                 world frame.
 

@@ -50,7 +50,7 @@ class Workspace:
         return inside
 
     def _fill_holes(self) -> None:
-        """Mark a cell as reachable if at least 5 of its 6 neighbors are reachable, because it was missed by chance."""
+        """Mark cells with at least 5 reachable neighbors as reachable, because sampling can miss reachable cells."""
         padded = np.pad(self._cells, 1).astype(int)
         x, y, z = self._cells.shape
         faces = [(0, 1, 1), (2, 1, 1), (1, 0, 1), (1, 2, 1), (1, 1, 0), (1, 1, 2)]

@@ -8,11 +8,11 @@
     comparison/      statistics over seeds
     plots/           figures of learning curves and comparisons
     tuning/          search for training settings
-    runners/         run many jobs on one or several machines
+    runners/         run many jobs on one or more machines
     export/          write policy bundles and use them like runs; pretrained policies
     cli/             commands
 
-Public names are imported on first use, because most of their modules import pydantic and Gymnasium.
+Public names are imported on first use, because most of the modules that define them import pydantic and Gymnasium.
 """
 
 from importlib import import_module

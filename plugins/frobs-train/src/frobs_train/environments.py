@@ -91,7 +91,7 @@ def _make_vec(
         env = gym.make_vec(spec, num_envs, vectorization_mode="vector_entry_point", **kwargs)
         if env.metadata.get("autoreset_mode") == AutoresetMode.SAME_STEP:
             return env
-        env.close()  # it uses next-step autoreset, which is Gymnasium's default
+        env.close()  # the environment uses next-step autoreset, which is Gymnasium's default
     return gym.make_vec(
         spec,
         num_envs,

@@ -1,6 +1,6 @@
 """Errors of training runs.
 
-RunError                    defined in :mod:`frobs_core.errors`, because algorithms raise it, too
+RunError                    defined in :mod:`frobs_core.errors`, because algorithms also raise it
 ├── RunExistsError          the run folder already exists
 ├── RunBusyError            another process is training in the run folder
 ├── TrainingError           training failed; the message contains the cause and the step to resume from

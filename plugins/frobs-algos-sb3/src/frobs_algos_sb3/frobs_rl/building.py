@@ -59,7 +59,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
-    """Return the saved model ``model_name``, with the YAML file's numbers instead of the saved numbers."""
+    """Return the saved model ``model_name``, with training settings from the YAML file instead of the saved ones."""
     path = existing_model(folder, settings.params.model_name)
     attributes = {**settings.block.attributes(), **exploration(settings, env)}
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}

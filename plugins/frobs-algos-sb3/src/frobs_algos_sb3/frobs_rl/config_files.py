@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""Name of FRobs_RL's package, which also refers to the default files."""
+"""Name of FRobs_RL's package. The default files are also found under this name."""
 
 DEFAULTS = Path(__file__).parent / "config"
 """Folder of the default files."""
@@ -18,9 +18,9 @@ def find_config(package: str | None, filename: str | Path) -> Path:
     """Return the path of a YAML file, or raise a ConfigurationError that lists the existing files.
 
     Args:
-        package: Name of a ROS package, with the file in its ``config`` folder, or of a Python package, with the file in
-            its ``config`` folder or next to its modules. ``"frobs_rl"`` also refers to the default files. If None,
-            ``filename`` is a path.
+        package: Name of a ROS package that contains the file in its ``config`` folder, or of a Python package that
+            contains the file in its ``config`` folder or next to its modules. The default files are also found under
+            the name ``"frobs_rl"``. If None, ``filename`` is a path.
         filename: Name of the file. An absolute path is used directly.
     """
     if package is None or Path(filename).is_absolute():

@@ -31,7 +31,7 @@ def log_folder(path: Path, on_existing: str) -> Path:
 
     If the folder exists, the result depends on ``on_existing``. With ``error``, LogFolderExistsError is raised. With
     ``increment``, the next free name is returned (``TD3_2`` after ``TD3_1``). With ``overwrite``, the folder's logs are
-    removed. With ``resume``, the logs are continued.
+    removed. With ``resume``, new entries are appended to the logs.
     """
     if on_existing not in CHOICES:
         raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
@@ -58,7 +58,7 @@ def _next_free(path: Path) -> Path:
 
 
 def make_logger(folder: Path) -> Logger:
-    """Return a logger to stdout, ``progress.csv`` and TensorBoard, which appends to existing files."""
+    """Return a logger that writes to stdout, ``progress.csv`` and TensorBoard, and appends to existing files."""
     table = folder / "progress.csv"
     if not table.exists():
         return configure(str(folder), ["stdout", "csv", "tensorboard"])

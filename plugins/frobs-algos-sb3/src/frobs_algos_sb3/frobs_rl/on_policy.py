@@ -13,7 +13,7 @@ from frobs_core.errors import MissingSettingError
 
 
 class OnPolicyModel(BasicModel):
-    """Base class of PPO and A2C, with two more arguments than :class:`BasicModel`.
+    """Base class of PPO and A2C, with two arguments in addition to those of :class:`BasicModel`.
 
     Args:
         *args: Positional arguments of :class:`BasicModel`.

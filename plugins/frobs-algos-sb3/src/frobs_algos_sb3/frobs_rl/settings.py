@@ -90,14 +90,14 @@ class ModelParams(Strict):
 
     Attributes:
         training_steps: Number of steps per call of ``train``.
-        save_freq: Number of steps between models that are saved during training, or 0 to save none.
+        save_freq: Number of steps between saves during training, or 0 to save no intermediate models.
         save_prefix: Name prefix of the models that are saved during training.
         trained_model_name: Name of the model that is saved at the end of training.
         save_replay_buffer: Whether to save the replay buffer next to the model at the end of training.
         load_model: Whether to continue training the model ``model_name``.
         model_name: Name of a model in the model folder.
         log_folder: Name of the log folder of this training run.
-        log_interval: Number of episodes between log entries, or of iterations for PPO and A2C.
+        log_interval: Number of episodes (iterations for PPO and A2C) between log entries.
         reset_num_timesteps: Whether each call of ``train`` counts steps from 0.
         use_custom_policy: Whether to use ``policy_params`` for new models.
         policy_params: Settings of the networks.

@@ -20,14 +20,14 @@ _ELSEWHERE = (
     "log_interval",
     "reset_num_timesteps",
 )
-"""Keys that do not affect a run, because their purpose is served by the run folder."""
+"""Keys that have no effect on a run, because a run chooses its own file names and logs."""
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
     """Return the keys of :class:`frobs_train.RunConfig` that correspond to a file of FRobs_RL, and a note.
 
-    The note is one line that lists the keys without an effect on a run, or empty. A ConfigFileError is raised if a key
-    or value is invalid, or if the file continues a saved model.
+    The note is one line that lists the keys that have no effect on a run, or is empty if there are no such keys. A
+    ConfigFileError is raised if a key or value is invalid, or if the file continues a saved model.
     """
     settings = read_settings(mapping, algorithm, path)
     params = settings.params

@@ -32,7 +32,7 @@ MAX_JSON_BYTES = 64 * 2**20
 """Maximum size of ``data``. Images among the attributes can occupy several megabytes."""
 
 MAX_MEMBERS = 64
-"""Maximum number of files in an archive, of which stable-baselines3 writes at most eight."""
+"""Maximum number of files in an archive. stable-baselines3 writes at most eight files."""
 
 MAX_GROWTH = 20
 """Maximum ratio of uncompressed to compressed size. Files written by stable-baselines3 are not compressed."""

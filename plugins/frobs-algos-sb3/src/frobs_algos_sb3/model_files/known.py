@@ -103,7 +103,8 @@ def identify(data: Mapping[str, Any]) -> str | None:
 def policy_class(value: Any) -> type[Any]:
     """Return the policy class named in a pickle's readable text, or raise Unreadable if the class is unknown.
 
-    The text contains the name of the class's module, but the name of the class only as part of its constructor's name.
+    The text contains the name of the class's module, but contains the class name only as part of the constructor's
+    name.
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None

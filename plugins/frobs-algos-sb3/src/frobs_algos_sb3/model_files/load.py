@@ -158,7 +158,7 @@ def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any],
 
 
 def _reason(key: str, why: str) -> str:
-    """Return the reason why an attribute cannot be read without ``trust``, and the alternative."""
+    """Return why an attribute cannot be read without ``trust``, and how else the model can be opened."""
     way = ""
     if key in ("observation_space", "action_space"):
         way = ", or open it with an environment"

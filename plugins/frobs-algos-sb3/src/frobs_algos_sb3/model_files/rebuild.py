@@ -157,7 +157,7 @@ def _rollout_buffer_class(value: Any) -> None:
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:
-    """Return the policy's keyword arguments, or raise Unreadable for unknown keywords or sizes that no tensor has."""
+    """Return the policy's keyword arguments, or raise Unreadable for unknown keywords or sizes that match no tensor."""
     if not isinstance(value, dict):
         raise Unreadable("it is not a mapping")
     accepted = inspect.signature(known.policy_class(archive.data.get("policy_class")).__init__).parameters

@@ -1,4 +1,4 @@
-"""Writes a model as stable-baselines3's zip file and a JSON file with the attributes that are only pickled there."""
+"""Writes a model as stable-baselines3's zip file, plus a JSON file with attributes that the zip file only pickles."""
 
 from __future__ import annotations
 

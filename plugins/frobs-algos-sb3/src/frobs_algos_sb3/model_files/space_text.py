@@ -1,7 +1,7 @@
 """Parses Gymnasium spaces from the readable text next to their pickles.
 
-The text contains the bounds of a Box with eight decimals, which is sufficient for predictions. The exact bounds are
-available from an environment.
+The text contains the bounds of a Box with eight decimals, which is sufficient for predictions. If a model is opened
+with an environment, the environment's exact bounds are used instead.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def bench(
 
     With --scaling, the command measures how the steps per second and the memory depend on the number of environments,
     simulator threads and processes. With --runner ray, the number of processes on a cluster is varied as well. Each
-    size is measured in new processes. With --predict, the command fits a model to these measurements and predicts the
+    measurement runs in new processes. With --predict, the command fits a model to these measurements and predicts the
     time of a training run on more nodes.
 
     Example:

@@ -196,7 +196,7 @@ def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
 
 
 def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
-    """Return the facts about the measurements that the command prints."""
+    """Return the measurements as the facts that the command prints."""
     per_env = None if found.memory_per_env is None else f" + {found.memory_per_env / 1e3:,.1f} kB per environment"
     traffic = found.traffic
     return {
@@ -217,7 +217,7 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
 def prediction_facts(
     model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
 ) -> dict[str, Any]:
-    """Return the facts about the predictions that the command prints."""
+    """Return the predictions as the facts that the command prints."""
     learner = model.learner
     return {
         "name": "prediction",

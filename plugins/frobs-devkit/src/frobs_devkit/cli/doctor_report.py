@@ -78,7 +78,7 @@ def _print_joints(joints: Iterable[JointFacts]) -> None:
 
 
 def _axis(axis: Sequence[float]) -> str:
-    """Return a name such as ``"z"`` or ``"−y"`` for an axis of the joint's frame, otherwise the axis components."""
+    """Return a name such as ``"−y"`` if the axis is parallel to a frame axis, otherwise the axis components."""
     for letter, value in zip("xyz", axis, strict=True):
         if abs(abs(value) - 1.0) < 1e-9:
             return letter if value > 0 else f"−{letter}"

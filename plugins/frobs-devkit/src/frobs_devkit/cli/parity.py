@@ -86,12 +86,13 @@ def parity(
 ) -> None:
     """Measure how closely simulators agree on an environment, and write a certificate.
 
-    The command compares kinematics, drives, gravity, contacts, lidar, rewards, and the success of a run's policy. The
-    certificate contains the error and the tolerance of each comparison, and a plot of each measurement. Exits with
+    The command compares kinematics, drives, gravity, contacts, lidar, rewards, and the success rate of a run's policy.
+    The certificate contains the error and the tolerance of each comparison, and a plot of each measurement. Exits with
     status 1 if an error exceeds its tolerance (✗). If a simulator does not support a measurement, the measurement is
     skipped (–) and the reason is shown.
 
-    Several IDs are compared in separate jobs. If a job fails, the results of the other jobs are still printed.
+    If several IDs are given, a separate job measures each environment. If a job fails, the results of the other jobs
+    are still printed.
 
     Example:
         $ frobs parity frobs/Irb120Reach-v0 --simulators mujoco,pybullet

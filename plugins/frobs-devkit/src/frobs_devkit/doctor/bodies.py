@@ -28,7 +28,7 @@ DENSITIES = (1.0, 20_000.0)
 """Range of plausible link densities, from foam to tungsten: mass divided by bounding box volume [kg/m³]."""
 
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
-_TURNED = 3.0  # minimum factor by which the ratio of two moments contradicts the shape
+_TURNED = 3.0  # factor by which the shape makes one moment larger than another, and the file makes it smaller
 _LEAST, _MOST = 0.02, 2.0  # range of plausible moments, relative to the maximum for a body inside the box
 _SMALL = 1e-3  # [m] minimum thickness of a box, because a flat sheet has no volume
 _SHARE = 0.005  # fraction of the robot's mass or moments below which a link has no visible effect

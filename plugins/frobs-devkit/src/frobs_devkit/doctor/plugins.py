@@ -85,7 +85,7 @@ def examine_plugins(
         seconds: Time limit for the import of each plugin [s].
         only: Plugins to examine, each given as an entry point name, a distribution or ``distribution:name``. Defaults
             to all plugins. Name clashes are only detected among the examined plugins.
-        on_probe: Called with ``distribution:name`` of each plugin after its import.
+        on_probe: Function that is called with ``distribution:name`` after each plugin has been imported.
     """
     collection = plugins.active()
     wanted = [candidate for candidate in collection.candidates() if _is_meant(candidate, only)]

@@ -20,7 +20,7 @@ _TOLERANCE = 1e-6  # maximum relative difference between numbers that count as e
 
 @dataclass
 class Reading:
-    """A model, together with the findings and differences from reading its file."""
+    """A model, together with the findings and differences that were detected while its file was read."""
 
     model: RobotModel
     findings: list[Finding] = field(default_factory=list)

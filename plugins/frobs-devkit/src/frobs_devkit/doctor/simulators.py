@@ -28,7 +28,7 @@ def simulator_facts(
     Args:
         model: Model of the robot.
         wanted: Names of the simulators to check. Defaults to all installed simulators.
-        home: Home position of each joint by name [rad or m], as in :class:`~frobs_core.interfaces.Robot`.
+        home: Home position by joint name [rad or m], in the form that :class:`~frobs_core.interfaces.Robot` accepts.
 
     Raises:
         UnknownNameError: A simulator does not exist.

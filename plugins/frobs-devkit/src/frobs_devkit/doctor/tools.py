@@ -42,7 +42,7 @@ def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCand
             chosen=link.name == chosen,
         )
         ranked.append(((candidate.chosen, actuated, usual, len(path)), candidate))
-    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable, so equally likely links keep their order in the file
+    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: equally likely links keep the file's order
     return tuple(candidate for _, candidate in ranked)
 
 

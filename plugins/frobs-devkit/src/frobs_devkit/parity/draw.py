@@ -12,7 +12,7 @@ from frobs_devkit.parity.result import Line, Measurement, Panel
 from frobs_train import COLORS, INK, dress, make_figure
 
 _BAD = "#C22E2E"  # color of the tolerance
-_BOTTOM = 1e-17  # position of zeros on a logarithmic axis, which is below the rounding error of numbers near 1
+_BOTTOM = 1e-17  # value that represents zero on a logarithmic axis, below the rounding error of numbers near 1
 _STROKES: tuple[Any, ...] = ("-", (0, (3, 2)), (0, (1, 1.5)), (0, (5, 1, 1, 1)))
 _MARKS = ("o", "x", "+", "d")
 
@@ -20,7 +20,7 @@ _MARKS = ("o", "x", "+", "d")
 def draw(measurement: Measurement, simulators: Sequence[str]) -> bytes:
     """Draw the panels of a measurement side by side.
 
-    The reference is drawn as a broad pale line, and each other simulator as a thin dark line on top of it. If two
+    The reference is drawn as a broad pale line, and every other simulator as a thin dark line on top of it. If two
     simulators agree, the dark line runs along the middle of the pale line.
 
     Raises:

@@ -113,7 +113,7 @@ def compare_values(
         subjects: The simulators.
         name: Name of the tolerance.
         quantity: Name of the value.
-        values: Value of each simulator, or NaN where a simulator has no value.
+        values: Value of each simulator, or NaN for a simulator without a value.
         scale: Value that the tolerance is relative to.
         unknown: Reason for skipping the comparisons if the first simulator has no value.
         unit: Unit in which the values are displayed.

@@ -20,7 +20,7 @@ _LEAST_FALL = 1e-3  # [rad or m] smaller motions are not compared
 
 
 def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
-    """Compare the fall from the home position until a joint of the reference reaches its limit."""
+    """Compare the fall from the home position until a joint in the reference simulator reaches its limit."""
     reference, unit = subjects[0], subjects[0].joint_unit
     names, dof = reference.placement.model.joint_names, len(reference.placement.model.joint_names)
     off = np.zeros((1, 1, dof))

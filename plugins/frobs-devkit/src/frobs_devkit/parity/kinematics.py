@@ -15,13 +15,13 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 POSES = 20
 FILE = "model file"
-"""Reference of the comparison, which is the model file instead of a simulator."""
+"""Name of the reference in this measurement: the model file, not a simulator."""
 
 _UNLIMITED = np.pi  # [rad or m] on both sides of 0, for joints without limits
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare the poses of all links, computed from joint vectors and read back after writing joint states.
+    """Compare the poses of all links, both computed from joint vectors and read back after joint states are written.
 
     Args:
         subjects: The simulators.

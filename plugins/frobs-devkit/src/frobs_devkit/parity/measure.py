@@ -77,7 +77,7 @@ def measure_parity(
         only: Names of the measurements to perform. Defaults to all measurements.
         episodes: Number of episodes for evaluating the policy, at least 1.
         keywords: Keywords of the environment.
-        on_measurement: Called with the title of each measurement before the measurement starts.
+        on_measurement: Function that is called with the title of each measurement before the measurement starts.
 
     Raises:
         UnknownNameError: The ID, a simulator or a measurement does not exist.

@@ -101,8 +101,8 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
     Args:
         found: Recorded values, (n,).
         expected: Expected values, (n,).
-        samples: Number of expected values, before and after each sample, that belong to the range. A number of 0 yields
-            the absolute differences.
+        samples: Number of expected values, before and after each sample, that belong to the range. If 0, the absolute
+            differences are returned.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
@@ -110,7 +110,10 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
 
 
 def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
-    """Return the joint and time of the largest error in (…, samples, dof), such as ``"joint elbow at 0.214 s"``."""
+    """Return the joint and time of the largest error, such as ``"joint elbow at 0.214 s"``.
+
+    The shape of ``errors`` is (…, samples, dof).
+    """
     place = np.unravel_index(int(np.argmax(np.nan_to_num(errors, nan=np.inf))), errors.shape)
     return f"joint {names[int(place[-1])]} at {times[int(place[-2])]:.3f} s"
 

@@ -16,7 +16,7 @@ _TOGETHER = 64  # number of environments stepped together, if all simulators sup
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
     """Compare the success rate of a run's unmodified policy on the same episodes.
 
-    The number of environments stepped together is the same on all simulators, and therefore the goals are the same.
+    All simulators step the same number of environments together, so that they all use the same goals.
 
     Args:
         subjects: The simulators, starting with the reference.

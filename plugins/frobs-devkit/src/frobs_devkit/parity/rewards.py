@@ -74,8 +74,8 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
 def _liveliest(rollouts: Sequence[Rollout], episodes: int) -> list[int]:
     """Return the indices of the episodes in which the reward terms vary most.
 
-    In the first round, each term selects the episode in which it varies most. In further rounds, each term selects its
-    next choice, until enough episodes are selected.
+    In the first round, each term selects the episode in which it varies most. In each further round, each
+    term selects the episode with its next largest variation, until enough episodes are selected.
     """
     orders = [
         np.argsort([-float(np.ptp(rollout.rewards[name])) for rollout in rollouts], kind="stable").tolist()

@@ -30,8 +30,8 @@ DURATION = 2.0
 SATURATED_SHARE = 0.2
 """Minimum fraction of samples at which a joint must be at its effort limit, in the response with effort limits."""
 
-_MOST_SATURATED = 0.8  # maximum fraction of saturated samples, to show how drives leave their effort limits
-_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], if the limits permit it
+_MOST_SATURATED = 0.8  # maximum fraction of saturated samples, so that drives also leave their effort limits
+_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], or less near limits
 _LEAVING = 2  # number of physics steps by which an approximate drive may leave its effort limit too early or too late
 _JUMPS = 4  # number of alternating steps in the response with effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
@@ -146,7 +146,7 @@ def _mode(subject: Subject) -> CommandMode:
 
 
 def _jumps(subject: Subject) -> Floats:
-    """Return the commands (dof, 1, dof) for one run per joint, in which only that joint's command makes a step.
+    """Return the commands (dof, 1, dof) for one motion per joint, in which only that joint receives a step command.
 
     A position step is at most a quarter of the way to the joint's farther limit.
     """
@@ -182,7 +182,7 @@ def _judge(
     motions: Sequence[Sequence[Motion]],
     own: Floats | None = None,
 ) -> Iterator[Comparison]:
-    """Yield the worst comparison of joint positions and of drive efforts for each other simulator."""
+    """Yield the worst comparisons of joint positions and of drive efforts for every simulator except the reference."""
     names, jumps = reference.placement.model.joint_names, np.abs(np.diag(commands[:, 0]))
     for other, found in zip(others, motions[1:], strict=True):
         exact = follows_exactly(reference, other)
@@ -248,7 +248,7 @@ def _panels(
 
 
 def _saturations(name: str, motion: Motion, limits: Floats, joint: int, simulator: int) -> Line:
-    """Return a line in the joint's row, with gaps while the joint's drive is not saturated."""
+    """Return a line in the joint's row of the plot, with gaps where the joint's drive is not saturated."""
     at_limit = np.abs(motion.efforts[:, joint]) >= (1.0 - 1e-9) * limits[joint]
     return Line(name, motion.times, np.where(at_limit, float(joint), np.nan), joint, simulator)
 

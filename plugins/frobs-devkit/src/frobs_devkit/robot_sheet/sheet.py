@@ -104,7 +104,7 @@ class _Layout:
             self.limits = beside if view is views[0] else [(x, top), (x, top + _ABOVE[0] + _TITLE)]
         if pairs:
             columns = 3 if len(shots.joints) <= 6 else 4
-            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # width of both images of a joint
+            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # width of a joint's two images together
             size = (side * 9 // 16, side // 2 - 1)
             self.groups.append((pairs, stage.view(pairs, size, (0.9, 0.9))))
             pitch = _TITLE + size[0] + _GAP
@@ -149,7 +149,7 @@ class _Sheet:
         self.text(_MARGIN, 74, facts, 11, color=_SOFT)
 
     def tile(self, tile: Tile, x: int, y: int, title: str, caption: str = "", room: int = WIDTH) -> None:
-        """Draw an image with the upper left corner at (x, y) below a title, which is shortened to ``room`` [pixels]."""
+        """Draw an image with its upper left corner at (x, y), below a title that is at most ``room`` [pixels] wide."""
         h = tile.picture.shape[0]
         self.figure.figimage(tile.picture[::-1], x, self.height - y - h, origin="lower")
         if title:
@@ -194,7 +194,7 @@ class _Sheet:
 
 
 def _spread(rows: Sequence[float], height: int) -> list[float]:
-    """Return row positions inside the image that are close to the given positions, but at least a line apart."""
+    """Return row positions inside the image that are close to the given positions, but at least one line apart."""
     gap, edge = 26.0, 24.0
     placed: list[float] = []
     for row in rows:

@@ -1,4 +1,4 @@
-"""Creation of plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter template.
+"""Creates plugins from templates, for ``frobs new`` and for the hooks of the cookiecutter template.
 
     answers.py      defines the questions and validates the answers
     clashes.py      detects name clashes with installed plugins

@@ -1,4 +1,4 @@
-"""The scaffold's questions and the validation of their answers.
+"""The scaffold's questions, and the validation of the answers.
 
 This module imports only the standard library, because cookiecutter's hooks load it even if frobs-core is not installed.
 """

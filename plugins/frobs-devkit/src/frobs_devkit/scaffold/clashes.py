@@ -1,4 +1,4 @@
-"""Detection of name clashes between a new plugin and installed plugins."""
+"""Detects name clashes between a new plugin and installed plugins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clean-up after cookiecutter or ``frobs new`` has rendered the templates."""
+"""Cleans up after cookiecutter or ``frobs new`` has rendered the templates."""
 
 from collections.abc import Mapping
 from pathlib import Path

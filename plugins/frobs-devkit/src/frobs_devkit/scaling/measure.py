@@ -31,7 +31,7 @@ def bench_scaling(
 ) -> ScalingResult:
     """Measure how speed and memory depend on the number of environments, threads, processes and nodes.
 
-    Each size is measured in new processes.
+    Each measurement runs in new processes.
 
     Args:
         config: Configuration returned by :func:`frobs_train.resolve_config`.
@@ -39,7 +39,7 @@ def bench_scaling(
         runner: Runner that starts the processes of ``ranges.cluster_processes``.
         learner: Whether to measure a short training run as well, which is required to predict training times.
         folder: Existing folder that has the same path on all machines of the cluster. Defaults to the current folder.
-        on_step: Called with a description of the next measurement, such as ``"64 environments"``.
+        on_step: Function that is called with a description of the next measurement, such as ``"64 environments"``.
 
     Raises:
         UnknownNameError: The environment ID or the algorithm does not exist.

@@ -1,4 +1,4 @@
-"""Sizes at which the scaling is measured."""
+"""Numbers of environments, threads and processes at which the scaling is measured."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ScalingRanges:
         cluster_processes: tuple[int, ...] = (),
         seconds: float = 2.0,
     ) -> Self:
-        """Return the given ranges, and choose each range that is None to suit the environment and this machine.
+        """Return the ranges, and replace each None with a range that suits the environment and this machine.
 
         A simulator that is paced by the wall clock only supports a single environment. Environments of other libraries
         do not have simulator threads.

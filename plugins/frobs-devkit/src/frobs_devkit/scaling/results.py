@@ -15,7 +15,7 @@ _UNDISTURBED = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingPoint:
-    """Speed and memory measured at one size.
+    """Speed and memory for one size, such as 64 environments.
 
     Attributes:
         sweep: Name of the size that the sweep varies: ``num_envs``, ``threads``, ``processes`` or ``cluster``
@@ -49,7 +49,7 @@ class ScalingPoint:
 
     @property
     def undisturbed(self) -> float:
-        """Estimated environment steps per second if each thread had a full processor."""
+        """Estimated environment steps per second if each thread had a processor to itself."""
         return self.steps_per_second / self.processor_share
 
     @property
@@ -104,7 +104,7 @@ class ScalingResult:
 
     Attributes:
         id: The environment's ID.
-        points: Speed and memory at each size.
+        points: Speed and memory for each measured size.
         num_envs: Number of environments per process in the sweeps over threads and processes: the smallest measured
             number that reaches 90 % of the best speed with one thread.
         memory_per_process: Estimated memory of a process without environments [B].

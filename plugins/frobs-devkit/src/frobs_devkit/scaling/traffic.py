@@ -1,8 +1,8 @@
 """Measures how fast a learner receives experience that other processes have collected.
 
 Some jobs collect a batch and return it, like the workers of an asynchronous algorithm. Other jobs return nothing. The
-difference between the delays of both kinds of jobs is the time to transfer the batch, which is not affected by latency
-or by clock differences between machines.
+time to transfer a batch is the difference between the delays of jobs with and without a batch. This difference is not
+affected by latency or by clock differences between machines.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
         if outcome.error is not None:
             raise ConfigurationError(f"the traffic on the cluster cannot be measured: {outcome.error}")
         answer = outcome.result
-        copies = [array.copy() for array in answer["batch"]]  # because a learner does not compute in shared memory
+        copies = [array.copy() for array in answer["batch"]]  # a learner also copies batches from shared memory
         delay = time.time() - answer["finished"]
         _lock(folder).rmdir()
         if copies:

@@ -33,7 +33,7 @@ class Check:
     Attributes:
         name: Name in lowercase with underscores, unique within a list of checks.
         description: The rule in one sentence.
-        run: Function that runs the check. It may raise :class:`CheckFailure`, :class:`Inconclusive`,
+        run: Function that runs the check. The function may raise :class:`CheckFailure`, :class:`Inconclusive`,
             :class:`NotApplicable`, or any exception that the checked object raises.
         capability: Simulator capability that the check verifies, or ``""``.
         requires: Names of the required checks. If a required check fails, this check is skipped.
@@ -65,7 +65,7 @@ def after(*names: str) -> Callable[[Function], Function]:
 
 
 def checks_of(*modules: ModuleType) -> tuple[Callable[[Any], None], ...]:
-    """Return all public functions of the modules whose only parameter is named ``subject``, in source order."""
+    """Return the modules' public functions whose only parameter is named ``subject``, in source order."""
     return tuple(
         function
         for module in modules

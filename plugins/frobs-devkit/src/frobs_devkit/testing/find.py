@@ -1,4 +1,4 @@
-"""Lookup of the checks for an ID, a record, a plugin or a distribution that a user names."""
+"""Finds the ID, record, plugin or distribution that a command-line argument refers to, and its checks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Subject:
 
     @property
     def word(self) -> str:
-        """Unambiguous argument for the object: the ID of an environment, or a name such as ``"robot:irb120"``."""
+        """Command-line argument that identifies the object: an environment ID, or a name such as ``"robot:irb120"``."""
         return self.name if self.kind == "environment" else f"{self.kind}:{self.name}"
 
     @property
@@ -183,7 +183,7 @@ def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
         for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
             own = _of(kind, name, **options)
-            # checks that tasks share with environments run for each of the task's IDs instead
+            # checks that also apply to environments run only for the task's environment IDs
             if isinstance(record, TaskRecord):
                 own = [check for check in own if not record.environments or check.name not in of_environments]
             checks += [check.under(f"{kind}:{record.name}") for check in own]

@@ -42,7 +42,7 @@ class TaskUnderTest(EnvUnderTest):
 
 
 def record_is_sound(subject: TaskUnderTest) -> None:
-    """The implementation is a Task with keyword-only parameters with defaults, and its required capabilities exist."""
+    """The implementation is a Task whose parameters are keywords with defaults, and all required capabilities exist."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)

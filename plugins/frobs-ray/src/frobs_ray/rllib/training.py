@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger("frobs")
 
-_PATIENCE = 600.0  # [s] without a working environment runner before training ends
-_PAUSE = 0.1  # [s] between attempts while no environment runner works
+_PATIENCE = 600.0  # [s] maximum time without a working environment runner
+_PAUSE = 0.1  # [s] time between attempts while no environment runner works
 _START = 60.0  # [s] maximum time for the runners to create their environments
 _PROBE = 1.0  # [s] maximum time to wait for a response from a failed environment runner
 _UNINTERESTING = ("num_", "last_target_update", "module_train_batch_size", "weights_seq_no")

@@ -1,7 +1,7 @@
 """Converts a FRobs_RL package to a plugin, and its YAML files to run configurations.
 
 - ``python_files.py``: finds the package's classes and function calls with ``ast``
-- ``expressions.py``: evaluates expressions without running them
+- ``expressions.py``: evaluates expressions from their syntax, without executing code
 - ``constructor.py``: determines the values that constructors set
 - ``package.py``: collects all information about a package
 - ``yaml_files.py``: reads YAML files with training settings, controllers and task parameters

@@ -23,7 +23,7 @@ from frobs_rl_compat.migrate.python_files import OldClass
 KNOWN_TASKS = Path(__file__).with_name("known_tasks.yaml")
 
 _SETTINGS = ("__init__", "get_params")
-"""Methods whose numbers are read by the name of the variable to which they are assigned."""
+"""Methods whose numbers are looked up by the names of the variables that contain them."""
 
 _NAMED = ("get_param", "has_param", "ros_load_yaml_from_pkg", "urdf_parse_from_pkg")
 """Functions whose arguments specify a parameter or a file to read."""

@@ -101,7 +101,7 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance by up to about ``most`` [s], but by at least one physics step. Called by the simulation thread."""
+        """Advance by about ``most`` [s] or less, but by at least one physics step. Called by the simulation thread."""
         self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
 
     def set_paused(self, paused: bool) -> None:

@@ -23,7 +23,7 @@ class Component:
         self._topics: list[Any] = []
 
     def own(self, topic: Any) -> Any:
-        """Return a publisher or subscriber after adding it to the topics that :meth:`close` unregisters."""
+        """Return the given publisher or subscriber, which :meth:`close` will unregister."""
         self._topics.append(topic)
         return topic
 

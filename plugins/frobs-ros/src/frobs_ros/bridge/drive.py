@@ -21,7 +21,8 @@ class Drive:
     mode, the position target is chosen such that the drive law outputs exactly the target effort for one physics step.
 
     Attributes:
-        targets: (dof,) joint targets, depending on the joint's mode [rad or m, rad/s or m/s, N·m or N].
+        targets: (dof,) joint targets: positions, velocities or efforts, depending on each joint's mode [rad or m,
+            rad/s or m/s, N·m or N].
         efforts: (dof,) additional efforts, which are applied in all modes [N·m or N].
     """
 
@@ -88,7 +89,7 @@ class Drive:
         for joint, mode in enumerate(self.modes):
             if mode is _VELOCITY:
                 run = self._running[joint] + values[:, joint] * ahead
-                # Limit the lead, so that a blocked joint does not jump when it is released.
+                # Keep the target close to the position, so that a blocked joint does not jump when it is released.
                 values[:, joint] = np.clip(run, positions[joint] - 0.5, positions[joint] + 0.5)
                 self._running[joint] = values[-1, joint]
             elif mode is _EFFORT:

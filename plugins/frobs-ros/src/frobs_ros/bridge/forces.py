@@ -17,8 +17,8 @@ class JointEffort:
 
     Attributes:
         effort: [N·m or N]
-        start_ns: Start in simulated time [ns].
-        end_ns: End in simulated time [ns], or None to continue until a client clears the force.
+        start_ns: Start of the effort in simulated time [ns].
+        end_ns: End of the effort in simulated time [ns], or None if the effort lasts until a client clears it.
     """
 
     model: str
@@ -35,8 +35,8 @@ class BodyWrench:
     Attributes:
         force: (3,) [N]
         torque: (3,) [N·m]
-        start_ns: Start in simulated time [ns].
-        end_ns: End in simulated time [ns], or None to continue until a client clears the force.
+        start_ns: Start of the wrench in simulated time [ns].
+        end_ns: End of the wrench in simulated time [ns], or None if the wrench lasts until a client clears it.
     """
 
     model: str

@@ -124,7 +124,7 @@ PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
     "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
 }
-"""Functions that create each plugin's component from the bridge, the model, the plugin and the topic namespace."""
+"""For each plugin, a function that creates the component from the bridge, the model, the plugin and the namespace."""
 
 _NEEDS = {
     "gazebo_ros_laser": "rays",

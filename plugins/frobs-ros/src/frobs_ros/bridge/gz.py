@@ -2,8 +2,8 @@
 
 ``gz world -m N`` makes N physics steps, ``-s`` makes one step, ``-p 1|0`` pauses or unpauses, ``-r`` resets the time
 and all models, and ``-o`` resets only the models. The command returns after the bridge has executed the request. If no
-bridge responds, the next ``gz`` on the path, which is usually Gazebo's own command, runs instead. The bridge is called
-without rospy, because importing rospy would take most of the time.
+bridge responds, the next ``gz`` on the path, which is usually Gazebo's own command, runs instead. The command calls
+the bridge without rospy, because importing rospy would account for most of the command's run time.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class Loop:
         self.keep_pace()
 
     def keep_pace(self) -> None:
-        """Restart the pace measurement after a change of the speed or the simulated time."""
+        """Restart the pace measurement, for example after the speed or the simulated time has changed."""
         self._began = time.monotonic(), self._work.time
 
     def call(self, function: Callable[[], _Result]) -> _Result:
@@ -61,7 +61,7 @@ class Loop:
         return done.result()
 
     def close(self, last: Callable[[], None] = lambda: None) -> None:
-        """Stop the simulation thread. Waiting callers receive an error, and further calls have no effect.
+        """Stop the simulation thread. Waiting callers receive an error. Closing again has no effect.
 
         Args:
             last: Function that the simulation thread calls before it stops, to release the thread's resources. The

@@ -66,7 +66,7 @@ def place_of(pose: Pose) -> Place:
 
 
 def read_pose(message: Any) -> Place:
-    """Read a geometry_msgs/Pose, in which a zero quaternion (the default of FRobs_RL) means no rotation.
+    """Read a geometry_msgs/Pose, in which a zero quaternion (FRobs_RL's default) means no rotation.
 
     Raises:
         ConfigurationError: The message contains a number that is not finite.

@@ -13,7 +13,7 @@ from frobs_ros.bridge.model import Model
 
 @dataclass(frozen=True)
 class Touch:
-    """A pair of parts whose contact is measured.
+    """Two parts between which contact is measured.
 
     Attributes:
         contact: Contact that the scene declares.
@@ -47,7 +47,7 @@ def make_scene(
 
     Args:
         models: All models.
-        touches: Pairs of parts whose contact is measured.
+        touches: Pairs of parts between which contact is measured.
         floor: Whether the world has a ground plane at z = 0.
         gravity: [m/s²]
         with_cameras: Whether the simulator renders images.
@@ -75,8 +75,8 @@ def make_scene(
 def find_touches(models: Sequence[Model], *, floor: bool) -> Touches:
     """Return the contact pairs to measure for each link that has a contact sensor.
 
-    Each link and each static shape that can be touched forms a separate pair, so that a sensor can report which part is
-    touched.
+    The sensor's link forms a separate pair with each link and each static shape that it can touch, so that the sensor
+    can report which part is touched.
 
     Args:
         models: All models.

@@ -50,7 +50,7 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     controller manager is added: joint states are published, ``arm_controller`` follows trajectories, and
     ``joint_group_position_controller`` is loaded but not started. The robot's frames are published on ``/tf`` and
     ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``. A single lidar publishes on
-    ``scan``. If a robot has several lidars, each lidar publishes on a topic with the lidar's name.
+    ``scan``. If a robot has several lidars, each lidar publishes on a topic that is named after the lidar.
 
     Raises:
         FrobsError: The simulator rejects the robot.

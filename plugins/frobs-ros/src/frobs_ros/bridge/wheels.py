@@ -124,7 +124,7 @@ class Driver:
     def _stiffen(self, world: World) -> None:
         """Increase the wheels' drive gains for the mass of the robot, using the default drive bandwidth.
 
-        Default gains consider only the links that a joint carries, but the wheels must move the whole robot.
+        Default gains account for only the links that a joint carries, but the wheels must move the whole robot.
         """
         placement, robot, base = self._model.description.placement, self._model.robot, self._base
         assert placement is not None

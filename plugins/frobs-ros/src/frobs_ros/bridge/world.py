@@ -180,7 +180,7 @@ class World:
         return max(1, -(-(time_ns - self.time_ns) // self.timestep_ns))
 
     def reset(self, *, time: bool) -> None:
-        """Reset all models to their spawn poses at rest, clear all forces, and reset the time if ``time`` is True."""
+        """Reset all models to rest at their spawn poses, clear all forces, and reset the time if ``time`` is True."""
         if self.simulation is not None:
             self.simulation.reset()
         self.forces.clear()

@@ -20,7 +20,7 @@ PACKAGES = ("controller_manager", "gazebo_ros", "xacro")
 
 
 def has_original(package: str) -> bool:
-    """Return whether the original of a ROS package is installed, and not only its stand-in."""
+    """Return whether the original ROS package is installed, rather than only its stand-in."""
     try:
         return not find_package(package).is_relative_to(STAND_INS)
     except PackageNotFoundError:

@@ -91,7 +91,7 @@ def _spawn(namespace: str, options: Any, *, start: bool) -> None:
 
 
 def _names(given: str, namespace: str) -> list[str]:
-    """Return a controller's name, or the names that a YAML file defines, after loading the file into parameters."""
+    """Return the names of the given controllers, after loading their parameters if a YAML file is given."""
     path = Path(given)
     if path.suffix not in (".yaml", ".yml"):
         return [given]

@@ -90,7 +90,7 @@ def _text(options: Namespace) -> str:
 
 
 def _of_database(name: str) -> Path:
-    """Return the path of a model's SDF file, which is searched for in the folders of ``GAZEBO_MODEL_PATH``."""
+    """Find a model's SDF file in the folders of ``GAZEBO_MODEL_PATH``, and return the file's path."""
     for folder in path_folders("GAZEBO_MODEL_PATH"):
         if (folder / name / "model.sdf").is_file():
             return folder / name / "model.sdf"

@@ -17,11 +17,11 @@ class ReachLegacyVelocity(ReachLegacy):
     """FRobs_RL's IRB 140 reaching task with joint velocity control, for comparison and for porting from FRobs_RL.
 
     By default, the goal moves. Episodes never terminate. The task has the same parameters as
-    :class:`frobs_tasks_legacy.reach.task.ReachLegacy` and differs from this class as follows:
+    :class:`frobs_tasks_legacy.reach.task.ReachLegacy` and differs from ``ReachLegacy`` as follows:
 
-    - An action of ±1 is ±0.2 rad/s for each joint. Therefore, the registered environment uses the controller
-      ``joint_velocity`` with ``max_velocity=0.2``, and the key ``limit_joint_vel`` is ignored. A joint stops at its
-      limit, not 0.09 rad before the limit as in FRobs_RL.
+    - An action of ±1 corresponds to ±0.2 rad/s for each joint. Therefore, the registered environment uses the
+      controller ``joint_velocity`` with ``max_velocity=0.2``, and the key ``limit_joint_vel`` is ignored. A joint stops
+      at its limit, not 0.09 rad before the limit as in FRobs_RL.
     - The control timestep is 0.1 s. Steps in FRobs_RL had no fixed duration.
     - The observation, (dof + 6) float32, consists of the joint positions, the goal [m], and the unit vector from the
       tool to the goal.

@@ -66,7 +66,7 @@ class InsertPeg(GraspCube[Any]):
         )
 
     def _error(self) -> Floats:
-        """Return the required motion of the peg's center (in the hole) or lower end (otherwise), (num_envs, 3) [m]."""
+        """Return the required motion of the peg's lower end, or center if the peg is in the hole, (num_envs, 3) [m]."""
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]

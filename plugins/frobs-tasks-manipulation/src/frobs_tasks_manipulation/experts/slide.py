@@ -23,7 +23,7 @@ _TOUCH = 0.1  # [m/s] speed of the tool when it touches the puck
 _TOUCHING = 6  # number of control steps after which both fingertips touch the puck
 _ACCELERATION = 1.5  # [m/s²] maximum acceleration of the tool in a push
 _FASTER = 0.25  # fraction of the missing speed that is added per control step
-_AIMED = 0.02  # [m] distance between the goal and the puck's predicted stop at which the tool releases the puck
+_AIMED = 0.02  # [m] distance between the goal and the predicted end of the slide at which the tool releases the puck
 _LONGEST = 40  # maximum number of control steps in a push
 _BRAKING, _BACK = 3, 0.1  # the tool moves back after a push: number of control steps, and distance [m]
 _RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
@@ -57,7 +57,7 @@ class SlidePuck(ToolExpert[Any]):
         direction, left = self._way()
         velocity = task.cube.velocity * _HORIZONTAL
         slide = length(velocity)[:, None] * velocity / (2.0 * task.friction * _GRAVITY)  # v² / (2 μ g)
-        missing = left - (slide * direction).sum(axis=1)  # [m] from the predicted stop of the puck to the goal
+        missing = left - (slide * direction).sum(axis=1)  # [m] distance from the predicted end of the slide to the goal
         aside = length((self._behind() - task.tcp) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(

@@ -81,7 +81,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         return action
 
     def _moving_at(self, velocity: Floats) -> Floats:
-        """Return target positions (num_envs, 3) [m] with which the tool moves at velocities (num_envs, 3) [m/s]."""
+        """Return target positions (num_envs, 3) [m] that make the tool move at given velocities (num_envs, 3) [m/s]."""
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         return soon + self._control_timestep / _GAIN * velocity
 

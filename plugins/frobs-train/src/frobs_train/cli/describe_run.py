@@ -21,7 +21,7 @@ def is_run(path: Path) -> bool:
 def describe_run(path: Path) -> dict[str, Any]:
     """Return the facts about a run: progress, contents, evaluations and configuration.
 
-    ``success``, ``reward`` and ``length`` come from the last row of the log in which an episode ended.
+    ``success``, ``reward`` and ``length`` come from the last log row that includes finished episodes.
     """
     from frobs_train import Run
     from frobs_train.logs.progress import last_value, read_progress

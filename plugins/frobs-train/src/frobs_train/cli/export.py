@@ -34,9 +34,9 @@ def export(
 ) -> None:
     """Export the policy of a run as a single file that needs only NumPy and onnxruntime to run.
 
-    The bundle contains the network with all pre- and postprocessing. The bundle also describes the intended use of the
-    policy: joints, units, control rate, observation, limits and origin. The bundle is written only if the exported
-    policy reproduces the trainer's actions.
+    The bundle contains the network with all pre- and postprocessing. The bundle also describes how to use the policy:
+    joints, units, control rate, observation, limits and origin. The bundle is written only if the exported policy
+    reproduces the trainer's actions.
 
     Example:
         $ frobs export runs/first

@@ -28,8 +28,8 @@ def collect_outcomes(
 
     Args:
         names: Names of the jobs.
-        start: Function that runs the jobs and reports the index and progress of a job to its argument, a callback.
-        if_interrupted: Message for the user if Ctrl-C is pressed.
+        start: Function that runs the jobs, and calls its argument with the index and the progress of a job.
+        if_interrupted: Message of the KeyboardInterrupt that is raised if the user presses Ctrl-C.
 
     Returns:
         The outcome of each job. Use :func:`frobs_train.raise_failures` to raise an error if a job failed.

@@ -24,7 +24,7 @@ def plot(
         ),
     ] = None,
 ) -> None:
-    """Plot the learning curves of one or several runs as a PNG file.
+    """Plot the learning curves of one or more runs as a PNG file.
 
     Reward terms are also plotted if all runs differ only in their seed.
 

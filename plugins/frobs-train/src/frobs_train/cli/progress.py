@@ -23,7 +23,7 @@ class TrainingProgress:
 
     Args:
         headline: Description of the training run. The description is printed only after training has begun, so that
-            invalid input prints only an error message.
+            only an error message is printed if the input is invalid.
         total_steps: Total number of environment steps.
 
     Attributes:

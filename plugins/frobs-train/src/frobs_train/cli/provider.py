@@ -20,7 +20,7 @@ class TrainProvider(Provider):
     kind = "run"
 
     def environment(self, id: str, record: EnvironmentRecord) -> dict[str, Any]:
-        """Return the entry ``pretrained``, which contains facts about the ID's trained policy or None."""
+        """Return the entry ``pretrained``: facts about the ID's trained policy, or None if no such policy exists."""
         return {"pretrained": _pretrained(id) if record.pretrained else None}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str]:

@@ -36,9 +36,9 @@ def resume(
     """Continue a training run from its newest checkpoint.
 
     If the simulator restores its state exactly, a run that was stopped or killed continues as if it had not been
-    interrupted. If the continuation cannot be exact, a message explains why. A complete run is left unchanged
-    unless --steps exceeds the run's total. Changed settings are recorded in the run's history.json. --set rejects
-    settings on which the checkpoints depend, and explains why.
+    interrupted. If the resumed run may differ from an uninterrupted run, a message explains why. A complete run is left
+    unchanged unless --steps exceeds the run's total. Changed settings are recorded in the run's history.json. --set
+    rejects settings that the checkpoints depend on, and explains why.
 
     Example:
         $ frobs resume runs/first

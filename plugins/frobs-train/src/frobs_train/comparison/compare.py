@@ -31,7 +31,7 @@ class Group:
     runs: tuple[RunScore, ...]
     final: Estimate  # interquartile mean of the final results over seeds
     reached: int  # number of runs that reached the threshold
-    steps_to_threshold: float | None  # median over seeds, or None without a threshold or if half of the runs missed it
+    steps_to_threshold: float | None  # median over seeds; None without a threshold, or if half of the runs missed it
     seconds: float  # training time [s], median over seeds
     steps_per_second: float  # median over seeds
     curve: Curve
@@ -96,9 +96,9 @@ def compare(
     Args:
         runs: One or more runs to compare.
         metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
-        threshold: Count the steps until the metric reaches this value. Defaults to 0.95 for success and to no threshold
-            for reward.
-        evaluations: Fields of a :class:`frobs_train.Evaluation` by run folder, to use instead of the run's newest
+        threshold: Metric value up to which environment steps are counted. Defaults to 0.95 for success and to no
+            threshold for reward.
+        evaluations: Fields of an :class:`frobs_train.Evaluation` for each run folder, which replace the run's newest
             evaluation.
 
     Raises:

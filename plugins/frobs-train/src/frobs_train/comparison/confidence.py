@@ -10,7 +10,9 @@ import numpy as np
 from frobs_core.arrays import Floats
 
 RESAMPLES = 10_000
-"""Number of bootstrap samples per interval. Another seed moves the bounds by less than 1 % of the interval width."""
+"""Number of bootstrap samples per interval. Changing the random seed moves the bounds by less than 1 % of the interval
+width.
+"""
 
 _SEED = 0
 _BLOCK = 2_000_000  # random numbers drawn at once

@@ -64,8 +64,8 @@ def score_run(
         run: The run.
         columns: Log of the run.
         metric: ``"success"`` or ``"reward"``.
-        threshold: Count the steps until the metric reaches this value. None means no threshold.
-        found: Fields of the evaluation to use. Defaults to the newest evaluation.
+        threshold: Metric value up to which environment steps are counted, or None for no threshold.
+        found: Fields of the evaluation from which the result is taken. Defaults to the newest evaluation.
 
     Raises:
         RunError: The run has no evaluation, and no episode has ended yet.

@@ -8,7 +8,7 @@ from frobs_train.configuration.resolve import resolve_config
 
 
 def advise_controller(config: RunConfig) -> str | None:
-    """Return a hint if the ID's default controller needs fewer training steps than the chosen one, else None.
+    """Return a hint if the ID's default controller needs fewer training steps than the chosen controller, else None.
 
     The step counts are taken from the tuned settings.
     """

@@ -58,7 +58,7 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
 
     Args:
         components: Wrappers or callbacks of the configuration.
-        written: Unvalidated settings of the components, which store the file and line for error messages.
+        written: Unvalidated settings of the components, including the file and line for error messages.
         what: ``"wrapper"`` or ``"callback"``.
     """
     for index, component in enumerate(components):

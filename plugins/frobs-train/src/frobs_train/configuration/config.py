@@ -31,7 +31,7 @@ class ThreadsConfig(BaseModel):
 
 
 class ComponentConfig(BaseModel):
-    """Configuration of a wrapper or callback. All keys except ``name`` are passed to its constructor.
+    """Configuration of a wrapper or callback. The constructor receives all keys except ``name``.
 
     Attributes:
         name: ``"package.module:Name"``.
@@ -67,7 +67,7 @@ class RunConfig(BaseModel):
     """Complete configuration of a training run.
 
     Attributes:
-        environment: Gymnasium ID. The form ``"module:ID"`` imports the module first.
+        environment: Gymnasium ID. If the ID has the form ``"module:ID"``, the module is imported first.
         environment_kwargs: Keywords of the environment, such as simulator, controller and task parameters.
         randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.randomization`.
             Evaluations are randomized only on request.

@@ -1,4 +1,4 @@
-"""Read configuration files in other layouts, which are translated by algorithms."""
+"""Read configuration files, and translate files whose layout is declared in an algorithm's record."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _log = logging.getLogger("frobs")
 
 
 def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[ConfigMapping, bool]:
-    """Read a YAML file, and translate the file if an algorithm's record declares its layout.
+    """Read a YAML file, and translate the settings if an algorithm's record declares the layout of the file.
 
     Settings that have no equivalent in FRobs are reported in a single warning.
 

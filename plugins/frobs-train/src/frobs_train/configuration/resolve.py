@@ -32,9 +32,9 @@ def resolve_config(
 ) -> RunConfig:
     """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
-    The sources in order of increasing precedence are the settings that the algorithm's record contains for the ID, the
-    file, the flags, and the individual settings. If the file has another layout that the algorithm supports, the file
-    is translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
+    In order of increasing precedence, the sources are the settings for the ID in the algorithm's record, the file, the
+    flags, and the individual settings. If the file has another layout that the algorithm supports, the file is
+    translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
     controller. Only the mapping of the chosen controller is used.
 
     Args:

@@ -35,7 +35,7 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
         render_mode="human",
         wrappers=run.config.wrappers,
     )
-    # Environments of other packages limit their speed in render. FRobs environments have a control timestep instead.
+    # Environments of other packages limit their own speed in ``render``. FRobs environments have a control timestep.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
     ended = 0
     try:

@@ -19,7 +19,9 @@ from frobs_train.runs.policy import load_policy
 from frobs_train.runs.run import Run
 
 TOLERANCE = 1e-5
-"""Largest accepted difference between actions, scaled to [−1, 1], and largest relative difference of tied scores."""
+"""Largest accepted difference between actions scaled to [−1, 1], and largest relative difference between tied
+scores.
+"""
 
 _ENVS, _STEPS = 8, 32  # 256 observations
 
@@ -49,7 +51,7 @@ def export(
         CheckpointError: The checkpoint does not exist or is damaged.
         ConfigurationError: The algorithm cannot be exported, or a required package is missing.
         RunError: The environment's spaces differ from the spaces used in training.
-        BundleError: The exported policy and the algorithm's policy differ in their actions. No file is written.
+        BundleError: The exported policy and the algorithm's policy select different actions. No file is written.
     """
     text = license_text(license)
     env = make_vector_env(run.config.environment, _ENVS, run.config.keywords(randomize=False), run.config.wrappers)

@@ -146,8 +146,8 @@ def read_columns(run: Path) -> dict[str, Floats]:
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
     """Return the weighted moving mean of a column, (rows,).
 
-    The window spans the fraction ``window`` of all rows. NaN values are ignored. The result is NaN if a window contains
-    no other values.
+    The window spans the fraction ``window`` of all rows. NaN values are ignored. A result is NaN if its window contains
+    only NaN values.
     """
     half = int(window * len(values) / 2)
     valid = np.isfinite(values)

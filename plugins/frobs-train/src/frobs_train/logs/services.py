@@ -166,7 +166,7 @@ def make_loggers(names: Sequence[str]) -> list[ServiceLogger]:
 
 
 def log_evaluation(run: Run, found: Evaluation) -> None:
-    """Send an evaluation to the services that log its run. Failures are logged as warnings."""
+    """Send an evaluation to the services that track the evaluated run. Failures are logged as warnings."""
     if found.simulator or found.randomize:
         return
     names = [name for name in run.config.log if (run.path / f"{name}.json").is_file()]

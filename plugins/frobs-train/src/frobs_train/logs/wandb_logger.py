@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class WandbLogger(ServiceLogger):
-    """Logger that sends the rows, configuration, versions and evaluation of a run to Weights & Biases.
+    """Logger that sends the rows, configuration, versions and evaluations of a run to Weights & Biases.
 
     The name of the project is ``WANDB_PROJECT`` and defaults to ``frobs``. Runs of the same environment form a group.
     Weights & Biases writes its files to the run folder.

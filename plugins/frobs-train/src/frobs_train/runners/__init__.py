@@ -1,1 +1,1 @@
-"""Run many jobs (seeds, trials and evaluations) on one or several machines."""
+"""Run many jobs (seeds, trials and evaluations) on one or more machines."""

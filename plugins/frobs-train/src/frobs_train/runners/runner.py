@@ -1,4 +1,4 @@
-"""Interface of runners, which run independent jobs on one or several machines.
+"""Interface of runners, which run independent jobs on one or more machines.
 
 A distribution registers a runner in the entry-point group ``frobs.runners``::
 

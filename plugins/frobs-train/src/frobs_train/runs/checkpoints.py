@@ -126,7 +126,7 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
         listed = checksums.write_checksums(aside, files, previous)
         for path in [*files, listed, *(path for path in aside.rglob("*") if path.is_dir()), aside]:
             sync(path)
-        if final.exists():  # previous best, or the run was resumed from an earlier checkpoint
+        if final.exists():  # the previous best, or a checkpoint from before the run was resumed
             shutil.rmtree(old, ignore_errors=True)
             os.replace(final, old)
         os.replace(aside, final)

@@ -33,16 +33,16 @@ def settle_existing(path: Path, on_existing: str) -> Path:
             f"{path} is not a run folder, because config.yaml or versions.json is missing; remove it manually."
         )
     if on_existing == "overwrite":
-        with RunLock(path):  # check that no process is training in it
+        with RunLock(path):  # check that no process is training in the folder
             pass
     return path
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:
-    """Continue a run with the same configuration, or extend the run by more steps.
+    """Continue a run with the same configuration, or extend the run to a larger number of steps.
 
     Raises:
-        RunError: The configurations differ in a setting besides ``steps``.
+        RunError: The configurations differ in a setting other than ``steps``.
     """
     run = Run.open(path)
     new, old = config.model_dump(), run.config.model_dump()

@@ -16,7 +16,7 @@ from frobs_train.runs.run import Run
 def copy_run(source: Path, target: Path) -> None:
     """Copy the files needed to continue a run to a new folder. Checkpoint files are hard-linked.
 
-    Weights & Biases and MLflow treat the copy as a new run, because its later rows differ.
+    Weights & Biases and MLflow treat the copy as a new run, because the copy later logs different rows.
     """
     left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)

@@ -1,7 +1,7 @@
 """Record the configuration of a run and its changes in ``history.json``.
 
-``config.yaml`` contains the same configuration in human-readable form. If this file is edited, resuming the run applies
-the edits as changes. All other functions use the recorded configuration.
+``config.yaml`` contains the same configuration in human-readable form. If ``config.yaml`` is edited, resuming the run
+applies the edits as changes. All other functions use the recorded configuration.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""State of a run in a checkpoint, apart from algorithm and environment. Reading the state executes no code."""
+"""State of a run in a checkpoint, excluding the algorithm and the environment. Reading the state executes no code."""
 
 from __future__ import annotations
 

@@ -199,7 +199,7 @@ class RunMonitor:
             **evaluated,
         }
         self._metrics = {}
-        # Do not plan the next checkpoint here, because a checkpoint that is due is offered after this row.
+        # Do not plan the next checkpoint here, because a checkpoint that is due is written only after this row.
         self._next_row = (steps // self._log_every + 1) * self._log_every
         self._next_evaluation = (steps // self._evaluate_every + 1) * self._evaluate_every
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)

@@ -20,7 +20,7 @@ class PreparedTraining:
     """Environments and algorithm of a training run.
 
     Attributes:
-        env: The seeded environments. The caller must close them when the run ends.
+        env: The seeded environments. The caller must close the environments when the run ends.
         recorder: Wrapper around the environments that counts steps and reports finished episodes.
         episodes: Statistics of the episodes that the recorder reports.
         algorithm: The untrained algorithm, which steps the recorder.

@@ -164,7 +164,7 @@ def _continue(
 def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
     """Restore the environment, and return whether its state was restored.
 
-    Log a warning if the continuation is not exact.
+    Log a warning if the resumed run may differ from an uninterrupted run.
     """
     why = why_not_exact(run.config, env.env)
     if why is not None:

@@ -32,8 +32,8 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     The expert first acts for one episode in each environment. Each successful episode is a path that provides states at
     equal time intervals. The front is the index of the earliest state in which an episode may begin. The front moves
     from the end of the path to the start, by one state whenever enough of the episodes that began at the front have
-    succeeded. An episode that begins on the path has the remaining time, goals, objects and randomized parameters of
-    the expert's episode.
+    succeeded. An episode that begins on the path inherits the remaining time, goals, objects and randomized parameters
+    of the expert's episode.
 
     ``final_info`` contains ``frobs/from_path``, (num_envs,) bool, which is True if the finished episode began on the
     path.

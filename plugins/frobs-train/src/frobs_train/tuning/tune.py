@@ -74,7 +74,9 @@ class Search:
     pruner: str = "median"
 
     def resolve(self, chosen: Mapping[str, Any] | None = None) -> RunConfig:
-        """Return the configuration of a trial, or the configuration that all trials share if no settings are chosen.
+        """Return the configuration of a trial.
+
+        ``chosen`` contains the trial's own settings, or is None for the configuration that all trials share.
 
         Raises:
             UnknownNameError: No algorithm has this name.

@@ -1,4 +1,4 @@
-"""A check that training does not worsen the policy on a task that every algorithm can learn."""
+"""Checks that training does not worsen the policy on a task that every algorithm can learn."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         for action in bound.opposites():
             bound.begin()
-            # if update() uses the action instead of apply(), only the positions differ
+            # if only update() uses the action, and not apply(), only the positions differ
             commands.append((bound.step(action), bound.robot.joint_positions.copy()))
     expect(
         difference(*commands) is not None,

@@ -38,7 +38,7 @@ class EnvUnderTest:
 
     @property
     def spec(self) -> EnvSpec:
-        """The registered spec. Accessing the spec imports the module that registers the ID, if known."""
+        """The registered spec. Accessing the spec imports the module that registers the ID if the module is known."""
         module = self.self_importing_id.rpartition(":")[0]
         if module:
             importlib.import_module(module)

@@ -102,7 +102,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
 
 
 def tcp_is_the_tool(subject: RobotUnderTest) -> None:
-    """If a link named like a tool is fixed to the tool center point's link, the origins of both links coincide."""
+    """If a link with a tool name is fixed to the tool center point's link, the origins of both links coincide."""
     robot, model = subject.robot, subject.model
     tcp = robot.tcp or default_tcp(model)
     if usual_rank(tcp) or robot.base == "wheeled":

@@ -15,7 +15,7 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
-_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm into the rover's left wheel
+_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm inside the rover's left wheel
 _MASS = 2.0  # [kg]
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=_MASS)
 _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5**0.5, 0.0, 0.0)))

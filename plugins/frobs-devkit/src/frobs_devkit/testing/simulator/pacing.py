@@ -69,7 +69,7 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
         waited = time.monotonic() - start
         sim.step(10)
         late, count = pacer.lateness - lateness, pacer.missed - missed
-        least = pause - 2 * duration  # the previous step may have returned late by less than one deadline
+        least = pause - 2 * duration  # the previous step may have returned almost one duration too late
         expect(late >= least, f"a step that was called {waited:.3f} s after the last adds {late:.3f} s to 'lateness'.")
         expect(count >= least / duration, f"a step {late:.3f} s after its deadline adds {count} to 'missed'.")
         expect_close(before + (1 + count) * duration, sim.time[0], 1e-6, "time after a step that missed deadlines [s]")

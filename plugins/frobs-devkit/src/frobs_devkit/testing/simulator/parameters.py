@@ -23,7 +23,7 @@ _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=
 
 @verifies("randomize_gravity")
 def gravity_shows(subject: SimulatorUnderTest) -> None:
-    """In each environment, a ball falls according to the environment's own gravity."""
+    """In each environment, a ball falls with the gravity that is set for that environment."""
     with subject.build(bodies={"ball": BALL}, floor=False) as (sim, _):
         n = sim.num_envs
         expect_close(np.tile([0.0, 0.0, -9.81], (n, 1)), sim.parameter("gravity"), 1e-12, "gravity of the scene")
@@ -37,7 +37,7 @@ def gravity_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_mass")
 @after("wrenches_push")
 def mass_shows(subject: SimulatorUnderTest) -> None:
-    """In each environment, a body's own mass determines its reaction to forces and also scales its inertia."""
+    """The mass that is set in an environment determines how a body reacts to forces, and scales the body's inertia."""
     if not subject.level("wrench"):
         _only_written(subject, "mass", "ball", np.array([0.5]), np.array([0.8]))
         return
@@ -59,7 +59,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_gains")
 def gains_show(subject: SimulatorUnderTest) -> None:
-    """In each environment, the drives use the environment's own stiffness and damping."""
+    """In each environment, the drives use the stiffness and damping that are set for that environment."""
     with subject.build(LIFT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         kp = np.array([1500.0, 3.0]) * (1.0 + 0.3 * np.arange(n)[:, None])  # (num_envs, dof)
@@ -80,7 +80,7 @@ def gains_show(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_joint_damping")
 def joint_damping_shows(subject: SimulatorUnderTest) -> None:
-    """In each environment, the environment's own joint damping slows down a freely moving joint."""
+    """The joint damping that is set in an environment slows down a freely moving joint in that environment."""
     with subject.build(LIFT, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         damping = np.stack([np.zeros(n), 0.05 + 0.05 * np.arange(n)], axis=-1)
@@ -94,7 +94,7 @@ def joint_damping_shows(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_friction")
 def friction_shows(subject: SimulatorUnderTest) -> None:
-    """In each environment, a pushed box slides across the floor according to the environment's own friction."""
+    """The friction that is set in an environment determines how a pushed box slides across the floor."""
     if not subject.level("wrench"):
         _only_written(subject, "friction", "box", np.array([1.0]), np.array([0.3]))
         return
@@ -123,7 +123,7 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_size")
 @after("wrenches_push", "gravity_shows")
 def sizes_show(subject: SimulatorUnderTest) -> None:
-    """In each environment, a body has the environment's own size and keeps its mass."""
+    """In each environment, a body has the size that is set for that environment, and keeps its mass."""
     pillar = Body(
         shapes=(
             Shape(Box((0.1, 0.1, 0.2)), Pose((0.0, 0.0, 0.1))),

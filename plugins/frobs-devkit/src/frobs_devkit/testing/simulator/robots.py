@@ -23,7 +23,7 @@ ARM = Robot(
 )
 """An arm with two revolute joints, whose axes and origins are rotated arbitrarily.
 
-The arm has no shapes and thus no contacts. Gripper controllers can use its joints as two fingers.
+The arm has no shapes and thus no contacts. Gripper controllers can use the joints as two fingers.
 """
 
 LIFT = Robot(
@@ -64,9 +64,9 @@ ROVER = Robot(
 """A rover with two driven wheels and two sliding feet."""
 
 GRIPPER = Robot(model="kit_gripper", name="kit_gripper", tcp="tip")
-"""A gripper with a finger, whose tip is a massless link, and a follower.
+"""A gripper with a finger and a follower.
 
-The follower's angle is −2 times the finger's angle plus 0.1 rad.
+The tip of the finger is a massless link. The follower's angle is −2 times the finger's angle plus 0.1 rad.
 """
 
 PILE = Robot(model="kit_pile", name="kit_pile", tcp="c")

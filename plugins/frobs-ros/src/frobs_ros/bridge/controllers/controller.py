@@ -48,7 +48,7 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """Handle of the robot, which is replaced when the simulation is rebuilt."""
+        """Handle of the robot. Rebuilding the simulation replaces the handle."""
         assert self.model.robot is not None
         return self.model.robot
 

@@ -22,7 +22,7 @@ class DiffDriveController(Driving, Controller):
 
     Args:
         parameters: Supported keys are ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius``, the
-            multipliers of both lengths, limits in ``linear/x`` and ``angular/z``, ``cmd_vel_timeout``,
+            multipliers of these two lengths, limits in ``linear/x`` and ``angular/z``, ``cmd_vel_timeout``,
             ``publish_rate``, ``base_frame_id``, ``odom_frame_id`` and ``enable_odom_tf``.
     """
 

@@ -18,8 +18,8 @@ class Points:
     """Waypoints of a trajectory.
 
     Attributes:
-        start: Start in simulated time [s], or None to start immediately.
-        times: (m,) increasing, nonnegative times from the start [s].
+        start: Start of the trajectory in simulated time [s], or None to start immediately.
+        times: (m,) increasing, nonnegative times since the start [s].
         positions: (m, k) [rad or m]
         velocities: (m, k) [rad/s or m/s], or None if the message contains no velocities.
         accelerations: (m, k) [rad/s² or m/s²], or None if the message contains no accelerations or no velocities.

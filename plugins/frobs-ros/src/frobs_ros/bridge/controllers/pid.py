@@ -14,7 +14,7 @@ from frobs_core.errors import ConfigurationError
 class Pid:
     """PID controller for k joints.
 
-    A limit on the integral term is symmetric and always prevents windup, so ``i_min`` and ``antiwindup`` are ignored.
+    The limit on the integral term is symmetric and always prevents windup, so ``i_min`` and ``antiwindup`` are ignored.
 
     Args:
         parameters: Parameters of each joint: ``p``, ``i``, ``d``, and ``i_clamp`` or ``i_max``, where 0 means no limit.

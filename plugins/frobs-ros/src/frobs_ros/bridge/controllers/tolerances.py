@@ -13,7 +13,7 @@ from frobs_core.arrays import Floats
 SETTLING = 0.5
 """Minimum settling time at the end of a trajectory [s].
 
-FRobs drives must accelerate masses, whereas Gazebo sets joint positions directly.
+FRobs drives need time to settle because they accelerate masses, whereas Gazebo sets joint positions directly.
 """
 
 
@@ -47,7 +47,7 @@ class Tolerances:
         )
 
     def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
-        """Return the tolerances after the changes that a FollowJointTrajectoryGoal requests.
+        """Return a copy of the tolerances with the changes that a FollowJointTrajectoryGoal requests.
 
         For a joint, 0 keeps the current tolerance, and a negative value disables the check.
         """

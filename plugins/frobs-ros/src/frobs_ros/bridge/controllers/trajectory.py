@@ -28,7 +28,7 @@ class TrajectoryController(Controller):
     """Controller that follows trajectories from the topic ``command`` and the action ``follow_joint_trajectory``.
 
     The controller publishes its state on the topic ``state``. With the position interface, the drives also receive the
-    target velocity, which prevents lag. With the velocity and effort interfaces, a PID controller with the gains
+    target velocity to prevent lag. With the velocity and effort interfaces, a PID controller with the gains
     ``gains/<joint>`` and the feedforward gain ``velocity_ff/<joint>`` follows the trajectory.
 
     Args:
@@ -60,11 +60,11 @@ class TrajectoryController(Controller):
         self._message = JointTrajectoryControllerState
         self._state = self.own(rospy.Publisher(f"{topic}/state", JointTrajectoryControllerState, queue_size=1))
         self.own(rospy.Subscriber(f"{topic}/command", JointTrajectory, self._take, queue_size=10, tcp_nodelay=True))
-        # With a rate of 0, actionlib does not start its timer, which would fail when simulated time jumps back.
+        # A rate of 0 keeps actionlib from starting its timer. The timer would fail when simulated time jumps back.
         rospy.set_param("/gazebo/actionlib_status_frequency", 0)
         name, kind = f"{topic}/follow_joint_trajectory", FollowJointTrajectoryAction
         self._server = ActionServer(name, kind, goal_cb=self._accept, cancel_cb=self._cancel, auto_start=False)
-        # When the action server stops, it shuts down this timer.
+        # The action server shuts down its timer when it stops, so provide a dummy timer.
         self._server.status_timer = SimpleNamespace(shutdown=lambda: None)
         self._server.start()
 
@@ -147,7 +147,7 @@ class TrajectoryController(Controller):
         self._desired = positions[-1], velocities[-1], accelerations[-1]
         if self._pid is None:
             stiffness, damping = (gain[0, self.columns] for gain in self.robot.drive_gains())
-            # The drive law contains the damping Kd·q̇. Adding Kd/Kp·v to the target changes the damping to Kd·(q̇ − v).
+            # The drive law contains the damping term Kd·q̇. Adding Kd/Kp·v to the target turns the term into Kd·(q̇ − v).
             ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
             self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
         else:

@@ -8,10 +8,10 @@ gravity differently:
   which is +9.8 m/s² along z for an upright sensor at rest.
 
 Both plugins report the orientation in the world frame, and vectors in the sensor frame. The acceleration is the change
-of the sensor's velocity since the last message, divided by the elapsed time. ``rpyOffset`` rotates the reported
+in the sensor's velocity since the last message, divided by the elapsed time. ``rpyOffset`` rotates the reported
 orientation about the world axes. With ``gazebo_ros_imu``, vectors are also reported in this rotated frame.
 ``xyzOffset`` has no effect, as in gazebo_ros. ``gaussianNoise`` is the standard deviation of the noise on each number,
-and the diagonal of each covariance matrix contains its square.
+and the diagonal of each covariance matrix contains the square of this standard deviation.
 
 Gazebo's gazebo_ros_imu rotates vectors by the link's orientation instead of the inverse, so its vectors are in the link
 frame only while the link is level. In the bridge, the vectors are in the link frame at any orientation.

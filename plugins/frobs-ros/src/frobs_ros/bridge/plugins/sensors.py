@@ -15,7 +15,7 @@ from frobs_ros.bridge.world import World
 
 
 class Scan(Component):
-    """Publisher of a lidar's ``sensor_msgs/LaserScan``, in which rays without a hit are inf, as in Gazebo.
+    """Publisher of a lidar's ``sensor_msgs/LaserScan``, in which rays without a hit have the range inf, as in Gazebo.
 
     Args:
         sensor: Name of the lidar.

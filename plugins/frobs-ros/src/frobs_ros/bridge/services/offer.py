@@ -27,8 +27,8 @@ class Offers:
             kind: Class of the service.
             handler: Function that is called in the simulation thread with the request. The function returns a
                 response, a dictionary of response fields, or None for an empty response. If the function raises a
-                FrobsError, the response contains ``success=False`` and the error message. The call fails instead if
-                the error is a SimulationError or the response does not have these fields.
+                FrobsError, the response contains ``success=False`` and the error message. If the error is a
+                SimulationError, or if this service's responses do not have these fields, the call fails instead.
         """
         import rospy
 
