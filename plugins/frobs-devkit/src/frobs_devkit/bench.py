@@ -64,7 +64,7 @@ class BenchResult:
 
 
 def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **keywords: Any) -> BenchResult:
-    """Compare the speed of an FRobs environment with the speed of its bare engine.
+    """Compare the speed of a FRobs environment with the speed of its bare engine.
 
     Args:
         id: ID of the environment.
@@ -74,7 +74,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
         keywords: Keywords of the environment.
 
     Raises:
-        ConfigurationError: The ID does not belong to an FRobs environment, or a number is out of range.
+        ConfigurationError: The ID does not belong to a FRobs environment, or a number is out of range.
     """
     whole_number("steps", steps, lowest=10)
     whole_number("num_envs", num_envs, lowest=1)

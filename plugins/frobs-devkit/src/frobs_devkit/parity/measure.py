@@ -68,7 +68,7 @@ def measure_parity(
     """Measure how closely several simulators agree on an environment.
 
     Args:
-        environment: Gymnasium ID of an FRobs environment.
+        environment: Gymnasium ID of a FRobs environment.
         simulators: Names of the simulators, starting with the reference. A simulator that is listed twice is compared
             with itself.
         run: Run whose policy is evaluated and whose environment keywords are used. Without a run, no policy is
@@ -81,7 +81,7 @@ def measure_parity(
 
     Raises:
         UnknownNameError: The ID, a simulator or a measurement does not exist.
-        ConfigurationError: There are fewer than two simulators, the ID does not belong to an FRobs environment, or a
+        ConfigurationError: There are fewer than two simulators, the ID does not belong to a FRobs environment, or a
             file or run does not match the environment.
         CapabilityError: The reference simulator cannot run the environment.
         CheckpointError: The run has no usable checkpoint.

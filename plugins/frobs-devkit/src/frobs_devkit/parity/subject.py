@@ -31,7 +31,7 @@ class Subject:
         label: Unique name of the simulator in the certificate.
         simulator: Name of the simulator.
         record: Record of the simulator.
-        environment: Gymnasium ID of an FRobs environment.
+        environment: Gymnasium ID of a FRobs environment.
         keywords: Keywords of the environment, except ``simulator``.
         placement: Placement of the environment's robot.
         gravity: Gravity of the task [m/s²].
@@ -128,13 +128,13 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
     The first simulator is the reference, which must be able to run the environment.
 
     Args:
-        environment: Gymnasium ID of an FRobs environment.
+        environment: Gymnasium ID of a FRobs environment.
         simulators: Names of the simulators. A simulator that is listed twice is compared with itself.
         keywords: Keywords of the environment.
 
     Raises:
         UnknownNameError: The ID or a simulator does not exist.
-        ConfigurationError: There are fewer than two simulators, or the ID does not belong to an FRobs environment.
+        ConfigurationError: There are fewer than two simulators, or the ID does not belong to a FRobs environment.
         CapabilityError: The reference simulator cannot run the environment.
     """
     if len(simulators) < 2:
