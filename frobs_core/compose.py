@@ -181,7 +181,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the capabilities that a task requires, keyed by the task's description in error messages.
+    """Return the capabilities that a task requires, by the name of the task for error messages.
 
     Args:
         record: Record of the task.

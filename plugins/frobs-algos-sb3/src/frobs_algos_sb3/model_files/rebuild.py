@@ -113,7 +113,7 @@ def _scalar(value: Any) -> bool | int | float | None:
 
 
 def _pickled(_value: Any) -> Any:
-    raise Unreadable("the file contains it only as code")
+    raise Unreadable("the file contains only the code of the value, which is not executed")
 
 
 def _word_or_number(value: Any) -> str | float:
@@ -127,7 +127,7 @@ def _word_or_number(value: Any) -> str | float:
 
 def _plain_mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict) or ":type:" in value:
-        raise Unreadable("the file contains it only as code")
+        raise Unreadable("the file contains only the code of the value, which is not executed")
     return {str(key): item if isinstance(item, str) else _scalar(item) for key, item in value.items()}
 
 

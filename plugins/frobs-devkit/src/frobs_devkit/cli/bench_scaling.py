@@ -78,7 +78,7 @@ NodeProcessors = Annotated[
         metavar="N",
         min=1,
         show_default="those of this machine",
-        help="With --predict: number of processors of each node.",
+        help="With --predict: number of processors per node.",
     ),
 ]
 

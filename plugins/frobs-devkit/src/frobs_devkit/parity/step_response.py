@@ -45,7 +45,7 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
     motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
     return Measurement(
         summary=f"The command of one joint after the other steps away from home, while the commands of the other joints "
-        f"stay the same. The motions of {DURATION:g} s are compared at every physics step, without effort limits and "
+        f"stay the same. The motions during {DURATION:g} s are compared at every physics step, without effort limits or "
         "collisions.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},

@@ -50,7 +50,7 @@ class Stage:
     Args:
         robot: Description of the robot.
         model: The parsed model file.
-        shots: All shots that will be drawn.
+        shots: All shots to render.
         simulator: Name of the simulator to render with. Defaults to the first simulator that can render.
 
     Raises:

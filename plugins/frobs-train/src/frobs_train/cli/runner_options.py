@@ -31,7 +31,7 @@ RayAddress = Annotated[
 JobCpus = Annotated[
     int | None,
     typer.Option(
-        "--cpus", metavar="N", min=1, show_default="1", help="With --runner ray: number of processors of each job."
+        "--cpus", metavar="N", min=1, show_default="1", help="With --runner ray: number of processors per job."
     ),
 ]
 
@@ -42,7 +42,7 @@ JobMemory = Annotated[
         metavar="GB",
         min=0.1,
         show_default="estimated from the settings",
-        help="With --runner ray: memory that is reserved for each job, in GB.",
+        help="With --runner ray: memory to reserve for each job, in GB.",
     ),
 ]
 
