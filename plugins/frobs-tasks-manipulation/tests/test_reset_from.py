@@ -147,7 +147,11 @@ def logged(run: Run) -> list[dict[str, str]]:
 @pytest.mark.parametrize(
     ("environment", "keywords", "message"),
     [
-        ("frobs/Irb120Reach-v0", {}, "needs a task with an expert; --set reset_from=null"),
+        (
+            "frobs/Irb120Reach-v0",
+            {},
+            "needs a task with an expert; to train without reset_from, pass --set reset_from=null",
+        ),
         ("CartPole-v1", {}, "reset_from needs an environment of FRobs"),
         (
             LIFT,
@@ -157,7 +161,7 @@ def logged(run: Run) -> list[dict[str, str]]:
         (
             LIFT,
             {"controller": "joint_position", "controller_kwargs": {}},
-            "choose the controller 'tcp_delta_pose' for the arm; --set reset_from=null",
+            "choose the controller 'tcp_delta_pose' for the arm; to train without reset_from, pass --set reset_from=null",
         ),
     ],
 )

@@ -126,7 +126,7 @@ def test_an_environment_that_raises_says_where_and_what_can_be_continued(
     assert f"the training run in {tmp_path / 'run'} failed after 1,000 environment steps" in text
     assert "ValueError: the gripper is stuck" in text
     assert "test_survival.py:" in text
-    assert f"'frobs resume {tmp_path / 'run'}' continues from step 960" in text
+    assert f"continue from step 960 with 'frobs resume {tmp_path / 'run'}'" in text
     assert isinstance(caught.value.__cause__, ValueError)
     assert not [path for path in (tmp_path / "run").rglob(".*") if path.name != ".lock"]
     assert resume(tmp_path / "run").checkpoints[-1].steps == 2000
