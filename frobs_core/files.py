@@ -135,7 +135,8 @@ def sync(path: Path) -> None:
 def cache_folder(*names: str) -> Path:
     """Return the path of a folder in the cache.
 
-    The cache is the folder ``frobs`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if the variable is unset or a relative path.
+    The cache is the folder ``frobs`` in ``$XDG_CACHE_HOME``, or in ``~/.cache`` if the variable is unset or a relative
+    path.
 
     Args:
         *names: Names of the nested folders.

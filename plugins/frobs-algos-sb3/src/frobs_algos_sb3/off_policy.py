@@ -177,7 +177,8 @@ class OffPolicy(SB3Algorithm):
                 f"algorithm '{self.name}'",
                 self.observation_space,
                 "needs a goal-conditioned environment for hindsight replay, with the observations "
-                f"{', '.join(sorted(GOAL_KEYS))} and with compute_reward; choose another environment, or replay_buffer.type: standard.",
+                f"{', '.join(sorted(GOAL_KEYS))} and with compute_reward; choose another "
+                "environment, or replay_buffer.type: standard.",
             )
         return possible and chosen != "standard"
 

@@ -170,7 +170,8 @@ def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str
     affordable = measured.parts[SIMULATION] / vector_steps / gradient_step
     scaling = (
         f"A gradient step takes {_milliseconds(gradient_step)}. There are "
-        f"{rounds * per_round / vector_steps:.3g} gradient steps per vector step, and simulating one vector step takes as long as {affordable:.2g} gradient steps."
+        f"{rounds * per_round / vector_steps:.3g} gradient steps per vector step, and simulating one vector "
+        f"step takes as long as {affordable:.2g} gradient steps."
     )
     if measured.parts[UPDATES] < 0.5 * measured.seconds or per_round < 2:
         return scaling

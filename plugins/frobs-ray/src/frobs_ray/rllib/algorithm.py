@@ -140,8 +140,8 @@ class RLlibAlgorithm(Algorithm):
         saved = storage.read_json(folder / "algorithm.json")
         if saved.get("format") != FORMAT or saved.get("algorithm") != cls.name:
             raise CheckpointError(
-                f"{folder} contains algorithm '{saved.get('algorithm')}' in format {saved.get('format')}, but "
-                f"'{cls.name}' in format {FORMAT} is needed."
+                f"{folder} was saved by algorithm '{saved.get('algorithm')}' in format {saved.get('format')}; "
+                f"expected algorithm '{cls.name}' in format {FORMAT}."
             )
         algorithm = cls.__new__(cls)
         try:
