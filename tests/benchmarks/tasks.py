@@ -89,14 +89,16 @@ class Case:
 def cases() -> list[Case]:
     """Return the IDs that have a robot and tuned settings, each with its algorithm.
 
-    If several algorithms are tuned for an ID, PPO is used if possible, otherwise the first by name.
+    If several algorithms are tuned for an ID, the one of ``task_targets.yaml`` is used, otherwise PPO if possible, or
+    the first by name.
     """
-    records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
+    records, targets = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm")), _yaml(TARGETS)
     found = []
     for id, (_, environment) in registry.environments().items():
         tuned = [name for name, record in records.items() if id in record.tuned]
         if tuned and environment.robot:
-            found.append(Case(id, min(tuned, key=lambda name: (name != "ppo", name))))
+            wanted = targets.get(id, {}).get("algorithm", "ppo")
+            found.append(Case(id, min(tuned, key=lambda name: (name != wanted, name))))
     return found
 
 
