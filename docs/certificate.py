@@ -34,7 +34,10 @@ def page(certificate: Certificate) -> str:
             continue
         lines.append(line)
     head, *rest = lines
-    note = "Written by `docs/certificate.py`, which `frobs parity` would do too; what it means is [here](parity.md)."
+    note = (
+        "`docs/certificate.py` wrote this certificate; `frobs parity` writes the same kind. "
+        "[Compare a task on several simulators](parity.md) explains certificates."
+    )
     text = "\n".join([head.replace("Parity of", "Benchmarks: parity certificate of"), "", note, *rest])
     while "\n\n\n" in text:
         text = text.replace("\n\n\n", "\n\n")

@@ -1,4 +1,4 @@
-"""PPO in a single file, in the style of CleanRL: change any line of it.
+"""PPO in a single file, in the style of CleanRL, so that you can change every line.
 
 The only part of FRobs that the loop uses is the batched environment: observations, rewards and ends of episodes are
 arrays with one row for each of the 64 environments. The script prints the success rate, which rises to more than 80 %

@@ -6,6 +6,7 @@ robot. The script prints the contents of the exported file, and the distance bet
 action.
 
 Requires: pip install frobs
+
 The robot's computer requires only: pip install frobs-deploy
 """
 

@@ -35,7 +35,7 @@ class CopyPosture(Task):
         self.goal: Floats = self.robot.home.copy()  # (num_envs, dof) [rad]
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Start at home with a new goal, in the environments of the mask."""
+        """In the environments that the mask selects, start at home with a new goal."""
         rows = rows_of(mask)
         self.robot.write_joint_state(self.robot.home[rows], mask=mask)
         self.goal[rows] = self.robot.home[rows] + rng.uniform("goal", -0.5, 0.5, (self.robot.dof,), mask)

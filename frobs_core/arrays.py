@@ -27,7 +27,7 @@ def rows_of(mask: Mask | None) -> Mask | slice:
 
 
 def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
-    """Pad rows (n, …) with zeros to the shape (n, …shape).
+    """Zero-pad an array with the shape (n, …) to (n, *shape).
 
     The states in two snapshots of the same engine may have different sizes.
     """

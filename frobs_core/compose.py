@@ -45,13 +45,13 @@ MAX_DECIMATION = 10_000
 
 @dataclass(frozen=True)
 class Parts:
-    """Parts of an environment, such as the simulation, task and controllers, already bound to each other.
+    """Connected parts of an environment, such as the simulation, task and controllers.
 
     Attributes:
         robot: Handle of the first controlled robot.
         controller: Controller of the first controlled robot's first joint group.
-        check_reset: Function that raises CapabilityError if the simulator does not support a capability that a reset
-            with the given option names requires.
+        check_reset: Function that raises CapabilityError if the simulator does not support a reset with the given
+            option names.
     """
 
     simulation: Simulation
@@ -181,11 +181,11 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the capabilities that a task requires, by the name of the task for error messages.
+    """Return the capabilities that a task requires, under the task's description for error messages.
 
     Args:
         record: Record of the task.
-        task: Task that was built from the record with the user's keywords.
+        task: Task built from the record and the user's keywords.
         options: Names of the options passed to ``reset``.
     """
     who = f"task '{record.name}'" + (f", reset with {' and '.join(options)}" if options else "")
@@ -199,10 +199,13 @@ def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> N
         ParameterValueError: There are several environments, or a step may include a reset.
     """
     if simulator.is_paced and num_envs > 1:
-        rule = f"1 on simulator '{simulator.name}', which is paced and has a single environment"
+        rule = f"1, because simulator '{simulator.name}' is paced and supports only one environment"
         raise ParameterValueError("num_envs", num_envs, rule)
     if simulator.is_paced and same_step:
-        rule = f"'NextStep' or 'Disabled' on simulator '{simulator.name}', which is paced and drives home in a reset"
+        rule = (
+            f"'NextStep' or 'Disabled', because simulator '{simulator.name}' is paced and moves the robot home during "
+            "a reset"
+        )
         raise ParameterValueError("autoreset_mode", "SameStep", rule)
 
 
@@ -244,7 +247,7 @@ def _check_apart(placements: Mapping[str, Placement]) -> None:
         if other != name:
             raise ConflictingOptionsError(
                 [f"robots.{other}", f"robots.{name}"],
-                f"both are at {placement.pose.pos} m; set the pose of one of them",
+                f"both robots have the position {placement.pose.pos} m; set a different pose for one of them",
             )
 
 

@@ -174,7 +174,7 @@ class EnvConfig:
             return {"robot": RobotConfig(**own)}
         for name in _OF_A_ROBOT:
             if name not in ("controller", "controller_kwargs") and own[name]:
-                raise ConflictingOptionsError([name, "robots"], f"write '{name}' into the entries of robots")
+                raise ConflictingOptionsError([name, "robots"], f"set '{name}' in the entries of robots instead")
         if not self.robots:
             raise ParameterValueError("robots", self.robots, "a mapping with at least one robot, by name")
         shared = {"controller": self.controller, "controller_kwargs": self.controller_kwargs}

@@ -15,7 +15,7 @@ from frobs_core.models import RobotModel
 
 
 def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
-    """Return a robot's joints by joint group. A robot without groups has a single group, ``"all"``.
+    """Return a robot's joints by joint group. If the robot defines no groups, all joints belong to the group ``"all"``.
 
     Raises:
         UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another
@@ -235,6 +235,6 @@ def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
     raise IncompatibleSpaceError(
         "the environment:",
         spaces,
-        f"action spaces of different kinds cannot be combined ({listed}); use controllers that all have a Box, or all "
-        "have a Discrete space (the controller 'discrete' converts a Box into one).",
+        f"action spaces of different kinds cannot be combined ({listed}); use only controllers with Box spaces, or "
+        "only controllers with Discrete spaces (the controller 'discrete' converts a Box space to a Discrete space).",
     )

@@ -1,4 +1,4 @@
-"""Control loop for environments, and the single environment that implements Gymnasium's interface."""
+"""The environments' control loop, and the Gymnasium environment with a single instance."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Loop:
     A single environment is a batch of size 1.
 
     Args:
-        parts: Parts of the environment, already bound to each other.
+        parts: Connected parts of the environment.
         num_envs: ≥ 1.
 
     Attributes:
@@ -102,7 +102,7 @@ class Loop:
         self.added_terms.reset(self.rng, mask)
         if self.after_reset is not None:
             self.after_reset(mask)
-        if not self._checked_terms:  # not earlier, because terms may have no values before the first reset
+        if not self._checked_terms:  # checked here, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
         observation = self._observe()
@@ -137,7 +137,7 @@ class Loop:
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # after the reward, because reward terms are reported
+        for part, report, keys in self._reports:  # after the reward, because the reports include the reward terms
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -155,7 +155,7 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Restore the n environments of ``mask`` from snapshot ``rows``, (n,), but keep their random streams."""
+        """Restore the n environments of ``mask`` from the snapshot's ``rows``, (n,), but keep their random streams."""
         for name, part in self._stateful().items():
             if part is self.rng:
                 continue

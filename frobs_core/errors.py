@@ -475,7 +475,7 @@ class ModelMismatchError(ConfigurationError):
         self.name = name
         self.saved = saved
         self.found = found
-        super().__init__(f"{model}: trained with {name} {saved}, but the environment has {found}.")
+        super().__init__(f"{model} was trained with {name} {saved}, but the environment has {found}.")
 
 
 class PolicyExportError(ConfigurationError):
@@ -585,4 +585,4 @@ class UntrustedFileError(FrobsError):
     def __init__(self, path: Path | str, reason: str) -> None:
         self.path = Path(path)
         self.reason = reason
-        super().__init__(f"{path}: {reason}; if you trust its source, pass --trust or trust=True.")
+        super().__init__(f"{path}: {reason}; if you trust the source of this file, pass --trust or trust=True.")

@@ -76,14 +76,14 @@ def check_regular(path: Path | str, limit: int) -> int:
 def _check(found: os.stat_result, path: Path | str, limit: int) -> None:
     if not stat.S_ISREG(found.st_mode):
         kind = _KINDS.get(stat.S_IFMT(found.st_mode), "special")
-        raise UnsuitableFileError(errno.EINVAL, f"it is {kind}, and only regular files are opened", os.fspath(path))
+        raise UnsuitableFileError(errno.EINVAL, f"it is {kind}, not a regular file", os.fspath(path))
     if found.st_size > limit:
         raise _too_large(path, limit)
 
 
 def _too_large(path: Path | str, limit: int) -> UnsuitableFileError:
     size = f"{limit // 2**20} MiB" if limit >= 2**20 else f"{limit // 2**10} KiB"
-    return UnsuitableFileError(errno.EFBIG, f"it is larger than {size}, the limit for such files", os.fspath(path))
+    return UnsuitableFileError(errno.EFBIG, f"the file exceeds the size limit of {size}", os.fspath(path))
 
 
 def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = True) -> None:
@@ -93,8 +93,8 @@ def write_aside(path: Path, write: Callable[[Path], object], *, durable: bool = 
         path: The file. An existing file is replaced, and missing folders are created.
         write: Function that writes the file. The function receives a temporary path in the same folder, with the same
             suffix.
-        durable: Whether to flush the file to disk, so that it survives a power failure. Caches do not need this
-            protection.
+        durable: Whether to flush the file to disk, so that it survives a power failure. Caches do not need to be
+            flushed.
 
     Raises:
         OSError: The file cannot be written.

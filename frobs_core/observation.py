@@ -99,7 +99,7 @@ class Observations:
             images = [name for name, term in part.items() if not term.is_vector]
             if images and (len(part) > 1 or key == VECTORS):
                 raise ObservationTermError(
-                    images[0], f"is not a float32 vector, so it cannot share the key '{key}'; give it its own key."
+                    images[0], f"is not a float32 vector, so it cannot share the key '{key}'; use a separate key."
                 )
         spaces: dict[str, gym.Space[Any]] = {key: _space(list(part.values())) for key, part in parts.items()}
         self.space: gym.Space[Any] = spaces[VECTORS] if spaces.keys() == {VECTORS} else gym.spaces.Dict(spaces)
@@ -127,7 +127,9 @@ class Observations:
         for name, term in self.terms.items():
             shape, wanted = np.shape(term.read()), (self._num_envs, *term.low.shape)
             if shape != wanted:
-                raise ObservationTermError(name, f"returns an array of shape {shape}; its bounds require {wanted}.")
+                raise ObservationTermError(
+                    name, f"returns an array of shape {shape}, but its bounds require the shape {wanted}."
+                )
 
     def describe(self) -> list[dict[str, Any]]:
         """Return the name, first and last column, unit and suggested scale of each vector under ``"observation"``."""

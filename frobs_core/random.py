@@ -21,7 +21,7 @@ from frobs_core.errors import ConfigurationError, ParameterValueError
 
 _LOW = 0xFFFFFFFF
 _FULL = 0xFFFFFFFFFFFFFFFF
-_FEW = 16  # number of blocks up to which plain Python is faster than about 150 small NumPy calls
+_FEW = 16  # up to this number of blocks, plain Python is faster than about 150 small NumPy calls
 
 Words = npt.NDArray[np.uint64]
 """Unsigned 32-bit words, stored in 64 bits to leave room for products."""
@@ -150,7 +150,7 @@ class RandomSource:
             ConfigurationError: The interval [low, high) does not contain an integer.
         """
         if low >= high:
-            raise ConfigurationError(f"stream '{stream}': [{low}, {high}) does not contain a whole number.")
+            raise ConfigurationError(f"stream '{stream}': the interval [{low}, {high}) does not contain an integer.")
         return low + np.floor((high - low) * self._unit(stream, shape, mask)).astype(np.int64)
 
     @property

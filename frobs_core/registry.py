@@ -173,7 +173,7 @@ def pretrained_path(id: str) -> Path:
     if not folders or not path:
         raise PluginError(
             f"the record of {name} has pretrained='{known[name][1].pretrained}', which is not a file in an installed "
-            "package; the form is 'package:path.frobs'."
+            "package; use the form 'package:path.frobs'."
         )
     return next((folder / path for folder in folders if (folder / path).is_file()), folders[0] / path)
 
@@ -231,9 +231,9 @@ def _add(table: _Table, report: PluginReport, task_name: str, task: TaskRecord, 
         spec = _spec(environment.id, environment.max_episode_steps, kwargs)
         there = gym.registry.get(spec.id)
         if spec.id in table.specs:
-            problem = "another environment of FRobs uses this ID"
+            problem = "another FRobs environment uses this ID"
         elif there is not None and there is not _registered.get(spec.id) and there != spec:
-            problem = "another package has already registered it"
+            problem = "another package has already registered this ID"
     if problem:
         origin = f"plugin '{report.name}' of {report.origin}"
         line = f"environment ID '{environment.id}' of {origin} is not registered: {problem}"
@@ -256,19 +256,19 @@ def _problem(environment: EnvironmentRecord) -> str:
     if parsed[2] is None or get_env_id(*parsed) != environment.id or ":" in environment.id:
         return "an ID must have the form 'namespace/Name-v0', with a version and without a colon"
     if type(environment.max_episode_steps) is not int or environment.max_episode_steps < 1:
-        return f"max_episode_steps is {environment.max_episode_steps!r}, not a whole number ≥ 1"
+        return f"max_episode_steps is {environment.max_episode_steps!r}; it must be a whole number of at least 1"
     for name in ("robot", "controller", "simulator"):
         if not isinstance(getattr(environment, name), str):
             return f"{name} is {getattr(environment, name)!r}, not a name"
     if not isinstance(environment.pretrained, str):
-        return f"pretrained is {environment.pretrained!r}, not 'package:path.frobs'"
+        return f"pretrained is {environment.pretrained!r}; it must have the form 'package:path.frobs'"
     if not isinstance(environment.parameters, Mapping):
         return "its parameters are not a mapping"
     for name, value in environment.parameters.items():
         if not is_plain(value):
             return f"parameter '{name}' is a {type(value).__name__}; use numbers, strings, lists and dictionaries"
         if name in ("task", "robot", "controller", "simulator"):
-            return f"parameter '{name}' is a field of the record"
+            return f"parameter '{name}' must be set as a field of the record"
     return ""
 
 

@@ -243,7 +243,7 @@ def _look_up(robot: str | Robot) -> Robot:
         raise MissingSettingError(
             "this environment",
             "a robot",
-            "pass robot='path/to/arm.urdf' (or .urdf.xacro, or MJCF as .xml) and tcp='LINK', "
+            "pass a model file, such as robot='path/to/arm.urdf' (or .urdf.xacro, or .xml for MJCF) and tcp='LINK', "
             f"or the name of an installed robot: {known}",
         )
     if robot.lower().endswith(_MODEL_ENDINGS):

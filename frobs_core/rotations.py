@@ -66,14 +66,19 @@ def cross(first: Floats, second: Floats) -> Floats:
 
 
 def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
-    """Return the cross product of (a, b, c) and (p, q, r). For a single product, floats are faster than arrays."""
+    """Return the cross product of (a, b, c) and (p, q, r).
+
+    For a single product, Python floats are faster than arrays.
+    """
     return b * r - c * q, c * p - a * r, a * q - b * p
 
 
 def multiply_components(
     w1: Number, x1: Number, y1: Number, z1: Number, w2: Number, x2: Number, y2: Number, z2: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """Return the product of two quaternions as w, x, y and z. For a single product, floats are faster than arrays.
+    """Return the product of two quaternions as w, x, y and z.
+
+    For a single product, Python floats are faster than arrays.
 
     Args:
         w1: Scalar part of the first quaternion, (…).
@@ -96,7 +101,7 @@ def multiply_components(
 def rotate_components(
     w: Number, x: Number, y: Number, z: Number, a: Number, b: Number, c: Number
 ) -> tuple[Number, Number, Number]:
-    """Rotate the vector (a, b, c) by a unit quaternion. For a single vector, floats are faster than arrays.
+    """Rotate the vector (a, b, c) by a unit quaternion. For a single vector, Python floats are faster than arrays.
 
     Args:
         w: Scalar part of the quaternion, (…).

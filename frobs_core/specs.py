@@ -37,7 +37,7 @@ class Record:
         module, _, attribute = self.entry_point.partition(":")
         try:
             return getattr(import_module(module), attribute)
-        except PluginError:  # the module's own message already contains the fix
+        except PluginError:  # the module's error message already explains the fix
             raise
         except Exception as error:
             hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
@@ -58,7 +58,7 @@ class SimulatorRecord(Record):
 
     @property
     def is_paced(self) -> bool:
-        """Whether the world advances on its own, so that ``step`` must wait for it (ability ``real_time``)."""
+        """Whether the simulation runs continuously, so that ``step`` must wait for it (ability ``real_time``)."""
         return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
 
 
@@ -82,7 +82,7 @@ class ControllerRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentRecord:
-    """Record of a Gymnasium ID, which consists of a task, a robot and default keywords for the environment.
+    """Record of a Gymnasium ID, which combines a task, a robot and default keywords for the environment.
 
     Attributes:
         id: Gymnasium ID, such as ``"frobs/Irb120Reach-v0"``. The ID's version is incremented whenever the environment's

@@ -144,7 +144,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
             mask = np.empty(0)
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
             raise ResetOptionError(
-                "reset_mask", f"is {given}; it must be ({self.num_envs},) bool with at least one True."
+                "reset_mask",
+                f"is {given}; it must be a boolean array of shape ({self.num_envs},) with at least one True.",
             )
         return mask
 
@@ -171,7 +172,9 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
                     rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
         else:
             if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
-                raise ParameterValueError("seed", seed, "a whole number, one for each environment, or None")
+                raise ParameterValueError(
+                    "seed", seed, "a whole number, a list with one number per environment, or None"
+                )
             for number in seed:
                 if number is not None:
                     whole_number("seed", number)

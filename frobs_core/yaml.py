@@ -59,8 +59,8 @@ class LimitedLoader(yaml.SafeLoader):
         self._depth += 1
         self._count += 1
         for number, limit, text in (
-            (self._depth, MAX_DEPTH, f"nested deeper than {MAX_DEPTH} levels"),
-            (self._count, MAX_NODES, f"more than the limit of {MAX_NODES:,} values"),
+            (self._depth, MAX_DEPTH, f"values are nested deeper than {MAX_DEPTH} levels"),
+            (self._count, MAX_NODES, f"the text exceeds the limit of {MAX_NODES:,} values"),
         ):
             if number > limit:
                 mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
@@ -178,10 +178,10 @@ class _Builder:
         self._values += 1
         if self._values > MAX_VALUES:
             raise self._error(
-                node, f"contains more than {MAX_VALUES} values after its aliases are expanded; shorten it"
+                node, f"contains more than {MAX_VALUES} values after its aliases are expanded; use fewer values"
             )
         if id(node) in self._open:
-            raise self._error(node, "an alias contains itself; write the value out")
+            raise self._error(node, "an alias refers to itself; write the value explicitly")
         self._open.add(id(node))
         try:
             if isinstance(node, MappingNode) and node.tag == _STANDARD + "map":
@@ -204,7 +204,9 @@ class _Builder:
             return self._scalars.construct_object(node)
         except (ValueError, KeyError, yaml.YAMLError):
             kind = node.tag.removeprefix(_STANDARD)
-            raise self._error(node, f"'{node.value}' is not a valid {kind}; correct or quote it") from None
+            raise self._error(
+                node, f"'{node.value}' is not a valid {kind}; correct the value, or put it in quotes"
+            ) from None
 
     def _mapping(self, node: MappingNode) -> ConfigMapping:
         result = ConfigMapping()
@@ -214,7 +216,9 @@ class _Builder:
                 raise self._error(key_node, f"the key {_shown(key)} is not a string; put quotes around it")
             if key in result:
                 first = result.origins[key][1]
-                raise self._error(key_node, f"the key '{key}' is already in line {first}; remove one of them")
+                raise self._error(
+                    key_node, f"the key '{key}' is already set in line {first}; remove one of the two entries"
+                )
             result[key] = self.build(value_node)
             result.origins[key] = (self._path, _line(key_node))
         return result
@@ -256,7 +260,7 @@ def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[
         if isinstance(value, ConfigMapping) and key in value.origins:
             found = value.origins[str(key)]
         elif isinstance(value, Mapping):
-            found = None  # this key was set in another way, so the file is not the cause
+            found = None  # this key was not read from a file
         try:
             value = value[key]
         except (KeyError, IndexError, TypeError):

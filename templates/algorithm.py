@@ -165,7 +165,7 @@ class CrossEntropy(Algorithm):
         """
         episodes = np.repeat(np.arange(len(draws)), self._config.episodes)  # sample used in each episode
         rewards = np.zeros(len(episodes))
-        playing = np.arange(env.num_envs)  # episode that each environment runs; it idles after the last one
+        playing = np.arange(env.num_envs)  # episode index of each environment, which idles after its last episode
         begun, ended = env.num_envs, 0
         observation, _ = env.reset()
         while ended < len(episodes):

@@ -55,7 +55,8 @@ class MyDrive(Task):
         nearest, farthest = goal_distance
         if not 0.0 < tolerance < nearest <= farthest:
             raise ConfigurationError(
-                f"tolerance {tolerance} and goal_distance {goal_distance} must be 0 < tolerance < nearest ≤ farthest."
+                f"tolerance {tolerance} and goal_distance {goal_distance} must satisfy 0 < tolerance < nearest ≤ "
+                "farthest."
             )
         self.tolerance = tolerance
         self.goal_distance = goal_distance
@@ -133,7 +134,7 @@ class MyDrive(Task):
         return self._terms
 
     def is_terminated(self) -> Mask:
-        """Return which robots are at the goal, which ends the episode with no further reward, (num_envs,) bool."""
+        """Return which robots are at the goal, (num_envs,) bool. Reaching the goal ends the episode."""
         return self.is_success()
 
     def is_success(self) -> Mask:

@@ -5,8 +5,8 @@ this template, the world is an engine that is stepped in real time. Its drives f
 the last command. The world cannot be paused, saved or duplicated, and its objects cannot be teleported, so the record
 does not claim ``pause``, ``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
 
-``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are the client of this process, and have the
-required methods of a simulator.
+``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are the client of this process, and implement
+the required methods of a simulator.
 """
 
 from __future__ import annotations
@@ -150,7 +150,9 @@ class PacedRobot(RobotHandle):
         """Raise SimulationError unless the last command fits the step."""
         given, self._rows_given = self._rows_given, None
         if given not in (None, decimation):
-            raise SimulationError(f"the command of robot '{self.name}' has {given} rows, not {decimation}.")
+            raise SimulationError(
+                f"the command of robot '{self.name}' has {given} rows, but the step requires {decimation}."
+            )
 
     _rows_given: int | None = None
 
@@ -239,7 +241,7 @@ class MyPacedSimulator(Simulation):
         return read_only(self._pacer.time)
 
     def reset(self, mask: Mask | None = None) -> None:
-        """Drive home, and return when all robots have arrived and stopped."""
+        """Drive all robots home, and return when they have stopped there."""
         if mask is None or mask.any():
             self._drive_home()
             self._pacer.restart()
@@ -248,7 +250,7 @@ class MyPacedSimulator(Simulation):
         """Move the commanded positions home, within the joints' velocity limits.
 
         Raises:
-            SimulationError: The robots are not at home after the timeout.
+            SimulationError: The robots do not reach home before the timeout.
         """
         modes = {name: robot.command_modes for name, robot in self._robots.items()}
         for robot in self._robots.values():
@@ -258,7 +260,9 @@ class MyPacedSimulator(Simulation):
         self._pacer.restart()
         while not self._is_home(targets):
             if self._pacer.time[0] > self._homing_timeout:
-                raise SimulationError(f"the robots are not at home {self._homing_timeout} s after a reset.")
+                raise SimulationError(
+                    f"the robots did not reach their home positions within {self._homing_timeout} s of a reset."
+                )
             for name, robot in self._robots.items():
                 step = _HOMING_PERIOD * np.minimum(_HOMING_SPEED, 0.5 * robot.velocity_limit)
                 targets[name] += np.clip(robot.home - targets[name], -step, step)

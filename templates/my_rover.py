@@ -9,7 +9,7 @@ from frobs_core.interfaces import DifferentialDrive, DriveGains, Robot
 MY_ROVER = Robot(
     model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
     name="my_rover",
-    base="wheeled",  # it moves freely in the world
+    base="wheeled",  # the base moves freely in the world
     tcp="base_link",  # the tool center point, used by tasks
     # Wheels follow a velocity, not a position. With much more damping, the tires slip or oscillate at larger timesteps.
     gains=DriveGains(stiffness=0.0, damping=0.2),
@@ -21,7 +21,7 @@ MY_ROVER = Robot(
         max_linear_velocity=0.8,  # [m/s] for an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
-    friction={"front_foot": 0.0, "back_foot": 0.0},  # the feet glide
+    friction={"front_foot": 0.0, "back_foot": 0.0},  # the feet slide without friction
     # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
 )
 

@@ -77,7 +77,7 @@ class FreeBody(BodyHandle):
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free body."""
         if not self.flies:
-            raise SimulationError(f"'{self.name}' is fixed or kinematic, so it has no velocity.")
+            raise SimulationError(f"'{self.name}' is fixed or kinematic, so its velocity cannot be set.")
         self.linear[rows_of(mask)], self.angular[rows_of(mask)] = lin_vel_world, ang_vel_world
 
     def reset(self, rows: Mask | slice) -> None:
@@ -217,8 +217,8 @@ class MySimulator(Simulation):
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
         """List how each element of a robot's model file is simulated, as ``frobs doctor robot`` shows it."""
         table = dict.fromkeys(_KEPT.split(), (Treatment.KEPT, ""))
-        table["inertias"] = Treatment.APPROXIMATED, "only those that each joint carries at home"
-        return translate(model, table, others=(Treatment.DROPPED, "joints move independently, without it"))
+        table["inertias"] = Treatment.APPROXIMATED, "only the inertia that each joint carries at home"
+        return translate(model, table, others=(Treatment.DROPPED, "ignored, because joints move independently"))
 
     @property
     def time(self) -> Floats:

@@ -131,9 +131,9 @@ def test_a_vector_refuses_a_reset_that_needs_teleporting(rooted):
 @pytest.mark.parametrize(
     ("action", "says"),
     [
-        (np.zeros(5), r"shape \(5,\); the action space has \(6,\)"),
-        (np.full(6, np.nan), "not finite at"),
-        (np.array([0, 0, np.inf, 0, 0, 0]), r"not finite at \[\[2\]\]"),
+        (np.zeros(5), r"shape \(5,\), but the action space has the shape \(6,\)"),
+        (np.full(6, np.nan), "non-finite values at"),
+        (np.array([0, 0, np.inf, 0, 0, 0]), r"non-finite values at the indices \[\[2\]\]; the first is inf"),
         (None, "shape"),
     ],
 )

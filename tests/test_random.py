@@ -210,7 +210,7 @@ def test_integers_reach_all_of_their_numbers_and_no_other():
 
 
 def test_integers_of_an_empty_range_are_refused():
-    with pytest.raises(ConfigurationError, match=r"stream 'cell': \[3, 3\) does not contain a whole number"):
+    with pytest.raises(ConfigurationError, match=r"stream 'cell': the interval \[3, 3\) does not contain an integer"):
         source(1).integers("cell", 3, 3)
 
 

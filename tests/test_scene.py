@@ -22,7 +22,7 @@ MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
             {"geometry": Sphere(0.1), "mass": 1.0, "inertia": (-0.1, 0.0, 0.0, 0.1, 0.0, 0.1)},
             "moments are -0.1, 0.1, 0.1",
         ),
-        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.0, 0.0, 0.1, 0.0, 0.3)}, "sum of two"),
+        ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.0, 0.0, 0.1, 0.0, 0.3)}, "sum of the other two"),
         ({"geometry": Sphere(0.1), "mass": 1.0, "inertia": (0.1, 0.2, 0.0, 0.1, 0.0, 0.1)}, "impossible inertia"),
         ({"geometry": Sphere(0.1), "twist": ((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))}, "no mass"),
     ],

@@ -204,8 +204,8 @@ class Algorithm(ABC):
             CheckpointError: A file is missing or damaged.
         """
         raise ConfigurationError(
-            f"the algorithm {cls.__name__} cannot change its settings during training, because it has no load_with; "
-            "search with another --pruner."
+            f"the algorithm {cls.__name__} cannot change its settings during training, because it does not implement "
+            "load_with; choose another --pruner."
         )
 
     def export_onnx(self) -> bytes:

@@ -34,12 +34,13 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
             raise UnsuitableRobotError(part.name, "is an MJCF file; only URDF and xacro models can be attached.")
     if tool.groups:
         raise UnsuitableRobotError(
-            tool.name, "has joint groups, so it cannot be attached; its joints become one group."
+            tool.name,
+            "has joint groups, so it cannot be attached; remove the groups, because a tool has a single group.",
         )
     groups = dict(arm.groups) or {"arm": arm_model.joint_names}
     if name in groups or name in arm.end_effectors:
         raise UnsuitableRobotError(
-            arm.name, f"already has a joint group or an end effector '{name}'; choose another name."
+            arm.name, f"already has a joint group or an end effector named '{name}'; choose another name."
         )
 
     def prefixed(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -101,8 +101,8 @@ class Body:
                 text = ", ".join(f"{moment:.4g}" for moment in moments)
                 raise SceneError(
                     "a scene body",
-                    f"has an impossible inertia: its principal moments are {text} kg·m². Each must be above 0, "
-                    "and the sum of two at least the third.",
+                    f"has an impossible inertia: its principal moments are {text} kg·m². Each principal "
+                    "moment must be above 0 and at most the sum of the other two.",
                 )
 
     @property
@@ -148,7 +148,7 @@ class Body:
         """Return a copy of this body with all lengths multiplied by a factor. The mass does not change.
 
         Args:
-            factor: Scale factor, > 0. The body must be sizable unless the factor is 1.
+            factor: Scale factor, > 0. The body must be resizable unless the factor is 1.
         """
         if factor == 1.0:
             return self

@@ -11,7 +11,7 @@ from frobs_core.arrays import Floats
 
 
 class Pacer:
-    """Clock that makes each step last as long in the world as in the simulation, and that counts missed deadlines.
+    """Clock that synchronizes simulation steps with the time of the world and counts missed deadlines.
 
     A step's deadline is the end of the previous step plus the step's own duration. A step that is called before its
     deadline returns at that deadline. A step that is called too late returns at the next deadline in the future. The

@@ -162,7 +162,7 @@ class WrittenParameters(ABC):
             return np.array(scene.floor_friction)
         self.check_body(target)
         if name == "friction" and not self.collides(target):
-            raise PhysicsParameterError("friction", target, "cannot change, because it does not collide.")
+            raise PhysicsParameterError("friction", target, "cannot be changed, because this body does not collide.")
         if target in scene.bodies:
             body = scene.bodies[target]
             friction, inertial = body.friction, body.inertial
@@ -173,7 +173,7 @@ class WrittenParameters(ABC):
         if name == "friction":
             return np.array(friction)
         if inertial is None:
-            raise PhysicsParameterError("mass", target, "cannot change, because it has no mass.")
+            raise PhysicsParameterError("mass", target, "cannot be changed, because this body has no mass.")
         return np.array(inertial.mass)
 
     def _link(self, target: str) -> Link:

@@ -137,7 +137,7 @@ class Robot:
 
         Both models are merged into one cached URDF, in which all of the tool's names begin with ``name_``. The
         tool's joints become the joint group ``name``. If the arm has no groups, its joints become the group ``"arm"``.
-        The tool's tool center point also becomes that of the combined robot.
+        The combined robot uses the tool's tool center point.
 
         Args:
             link: Link that carries the tool.

@@ -114,7 +114,9 @@ class RobotHandle(JointGroup):
         """
         modes = set(self.command_modes)
         if len(modes) > 1:
-            raise UnsuitableRobotError(self.robot.name, "has joints with different command modes; use command_modes.")
+            raise UnsuitableRobotError(
+                self.robot.name, "has joints with different command modes; use command_modes instead."
+            )
         return next(iter(modes), CommandMode.POSITION)
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
@@ -156,7 +158,10 @@ class RobotHandle(JointGroup):
         if rows is None:
             return np.repeat(self._command[:, None], decimation, axis=1)
         if rows.shape[1] != decimation:
-            raise SimulationError(f"the command of robot '{self.name}' has {rows.shape[1]} rows, not {decimation}.")
+            raise SimulationError(
+                f"the command of robot '{self.name}' has {rows.shape[1]} rows, but the step has {decimation} physics "
+                "steps."
+            )
         return rows
 
     def drive_gains(self) -> tuple[Floats, Floats]:

@@ -25,7 +25,7 @@ from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """A contact between two bodies, to be observed by a task.
+    """A declared contact between two bodies, whose state tasks can read.
 
     Each side is ``"floor"``, the name of a scene body, ``"robot/link"`` for one link, ``"robot"`` for all links of a
     robot, or ``"*"`` for any body.
@@ -50,7 +50,7 @@ class Contact:
         if self.ignore and self.second != "*":
             raise SceneError(
                 f"a contact of '{self.first}' with '{self.second}'",
-                f"ignores {', '.join(self.ignore)}; only contacts with '*' can ignore something.",
+                f"ignores {', '.join(self.ignore)}; only a contact whose second side is '*' can ignore bodies.",
             )
 
 
@@ -148,7 +148,9 @@ class Placement:
             while link not in carry and link in above and above[link].type is JointType.FIXED:
                 link = above[link].parent
             if link not in above:
-                reason = f"has no joint above '{link}' in which the force-torque sensor '{name}' can measure."
+                reason = (
+                    f"has no joint above link '{link}', so the force-torque sensor '{name}' cannot measure anything."
+                )
                 raise UnsuitableRobotError(self.robot.name, reason)
             found[name] = link, _relative_pose(self.start_pose(link), self.start_pose(sensor.frame))
         return found
@@ -283,7 +285,7 @@ class Scene:
             PhysicsParameterError: The body's size cannot be changed, or a factor is not positive.
         """
         if body not in self.sizable_bodies:
-            reason = "cannot change: only scene bodies that consist of primitives can be resized."
+            reason = "cannot be changed, because only scene bodies that consist of primitives can be resized."
             raise PhysicsParameterError("size", body, reason)
         if not np.all(factors > 0):
             raise PhysicsParameterError("size", body, f"must be above 0: {np.min(factors)}.")
@@ -339,7 +341,7 @@ class Scene:
         for what in lacking:
             if getattr(self, what):
                 names = ", ".join(getattr(self, what))
-                raise SceneError("the scene", f"has the {what} {names}; this simulator does not support {what}.")
+                raise SceneError("the scene", f"has the {what} {names}, but this simulator does not support {what}.")
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():
@@ -352,7 +354,9 @@ class Scene:
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
                 raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
             if camera.up is not None and not np.any(np.cross(camera.up, np.subtract(camera.pos, camera.target))):
-                raise SceneError(f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to its view.")
+                raise SceneError(
+                    f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to the viewing direction."
+                )
         for name, attachment in self.attachments.items():
             for side in (attachment.first, attachment.second):
                 if side not in links and side not in self.bodies:
@@ -362,11 +366,14 @@ class Scene:
             second = self.bodies.get(attachment.second)
             if attachment.first == attachment.second or (second is not None and not second.is_free):
                 raise SceneError(
-                    f"attachment '{name}'", "needs a link, or another body with a mass, as its second side."
+                    f"attachment '{name}'",
+                    "requires a second side that is a link or a body with a mass and differs from the first side.",
                 )
         for name, body in self.bodies.items():
             if body.is_free and body.kinematic:
-                raise SceneError(f"scene body '{name}'", "is kinematic and has a mass; pass only one of them.")
+                raise SceneError(
+                    f"scene body '{name}'", "is kinematic and has a mass; remove the mass, or set kinematic=False."
+                )
 
     def contact_number(self, name: str, *, force: bool = False) -> int:
         """Return the index of a declared contact.
@@ -383,6 +390,7 @@ class Scene:
             raise UnknownNameError("declared contact", name, self.contacts)
         if force and self.contacts[name].ignore:
             raise SceneError(
-                f"contact '{name}'", "ignores something, so its force is not available; declare other contacts."
+                f"contact '{name}'",
+                "ignores some bodies, so its force is not available; declare a contact that does not set 'ignore'.",
             )
         return list(self.contacts).index(name)

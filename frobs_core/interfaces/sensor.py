@@ -265,7 +265,7 @@ class Imu(Sensor):
     type_name: ClassVar[str] = "imu"
     instrument: ClassVar[str] = "frobs_core.sensors.imu:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
-    needs: ClassVar[str] = "randomize_gravity"  # simulators with this ability also report gravity
+    needs: ClassVar[str] = "randomize_gravity"  # simulators with this ability also report gravity, which the IMU needs
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -131,7 +131,7 @@ class Simulation(ABC):
 
     @abstractmethod
     def reset(self, mask: Mask | None = None) -> None:
-        """Return to the scene's initial state: robots at home and at rest, drives holding, and time 0.
+        """Reset to the scene's initial state: robots at rest at home, held by their drives, and time 0.
 
         Physical parameters keep their written values. A paced simulator drives the robots home and returns when they
         have arrived and stopped. Other bodies are not moved.

@@ -18,7 +18,7 @@ _SETTINGS = {
     "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
     "max_convex_hull": 64,  # maximum number of pieces
     "resolution": 1000,  # number of sample points for measuring the concavity
-    "mcts_nodes": 10,  # half the default, as is mcts_iterations: twice as fast, with about as many pieces
+    "mcts_nodes": 10,  # half the default (also mcts_iterations): twice as fast, about as many pieces
     "mcts_iterations": 60,
     "seed": 0,
 }
@@ -49,7 +49,7 @@ def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:
     if len(whole.faces) > MAX_FACES:
         raise ModelFileError(
             mesh.path,
-            f"the mesh has {len(whole.faces):,} triangles; at most {MAX_FACES:,} can be decomposed. Simplify it.",
+            f"the mesh has {len(whole.faces):,} triangles; at most {MAX_FACES:,} can be decomposed. Simplify the mesh.",
         )
     try:
         import coacd

@@ -30,8 +30,8 @@ TOOL_NAMES = ("tool0", "tcp", "tool", "ee_link", "end_effector", "ee", "hand_tcp
 _POSTURES = 256
 _SATURATING_ERROR = (0.5, 0.05)  # [rad], [m]
 _WEAK = 0.4  # minimum fraction of the bandwidth for a drive with a low effort limit
-_LEAST_INERTIA = 1e-3  # [kg·m²], so that a drive with almost no load can still overcome friction
-_LEAST_MASS = 0.1  # [kg]
+_LEAST_INERTIA = 1e-3  # [kg·m²] minimum, so that a drive with almost no load can still overcome friction
+_LEAST_MASS = 0.1  # [kg] minimum
 
 
 def home_positions(model: RobotModel, home: Mapping[str, float]) -> Floats:

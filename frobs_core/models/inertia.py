@@ -26,7 +26,7 @@ _MASS = 0.001  # [kg]
 _MOMENT = 1e-6  # [kg·m²]
 _ROUNDING = 1e-9
 _THINNEST = 1e-6  # minimum ratio of the smallest to the largest principal moment; engines require moments above 0
-_LEAST_GYRATION = 1e-6  # [m] radius of gyration below which an inertia counts as missing; engines divide by inertias
+_LEAST_GYRATION = 1e-6  # [m] minimum radius of gyration; engines divide by inertias
 
 
 def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
@@ -48,7 +48,7 @@ def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes:
             moments = (_MOMENT, 0.0, 0.0, _MOMENT, 0.0, _MOMENT)
             inertials[joint.child] = Inertial(_MASS, Pose(), moments)
             _write(links[joint.child], _MASS, moments)
-            notes.add("no-mass", links[joint.child], f"moves but has no mass; {_MASS:g} kg is used")
+            notes.add("no-mass", links[joint.child], f"the link moves but has no mass; a mass of {_MASS:g} kg is used")
     return inertials
 
 
@@ -80,7 +80,7 @@ def _read(name: str, link: Element, notes: Notes) -> Inertial | None:
     inertia = element.child("inertia")
     moments = tuple(inertia.number(key, "0", MAX_INERTIA) for key in _KEYS) if inertia is not None else (0.0,) * 6
     if mass == 0.0:
-        notes.add("zero-mass", link, "has a mass of 0; its <inertial> is ignored")
+        notes.add("zero-mass", link, "the link has a mass of 0; its <inertial> is ignored")
         link.remove(element)
         return None
     moments = _possible(link, mass, moments, element, notes)
@@ -95,21 +95,29 @@ def _possible(
     principal = np.linalg.eigvalsh(_symmetric(moments))  # ascending
     if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
         moments = (moment := 0.4 * mass * _RADIUS**2, 0.0, 0.0, moment, 0.0, moment)
-        notes.add("no-inertia", link, f"has a mass but no inertia; that of a solid sphere of {_RADIUS:g} m is used")
+        notes.add(
+            "no-inertia",
+            link,
+            f"the link has a mass but no inertia; the inertia of a solid sphere with a radius of {_RADIUS:g} m is used",
+        )
     elif principal[0] < -_ROUNDING * principal[2] or principal[2] > (principal[0] + principal[1]) * (1 + _ROUNDING):
         if (moment := float(principal.mean())) <= 0.0:
             element.refuse(
-                f"the inertia of link '{link.get('name')}' has the principal moments "
-                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which is impossible; correct it."
+                f"link '{link.get('name')}' has the principal moments of inertia "
+                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which is impossible; correct its <inertia>."
             )
         moments = (moment, 0.0, 0.0, moment, 0.0, moment)
-        text = "has an impossible inertia; the mean of its principal moments is used"
+        text = "the link has an impossible inertia; the mean of its principal moments is used"
         notes.add("impossible-inertia", link, text)
     elif principal[0] < _THINNEST * principal[2]:
         axes = np.linalg.eigh(_symmetric(moments))[1]
         raised = axes @ np.diag(np.maximum(principal, _THINNEST * principal[2])) @ axes.T
         moments = tuple(raised[np.triu_indices(3)].tolist())
-        notes.add("thin-inertia", link, f"has a principal moment of {principal[0]:g} kg·m², which is increased")
+        notes.add(
+            "thin-inertia",
+            link,
+            f"the link has a principal moment of {principal[0]:g} kg·m², which is too small and is increased",
+        )
     else:
         return moments
     link_inertia = element.child("inertia")

@@ -45,7 +45,7 @@ class Chain:
     tip: Floats
 
 
-_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # index of the component that a rotation about z mixes with the i-th component
+_SWAP = np.array([1, 0, 2, 6, 5, 4, 3])  # a rotation about z mixes component i with component _SWAP[i]
 
 
 def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.ArrayLike) -> tuple[Floats, Floats]:
@@ -77,7 +77,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
         raise ParameterValueError(
             "shape of joint_positions",
             positions.shape,
-            f"(n, {dof}), with one column for each of {model.joint_names}",
+            f"(n, {dof}), with one column for each of the joints {model.joint_names}",
             f"'{model.name}'",
         )
     q = positions.T.take(chain.columns, axis=0) * chain.multipliers + chain.offsets  # (k, n)
@@ -92,7 +92,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return the factors by which rotations about z multiply the state and the swapped state, (k, 7, n) each."""
+    """Return the factors of the state and of the state permuted by ``_SWAP``, (k, 7, n) each, for rotations about z."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle

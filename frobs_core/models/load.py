@@ -58,12 +58,12 @@ def open_document(
     """
     file = resolve_path(path)
     if file.is_dir():
-        raise ModelFileError(file, "is a folder; pass a file in it.")
+        raise ModelFileError(file, "the path is a folder; pass the path of a model file.")
     if not file.is_file():
-        raise ModelFileError(file, "is not a regular file, so it is not opened.")
+        raise ModelFileError(file, "the path does not refer to a regular file; pass the path of a model file.")
     if file.suffix.lower() not in ENDINGS:
         raise ModelFileError(
-            file, f"model files do not have the suffix '{file.suffix}'; use one of {', '.join(ENDINGS)}."
+            file, f"model files with the suffix '{file.suffix}' are not supported; use one of {', '.join(ENDINGS)}."
         )
     packages = Packages(package_paths, file)
     text, expanded = read_text(file, xacro_args or {}, packages)
@@ -80,4 +80,4 @@ def read_document(root: Element, file: Path, packages: Packages) -> RobotModel:
         return read_urdf(root, file, packages)
     if root.tag == "mujoco":
         return read_mjcf(root, file)
-    return root.refuse("the first element must be <robot> (URDF) or <mujoco> (MJCF).")
+    return root.refuse("the root element must be <robot> (URDF) or <mujoco> (MJCF).")

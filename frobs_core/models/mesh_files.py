@@ -79,7 +79,7 @@ def read_mesh_file(path: Path) -> bytes:
         return read_limited(path, MAX_BYTES)
     except UnsuitableFileError as error:
         raise ModelFileError(
-            path, f"the mesh cannot be read: {error.strerror}. Simplify it or use another mesh."
+            path, f"the mesh cannot be read: {error.strerror}. Simplify the mesh or use another one."
         ) from error
     except OSError as error:
         raise ModelFileError(path, f"the mesh cannot be read: {error.strerror or error}.") from error

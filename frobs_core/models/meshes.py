@@ -173,13 +173,13 @@ def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
     if beside.refused is not None:
         raise ModelFileError(path, beside.refused)
     if faces > MAX_FACES:
-        raise ModelFileError(path, f"the mesh has more than the limit of {MAX_FACES:,} triangles. Simplify it.")
+        raise ModelFileError(path, f"the mesh exceeds the limit of {MAX_FACES:,} triangles. Simplify the mesh.")
     parts = ((rgba, joined(found)) for rgba, found in groups.items())
     return [MeshPart(part.vertices, part.faces, rgba) for rgba, part in parts]
 
 
 def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
-    """Load a mesh file completely. If the materials of a COLLADA file are broken, load it without colors."""
+    """Load a mesh file completely. If the materials of a COLLADA file are broken, load the file without colors."""
     import collada
     import trimesh
 

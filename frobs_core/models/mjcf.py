@@ -109,7 +109,11 @@ class _MjcfReader:
             self._claim(element, "body")
         top = self._root_body()
         if list(top.children("joint", "freejoint")):
-            self.notes.add("free-root", top, "the root has a free joint: set base='floating' or 'wheeled'")
+            self.notes.add(
+                "free-root",
+                top,
+                "the root has a free joint, which is ignored; for a free base, set base='floating' or base='wheeled'",
+            )
         if not np.array_equal(document.pose(top), _IDENTITY):
             self.notes.add(
                 "root-pose",
@@ -217,10 +221,12 @@ class _MjcfReader:
         self.links.append(body_link(name, geoms))
         if inertial is None and any(math.isnan(geom.mass) for geom in weighed(self.document, geoms)):
             self.notes.add(
-                "mesh-mass", body, "only MuJoCo can compute the mass of its shapes; default drive gains ignore them"
+                "mesh-mass",
+                body,
+                "only MuJoCo can compute the mass of the body's shapes; default drive gains ignore these shapes",
             )
         if any(geom.geometry is None and geom.collides for geom in geoms):
-            self.notes.add("mujoco-shape", body, "it has a collision shape that only MuJoCo supports")
+            self.notes.add("mujoco-shape", body, "the body has a collision shape that only MuJoCo supports")
         for child, at, inner in bodies:
             self._body(child, name, at, inner)
 
@@ -281,10 +287,13 @@ class _MjcfReader:
             others = [other for other in self.world_bodies if other != child]
             if child in self.world_bodies and others:
                 element.refuse(
-                    f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} or the "
-                    "free joint; objects belong in the scene of the task."
+                    f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} "
+                    "or the free joint. Objects belong in the scene of the task."
                 )
-            element.refuse(f"'{child}' has a free joint inside the robot; only a body in <worldbody> can have one.")
+            element.refuse(
+                f"'{child}' has a free joint inside the robot; only a body directly in <worldbody> can have a free "
+                "joint."
+            )
         if kind not in ("hinge", "slide"):
             element.refuse(f"the joint type '{kind}' does not exist; available: hinge, slide, ball, free.")
         axis = np.array(joint.numbers("axis", 3, "0 0 1"))
@@ -342,7 +351,7 @@ class _MjcfReader:
             if tendon := tendons.get(element.get("tendon")):
                 shares = {each.required("joint"): abs(each.number("coef")) for each in tendon.children("joint")}
             if not shares:
-                self.notes.add("actuator-lost", plain, "it does not act on a joint, and drives only act on joints")
+                self.notes.add("actuator-lost", plain, "the actuator is ignored, because it does not act on a joint")
             for name, share in shares.items():
                 if share * gear > 0.0:
                     efforts[name] = efforts.get(name, 0.0) + share * gear * max(abs(low), abs(high))
@@ -375,7 +384,7 @@ class _MjcfReader:
                     limits=replace(joint.limits, lower=lower, upper=upper),
                 )
         if passive:
-            text = f"no actuator acts on {', '.join(passive)}, so these joints have no drive and no action"
+            text = f"no actuator acts on {', '.join(passive)}, so actions cannot control these joints"
             self.notes.add("passive-joints", self.document.root, text)
         return tuple(passive)
 
@@ -392,7 +401,9 @@ class _MjcfReader:
             coefficients = [*element.numbers("polycoef", default="0 1 0 0 0"), 0.0, 0.0, 0.0, 0.0]
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
-                text = f"only the engine uses the equality of joint '{follower}'; both sides are driven"
+                text = (
+                    f"only the engine uses the equality of joint '{follower}'; both joints of the equality have drives"
+                )
                 self.notes.add("engine-equality", element, text)
                 continue
             offset += self.references[follower] - multiplier * self.references[leader]

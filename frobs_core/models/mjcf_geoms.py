@@ -102,10 +102,10 @@ def _placed(document: MjcfDocument, geom: Element, kind: str) -> tuple[Floats, l
         return pose, size
     if "fromto" in geom.attrib and kind != "sphere":
         ends = np.array(geom.numbers("fromto", 6)).reshape(2, 3)
-        span = ends[0] - ends[1]  # as in MuJoCo, z points to the first end
+        span = ends[0] - ends[1]  # as in MuJoCo, the z axis points to the first end
         length = math.sqrt(float(span @ span))
         if length == 0.0:
-            geom.refuse("the two points of fromto are equal.")
+            geom.refuse("the attribute 'fromto' contains the same point twice; specify two different points.")
         pose = np.concatenate([ends.mean(axis=0), shortest_from_z(span / length)])
         size = size[:1] * (_SIZES[kind] - 1) + [0.5 * length]
     if len(size) < _SIZES[kind]:
@@ -161,7 +161,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) 
     heavy = weighed(document, geoms)
     mass = sum(geom.mass for geom in heavy)
     if mass > MAX_MASS:
-        body.refuse(f"its shapes have a mass of {mass:g} kg; the limit is {MAX_MASS:g} kg.")
+        body.refuse(f"the shapes of the body have a mass of {mass:g} kg; the limit is {MAX_MASS:g} kg.")
     if not mass > 0.0:  # zero or unknown
         return None
     center = sum((geom.mass * geom.pose[:3] for geom in heavy), np.zeros(3)) / mass

@@ -30,7 +30,8 @@ class Rule:
         about: Content, or missing content, that the rule applies to.
         treatment: Treatment of the element.
         text: Description of the treatment.
-        fault: Whether the author of the file should fix the peculiarity. If so, the robot's conformance check fails.
+        fault: Whether the author of the file should fix the peculiarity, in which case the robot's conformance check
+            fails.
     """
 
     name: str

@@ -20,7 +20,9 @@ def check_count(count: int, what: str, document: Element) -> None:
         ModelFileError: The robot has more than :data:`MAX_LINKS` links.
     """
     if count > MAX_LINKS:
-        document.refuse(f"the robot has {count} {what}; the limit is {MAX_LINKS}. Simplify it, or merge fixed links.")
+        document.refuse(
+            f"the robot has {count} {what}; the limit is {MAX_LINKS}. Merge links that are connected by fixed joints."
+        )
 
 
 def check_unique(elements: Iterable[Element]) -> dict[str, Element]:
@@ -60,7 +62,7 @@ def check_tree(
         if joint.child in above:
             elements[joint.name].refuse(
                 f"the link '{joint.child}' is already the child of joint '{above[joint.child].name}'; loops are not "
-                "supported. Cut the loop, or describe the robot in MJCF, which can close it with <equality>."
+                "supported. Remove one joint of the loop, or use an MJCF file, in which <equality> can close the loop."
             )
         above[joint.child] = joint
     roots = [link for link in links if link not in above]
@@ -148,8 +150,8 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
         if joint.type in (JointType.FLOATING, JointType.PLANAR):
             raise ModelFileError(
                 model.path,
-                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints can be "
-                "simulated. For a free base, set base='floating' in the robot's description.",
+                f"joint '{joint.name}' is {joint.type.value}; only revolute, continuous, prismatic and fixed joints "
+                "can be simulated. For a free base, set base='floating' in the robot's description.",
             )
         below.setdefault(joint.parent, []).append(joint)
     return below

@@ -91,7 +91,7 @@ def read_joint(element: Element, links: Collection[str], joints: Collection[str]
         link = end.required("link")
         if link not in links:
             hint = suggestion(link, links)
-            element.refuse(f"its {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
+            element.refuse(f"the joint's {tag} link '{link}' does not exist.{hint} Links: {', '.join(links)}.")
         ends.append(link)
     moving = kind in MOVING
     return Joint(
@@ -129,12 +129,15 @@ def _held(joint: Joint, joints: Sequence[Joint], element: Element, notes: Notes)
     root = all(other.child != joint.parent for other in joints)
     if joint.type == JointType.PLANAR or not root or sum(other.parent == joint.parent for other in joints) > 1:
         element.refuse(
-            f"a {joint.type.value} joint inside a robot has no single position and is not supported; use two "
-            "prismatic and one revolute joint (planar), and three revolute joints in addition (floating). "
-            "For a free base, set base='floating'."
+            f"a {joint.type.value} joint is not supported here, because it has more than one degree of freedom. "
+            "Replace a planar joint with two prismatic joints and one revolute joint, and a floating joint with three "
+            "prismatic joints and three revolute joints. For a free base, set base='floating' in the robot's "
+            "description."
         )
     element.set("type", "fixed")
-    notes.add("free-root", element, "the joint that frees the base is treated as fixed; set base='floating' instead")
+    notes.add(
+        "free-root", element, "the floating joint of the base is treated as fixed; for a free base, set base='floating'"
+    )
     return replace(joint, type=JointType.FIXED)
 
 
@@ -160,27 +163,35 @@ def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
     limit = element.child("limit")
     if limit is None:
         if kind != JointType.CONTINUOUS:
-            notes.add("no-range", element, f"a {kind.value} joint without <limit>; treated as unlimited")
+            notes.add("no-range", element, f"the {kind.value} joint has no <limit>, so it is treated as unlimited")
         return JointLimits()
     caps = []
     for attribute in ("velocity", "effort"):
         cap = _not_negative(limit, attribute)
         if cap == 0.0:
-            notes.add("no-cap", element, f"the {attribute} limit is 0 or missing; treated as unlimited")
+            notes.add("no-cap", element, f"the {attribute} limit is 0 or missing, so it is treated as infinite")
         caps.append(cap or math.inf)
     unlimited = JointLimits(velocity=caps[0], effort=caps[1])
     lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
     if kind == JointType.CONTINUOUS:
         if lower < upper:
-            notes.add("continuous-range", element, f"the range {lower:g} to {upper:g} of a continuous joint, ignored")
+            notes.add(
+                "continuous-range",
+                element,
+                f"the range from {lower:g} to {upper:g} is ignored, because the joint is continuous",
+            )
         return unlimited
     if lower > upper or lower == upper == 0.0:
-        notes.add("no-range", element, f"lower={lower:g} and upper={upper:g} are not a range; treated as unlimited")
+        notes.add(
+            "no-range",
+            element,
+            f"lower={lower:g} and upper={upper:g} are not a range, so the joint is treated as unlimited",
+        )
         return unlimited
     if lower == upper:
         limit.refuse(
-            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, so it cannot move; for no "
-            'limits write type="continuous", for a joint that does not move type="fixed".'
+            f"joint '{element.get('name')}' has lower={lower:g} and upper={upper:g}, so it cannot move; use "
+            'type="fixed", or type="continuous" for a joint without limits.'
         )
     return JointLimits(lower, upper, *caps)
 

@@ -26,7 +26,7 @@ def read_pose(element: Element) -> Pose:
     x, y, z = origin.numbers("xyz", 3, "0 0 0", MAX_LENGTH)
     if "quat_xyzw" in origin.attrib:
         if "rpy" in origin.attrib:
-            origin.refuse("specifies its orientation twice, as rpy and as quat_xyzw.")
+            origin.refuse("the orientation is specified twice, as rpy and as quat_xyzw; remove one of them.")
         i, j, k, w = origin.numbers("quat_xyzw", 4)
         length = math.sqrt(w * w + i * i + j * j + k * k)
         if length < 1e-9:
@@ -55,7 +55,7 @@ class Shapes:
         found = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
-                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0, ignored")
+                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0 is ignored")
                 link.remove(element)
             else:
                 found.append(element)
@@ -87,7 +87,7 @@ class Shapes:
         given = [] if holder is None else list(holder.children())
         shapes = [shape for shape in given if shape.tag in SHAPES] or given
         if len(shapes) != 1:
-            element.refuse("must contain one <geometry> with one shape.")
+            element.refuse("the element must contain one <geometry> with one shape.")
         shape = shapes[0]
         match shape.tag:
             case "box":

@@ -288,7 +288,7 @@ class Interpreter:
         given = function.node.args
         names = [argument.arg for argument in (*given.posonlyargs, *given.args)]
         if given.vararg or given.kwarg or given.kwonlyargs or given.defaults:
-            raise ValueError("a lambda may only have plain arguments")
+            raise ValueError("a lambda may only have positional arguments without defaults")
         values = {**dict(zip(names, args, strict=False)), **keywords}
         if len(args) > len(names) or sorted(values) != sorted(names):
             raise TypeError(f"a lambda takes {len(names)} arguments: {', '.join(names)}")

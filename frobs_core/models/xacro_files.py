@@ -364,7 +364,9 @@ class _Expansion:
                     entries = [entry.name for entry in islice(scanned, left)]
                 left -= len(entries)
                 if not left:
-                    self._budget.refuse(f"the include '{spec}' examines more than the limit of {_MAX_ENTRIES:,} files")
+                    self._budget.refuse(
+                        f"searching for the include '{spec}' exceeds the limit of {_MAX_ENTRIES:,} files"
+                    )
                 below += [folder / entry for entry in entries if matches(entry) and (entry[0] != "." or part[0] == ".")]
             found = below
         yield from sorted(str(file) for file in found if os.path.lexists(file))
@@ -375,7 +377,9 @@ class _Expansion:
         The regular expression is xacro's, modified so that it cannot backtrack.
         """
         if len(text) > _MAX_PARAMETERS:
-            self._budget.refuse(f"a macro's parameters are longer than the limit of {_MAX_PARAMETERS:,} characters")
+            self._budget.refuse(
+                f"the parameters of a macro are longer than the limit of {_MAX_PARAMETERS:,} characters"
+            )
         self._budget.spend(len(text) // 8)
         match = _PARAMETER.match(text)
         if match is None:
@@ -456,6 +460,6 @@ def read_text(path: Path, arguments: Mapping[str, str], packages: Packages) -> t
         return expand_xacro(path, arguments, packages), True
     if arguments:
         raise ModelFileError(
-            path, f"cannot use xacro arguments ({', '.join(arguments)}), because it is not a .xacro file."
+            path, f"the file cannot use xacro arguments ({', '.join(arguments)}), because it is not a .xacro file."
         )
     return read_bytes(path), False

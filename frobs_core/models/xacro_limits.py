@@ -49,7 +49,7 @@ class Budget:
         """
         self.left -= work
         if self.left < 0:
-            self.refuse(f"expanding it takes more than the limit of {MAX_WORK:,} steps")
+            self.refuse(f"expanding the file exceeds the limit of {MAX_WORK:,} steps")
 
     def refuse(self, reason: str) -> None:
         """Raise a ModelFileError.
@@ -57,7 +57,7 @@ class Budget:
         Raises:
             ModelFileError: Always.
         """
-        raise ModelFileError(self.file, f"xacro: {reason}; simplify its macros and expressions.")
+        raise ModelFileError(self.file, f"xacro: {reason}; simplify the file's macros and expressions.")
 
     def check_length(self, count: int) -> None:
         """Check the length of a text before the text is built, and count the length as work.

@@ -49,10 +49,10 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
             """Merge ``<<`` keys within limits, because each merge could double the size of a mapping."""
             for key, value in node.value:
                 if key.tag == "tag:yaml.org,2002:merge" and len(getattr(value, "value", ())) > _MAX_MERGES:
-                    budget.refuse(f"{path} merges more mappings than the limit of {_MAX_MERGES}")
+                    budget.refuse(f"{path} exceeds the limit of {_MAX_MERGES} merged mappings")
             super().flatten_mapping(node)
             if len(node.value) > _MAX_MERGED:
-                budget.refuse(f"{path} merges more keys than the limit of {_MAX_MERGED:,}")
+                budget.refuse(f"{path} exceeds the limit of {_MAX_MERGED:,} merged keys")
 
     def constructor(factor: float) -> Callable[[Any, yaml.Node], float]:
         return lambda loader, node: float(evaluate(loader.construct_scalar(node))) * factor

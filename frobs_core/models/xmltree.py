@@ -20,8 +20,8 @@ MAX_ELEMENTS = 200_000
 """Maximum number of elements in a document."""
 
 _DOCTYPE = (
-    "declares a document type (<!DOCTYPE …>), which robot models do not need. Its entities could exhaust "
-    "the memory or read other files, so remove it."
+    "declares a document type (<!DOCTYPE …>), which robot models do not need. Remove "
+    "the declaration, because its entities could exhaust the memory or read other files."
 )
 
 
@@ -76,7 +76,7 @@ class Element(ElementTree.Element):
         """
         text = self.get(attribute, default)
         if text is None:
-            self.refuse(f"the attribute '{attribute}' is missing; it requires {_numbers(count)}.")
+            self.refuse(f"the attribute '{attribute}' is missing; it must contain {_numbers(count)}.")
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
@@ -138,9 +138,9 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
         nonlocal count
         count += 1
         if count > MAX_ELEMENTS:
-            element.refuse(f"the file has more than the limit of {MAX_ELEMENTS:,} elements.")
+            element.refuse(f"the file exceeds the limit of {MAX_ELEMENTS:,} elements.")
         if len(stack) >= MAX_DEPTH:
-            element.refuse(f"elements are nested deeper than {MAX_DEPTH}.")
+            element.refuse(f"elements are nested deeper than {MAX_DEPTH} levels.")
         (stack[-1].append if stack else roots.append)(element)
         stack.append(element)
 

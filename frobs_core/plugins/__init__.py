@@ -1,4 +1,4 @@
-"""Discovery, loading and listing of plugins, where a broken plugin does not affect the others.
+"""Discovery, loading and listing of plugins. A broken plugin does not affect other plugins.
 
 - ``discovery`` reads the entry points of the installed distributions without importing anything.
 - ``loading`` imports one plugin, calls its hooks, and validates its records.

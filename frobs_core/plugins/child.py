@@ -122,4 +122,4 @@ if __name__ == "__main__":
     main(sys.argv[1], sys.argv[2], Path(sys.argv[3]), float(sys.argv[4]))
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(0)  # neither waits for the plugin's threads nor runs its exit handlers
+    os._exit(0)  # exits without waiting for the plugin's threads or running its exit handlers

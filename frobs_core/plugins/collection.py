@@ -75,7 +75,8 @@ class Plugins:
             with self._lock:
                 if self._loading:
                     raise PluginError(
-                        "plugins are still being loaded; look them up when your entry_point is used, not on import"
+                        "plugins cannot be looked up while they are being loaded; look them up when your entry_point "
+                        "is used, not when your plugin is imported"
                     )
                 if self._reports is None:
                     self._loading = True
@@ -194,7 +195,7 @@ class Plugins:
         except BaseException as error:  # including SystemExit and the exceptions of test frameworks, such as skips
             cause = _one_line(error)
             if not is_made_for(made_for, __version__):
-                cause += f"; it requires frobs-core {made_for}, but {__version__} is installed"
+                cause += f"; the plugin requires frobs-core {made_for}, but version {__version__} is installed"
             if self._is_strict():
                 raise PluginLoadError(candidate.name, origin, cause) from error
             warn(f"plugin '{candidate.name}' of {origin} did not load: {cause}")
@@ -206,8 +207,8 @@ class Plugins:
         warning = ""
         if not is_made_for(made_for, __version__):
             warning = (
-                f"plugin '{candidate.name}' of {origin} requires frobs-core {made_for}, but this is {__version__}; "
-                f"try to upgrade it: pip install --upgrade {candidate.distribution}"
+                f"plugin '{candidate.name}' of {origin} requires frobs-core {made_for}, but version {__version__} "
+                f"is installed; to upgrade the plugin, run: pip install --upgrade {candidate.distribution}"
             )
             warn(warning)
         return PluginReport.of(
@@ -290,7 +291,9 @@ def _refuse_second_offers(
             offered += [("environment ID", id) for id in environment_ids(records)]
             for kind, name in offered:
                 if (kind, name) in taken:
-                    raise PluginError(f"{kind} '{name}' is also provided by '{other.name}' of the same distribution")
+                    raise PluginError(
+                        f"{kind} '{name}' is also provided by plugin '{other.name}' of the same distribution"
+                    )
 
 
 def _one_line(error: BaseException) -> str:

@@ -104,6 +104,6 @@ def _candidates(distribution: Distribution, text: str) -> Iterator[Candidate]:
         return
     seen: set[str] = set()
     for point in points:
-        problem = f"the distribution has two entry points '{point.name}'" if point.name in seen else ""
+        problem = f"the distribution has two entry points named '{point.name}'" if point.name in seen else ""
         seen.add(point.name)
         yield Candidate(point.name, name, version, point.value, problem, requirements)

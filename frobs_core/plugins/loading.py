@@ -37,7 +37,7 @@ def import_plugin(value: str) -> ModuleType:
         BaseException: Any exception that the import raises.
     """
     if not _MODULE.fullmatch(value):
-        raise PluginError(f"the entry point must name a module, as in 'package.plugin', not '{value}'")
+        raise PluginError(f"the entry point is '{value}'; it must be the name of a module, such as 'package.plugin'")
     module = import_module(value)
     if not isinstance(module, ModuleType):
         raise PluginError(f"'{value}' replaced its module with {_article(module)}")
@@ -99,7 +99,7 @@ def _only_hooks(module: ModuleType) -> ModuleType:
 def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
     if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
         returned.close()
-        raise PluginError(f"{hook} is a {type(returned).__name__}; write a plain function that returns a list")
+        raise PluginError(f"the hook {hook} is a {type(returned).__name__}; write a plain function that returns a list")
     if not isinstance(returned, (list, tuple)):
         raise PluginError(f"{hook} returned {_article(returned)}; return a list of {RECORDS[kind].__name__}")
     for record in returned:
@@ -111,10 +111,14 @@ def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
 
 def _check_record(kind: str, record: Record) -> None:
     if not isinstance(record.name, str) or not _NAME.fullmatch(record.name):
-        raise PluginError(f"{kind} {record.name!r}: a name may only contain lowercase letters, digits and underscores")
+        raise PluginError(
+            f"the {kind} name {record.name!r} is invalid; use only lowercase letters, digits and underscores"
+        )
     needs_none = record.entry_point == "" and isinstance(record, AbilityRecord | ParameterRecord)
     if not needs_none and (not isinstance(record.entry_point, str) or not _ENTRY_POINT.fullmatch(record.entry_point)):
-        raise PluginError(f"{kind} '{record.name}': entry_point is {record.entry_point!r}, not 'module:attribute'")
+        raise PluginError(
+            f"{kind} '{record.name}': entry_point is {record.entry_point!r}; it must have the form 'module:attribute'"
+        )
     for text in ("summary", "install_hint"):
         if not isinstance(getattr(record, text), str):
             raise PluginError(f"{kind} '{record.name}': {text} is {_article(getattr(record, text))}, not a string")

@@ -78,7 +78,7 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
         hangs = Path(f"{findings}.hangs")
         where = hangs.read_text() if hangs.exists() else ""
         if where or code is None:
-            cause = f"its import had not ended after {seconds:g} s"
+            cause = f"its import did not finish within {seconds:g} s"
             return Probe(
                 state="hanging", cause=cause, traceback=where, import_seconds=seconds, stdout=out_text, stderr=err_text
             )

@@ -48,7 +48,7 @@ def is_made_for(specifier: str, version: str) -> bool:
 
     try:
         return SpecifierSet(specifier).contains(version, prereleases=True)
-    except InvalidSpecifier:  # pip would not have installed such a distribution
+    except InvalidSpecifier:  # pip does not install a distribution with an invalid specifier
         return True
 
 

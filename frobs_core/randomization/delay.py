@@ -32,7 +32,8 @@ class ActionDelay:
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
         if control.physics_rate:
             raise RandomizationError(
-                setting.place, "a controller at the physics rate cannot be delayed; remove this setting."
+                setting.place,
+                "the commands of a controller that runs at the physics rate cannot be delayed; remove this setting.",
             )
         self._names = list(control.robots)
         self._robots = [robot.robot for robot in control.robots.values()]
@@ -40,12 +41,12 @@ class ActionDelay:
         steps = np.zeros(num_envs)
         self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
         depth = int(setting.distribution.high) + 1
-        # Commands from newest to oldest, with one row for each physics step if the controller provides such rows.
+        # Commands from newest to oldest. The third axis has one row, or one row for each physics step.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
         self._each = np.arange(num_envs)
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw delays for new episodes and command the drives to hold.
+        """Draw delays for new episodes, and fill the histories with commands that hold the robots in place.
 
         Call this method after the task has placed the robots.
         """
@@ -54,7 +55,7 @@ class ActionDelay:
             history[mask] = robot.holding_command(robot.joint_positions[mask])[:, None, None]
 
     def apply(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Store new commands and return the commands that arrive now.
+        """Store the new commands, and return the commands that take effect now.
 
         The returned commands are (num_envs, dof) or (num_envs, decimation, dof) each.
         """
@@ -72,7 +73,7 @@ class ActionDelay:
         return arriving[:, 0] if arriving.shape[1] == 1 else arriving
 
     def snapshot(self) -> Snapshot:
-        """Return the commands that have not arrived yet, and the current delays."""
+        """Return the commands that have not taken effect yet, and the current delays."""
         histories = zip(self._names, self._histories, strict=True)
         return {**{f"action_delay/{name}": history.copy() for name, history in histories}, **self.draw.snapshot()}
 

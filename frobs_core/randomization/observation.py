@@ -43,11 +43,11 @@ class ObservedArray:
         self._each = np.arange(num_envs)
 
     def add_noise(self, columns: slice, draw: Draw, numbers: slice) -> None:
-        """Add the numbers of a draw to some columns."""
+        """Add the random numbers of ``draw`` to the given columns as noise."""
         self._noise.append((columns, draw, numbers))
 
     def add_delay(self, columns: slice, draw: Draw) -> None:
-        """Delay some columns by the numbers of steps in a draw."""
+        """Delay the given columns by a random number of steps, which ``draw`` provides."""
         self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
@@ -101,7 +101,7 @@ class ObservedArrays:
         control_timestep: [s]
 
     Raises:
-        UnknownNameError: The observation does not contain a term with a given name.
+        UnknownNameError: A setting names a term that the observation does not contain.
         ConfigurationError: A term does not support noise.
     """
 
@@ -119,7 +119,7 @@ class ObservedArrays:
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
-        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that stay constant in an episode and are reported
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # reported draws, constant within an episode
         for setting in noise:
             self._add_noise(setting)
         for setting in delays:
@@ -156,8 +156,8 @@ class ObservedArrays:
             if names[i] in self._imperfect:
                 raise RandomizationError(
                     setting.place,
-                    f"the observation term '{names[i]}' reads a sensor with its own imperfections; set noise and delay "
-                    "in only one place, the sensor or randomize.",
+                    f"the observation term '{names[i]}' reads a sensor that already has noise, delay or other "
+                    "imperfections; set noise and delay either for the sensor or in randomize.",
                 )
         return {names[i]: self._terms[names[i]] for i in found}
 
@@ -165,7 +165,7 @@ class ObservedArrays:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
             raise RandomizationError(
-                setting.place, f"the observation '{key}' is {space}; only a Box supports noise and delays."
+                setting.place, f"the observation '{key}' has the space {space}; noise and delays require a Box."
             )
         if key not in self.arrays:
             self.arrays[key] = ObservedArray(key, space, self._num_envs, self._depth)
@@ -177,15 +177,15 @@ class ObservedArrays:
             array, space = self._find_array(key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
                 raise RandomizationError(
-                    setting.place, f"the observation '{key}' is {space}; only vectors of floats support noise."
+                    setting.place, f"the observation '{key}' has the space {space}; noise requires a vector of floats."
                 )
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
             raise RandomizationError(
                 setting.place,
-                f"{setting.distribution.width} numbers do not match {start} columns; write one "
-                "number, or one for each column.",
+                f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
+                "number for each column.",
             )
         sample = partial(_sample, setting.distribution, start)
         draw = self._add_draw(Draw(setting.stream, setting.schedule, sample, self._zeros(start), self._timestep))
@@ -208,7 +208,7 @@ class ObservedArrays:
         return np.zeros((self._num_envs, *shape))
 
     def snapshot(self) -> Snapshot:
-        """Return the stored measurements and the current draws."""
+        """Return the stored measurements and the current random numbers."""
         state: Snapshot = {}
         for array in self.arrays.values():
             state |= array.snapshot()

@@ -29,9 +29,9 @@ _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
 """Parameters that are randomized only for robots by default."""
 
 _WITHOUT_EFFECT = {
-    ("stiffness", CommandMode.VELOCITY): "velocities, which the drives follow by their damping",
-    ("stiffness", CommandMode.EFFORT): "efforts, which the drives pass on",
-    ("damping", CommandMode.EFFORT): "efforts, which the drives pass on",
+    ("stiffness", CommandMode.VELOCITY): "velocities, for which the drives use only their damping",
+    ("stiffness", CommandMode.EFFORT): "efforts, for which the drives do not use their gains",
+    ("damping", CommandMode.EFFORT): "efforts, for which the drives do not use their gains",
 }
 
 
@@ -66,8 +66,8 @@ class PhysicalParameter:
         if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
             raise RandomizationError(
                 settings[0].place,
-                f"it would have no effect, because the controller commands "
-                f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove it, or choose another controller.",
+                f"this setting has no effect, because the controller commands "
+                f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
             )
         units = find_units(simulation, name)
         self.names = tuple(column for unit in units for column in unit.names)
@@ -146,8 +146,8 @@ class PhysicalParameter:
         width = 1 if shared else len(columns)
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
-            one = "one number, or one for each of x, y and z (not for a scale)" if vector else "one number"
-            raise RandomizationError(setting.place, f"{given} numbers do not match; write {one} for each bound.")
+            one = "one number, or three numbers for x, y and z (except for a scale)" if vector else "one number"
+            raise RandomizationError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
 
@@ -194,8 +194,8 @@ class PhysicalParameter:
             bound = f"{_LEAST[self._name]:.0%} of the nominal {self._name}" if self._name in _LEAST else "0"
             raise RandomizationError(
                 settings[-1].place,
-                f"the {self._name} of {self.names[column]}, nominally "
-                f"{self.nominal[0, column]:.6g}, could become {value[0, column]:.6g}, below {bound}; narrow the range.",
+                f"the {self._name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
+                f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
             )
         return least
 

@@ -75,7 +75,7 @@ class Randomization:
             parameter.begin(rng, rows)
 
     def begin(self, rng: RandomSource, observation: Observation, mask: Mask | None) -> Observation:
-        """Begin the delays and noise for new episodes. Call this method after the robot is placed.
+        """Draw delays and noise for new episodes. Call this method after the robot is placed.
 
         Args:
             rng: Random source of the environment.
@@ -91,7 +91,7 @@ class Randomization:
         return observation if self._observed is None else self._observed.begin(rng, observation, rows)
 
     def act(self, rng: RandomSource, commands: list[Floats]) -> list[Floats]:
-        """Draw and write values that change within an episode, and return the commands that arrive now."""
+        """Update values that change within an episode, and return the commands that take effect now."""
         for parameter in self._changing:
             parameter.step(rng)
         return commands if self._delay is None else self._delay.apply(rng, commands)
@@ -124,7 +124,7 @@ class Randomization:
         return frozenset(() if self._observed is None else self._observed.arrays)
 
     def snapshot(self) -> Snapshot:
-        """Return all current values, and the commands and measurements that have not arrived yet."""
+        """Return all current values, and the commands and measurements that are still delayed."""
         state: Snapshot = {}
         for parameter in self._physics:
             state |= parameter.snapshot()
@@ -144,7 +144,8 @@ class Randomization:
         if mine != snapshot.keys():
             raise RandomizationError(
                 "randomize",
-                f"the snapshot was taken with different settings; they differ in {sorted(mine ^ snapshot.keys())[:4]}.",
+                "the snapshot was taken with different randomization settings; differing entries: "
+                f"{sorted(mine ^ snapshot.keys())[:4]}.",
             )
         for parameter in self._physics:
             parameter.restore(snapshot)

@@ -1,4 +1,4 @@
-"""Schedules of random draws, and the numbers that were drawn last."""
+"""Schedules of random draws, and the most recently drawn numbers."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Schedule:
             if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
                 raise RandomizationError(
                     place,
-                    f"every {seconds} s is not a whole number of control steps of {control_timestep} s; "
+                    f"an interval of {seconds} s is not a whole number of control steps of {control_timestep} s; "
                     f"{max(1, count) * control_timestep:.10g} s would work.",
                 )
         return counts[0], counts[1]
@@ -91,7 +91,7 @@ class Draw:
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw for episodes that begin in ``mask``, and return a (num_envs,) bool mask of affected environments."""
+        """Draw numbers for new episodes in ``mask``, and return the mask of affected environments, (num_envs,) bool."""
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
@@ -114,7 +114,7 @@ class Draw:
             self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
 
     def snapshot(self) -> Snapshot:
-        """Return the numbers, and the times of the next draws."""
+        """Return the current numbers and the times of the next draws."""
         state: Snapshot = {f"{self.stream}/numbers": self.numbers.copy()}
         return {**state, f"{self.stream}/due": self._due.copy()} if self.changes_in_episode else state
 

@@ -13,7 +13,7 @@ from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Simulation
 
 ROBOT = "robot"
-"""Name of the environment's own robot, which a pattern may omit."""
+"""Name of the environment's robot, which a pattern may omit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Unit:
 
 
 def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
-    """Return all units in a simulation that have a given physical parameter.
+    """Return all :class:`Unit` objects of a physical parameter in a simulation.
 
     For ``mass``, links without a mass are omitted. For ``friction``, bodies that do not collide are omitted.
     """
@@ -45,7 +45,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
             for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
                 try:
                     unit = _read(simulation, parameter, target, (target,))
-                except (UnknownNameError, ConfigurationError):  # merged with another link, or without this parameter
+                except (UnknownNameError, ConfigurationError):  # the link is merged, or has no such parameter
                     continue
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)

@@ -23,7 +23,7 @@ class BumperInstrument(Instrument):
 
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
-        """Return one contact for each link. In a scene without a floor, no contact ignores ``"floor"``."""
+        """Return one contact for each link. Without a floor, ``"floor"`` is removed from the ignored objects."""
         there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
         return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
 

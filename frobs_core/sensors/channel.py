@@ -37,7 +37,7 @@ class Channel:
 
     @property
     def reading(self) -> Floats:
-        """The sample that arrives now, (num_envs, width)."""
+        """Sample that arrives in the current step, (num_envs, width)."""
         found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
         return found
 
@@ -98,7 +98,7 @@ class Channel:
         return sample if self._lost is None else np.where(true == self._lost, true, sample)
 
     def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
-        """Return samples, (n, width), in which each element may be lost individually."""
+        """Return samples, (n, width), after the dropout of individual elements."""
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 

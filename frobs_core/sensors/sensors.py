@@ -26,7 +26,7 @@ class Sensors:
     before you move any object. An environment in a vector environment reads the same values as a single environment.
 
     An ideal sensor has no noise, resolution, delay or dropout, and takes a sample in each control step. Such a sensor
-    is measured only when it is read, at no additional cost.
+    is measured only when it is read, so an unused sensor costs nothing.
 
     Args:
         simulation: Simulation to measure in.

@@ -31,15 +31,14 @@ def apply_settings(sensors: Mapping[str, Sensor], given: Mapping[str, Any]) -> d
             :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
 
     Raises:
-        UnknownNameError: The robot does not have one of the named sensors. The message suggests the most similar name.
-        UnknownParameterError: A sensor does not have one of the given fields. The message suggests the most similar
-            field.
+        UnknownNameError: The robot has no sensor with a given name. The message suggests the most similar name.
+        UnknownParameterError: A sensor has no field with a given name. The message suggests the most similar field.
         ConfigurationError: A value is invalid.
         ConfigFileError: A field is unknown or a value is invalid, and the settings were read from a file.
     """
     if not isinstance(given, Mapping):
         raise ParameterValueError(
-            "sensors", given, "a mapping from names to settings, as in {'lidar': {'noise': 0.01}}"
+            "sensors", given, "a mapping from sensor names to settings, such as {'lidar': {'noise': 0.01}}"
         )
     found = dict(sensors)
     for name, setting in given.items():
@@ -62,11 +61,13 @@ def _apply(name: str, sensors: Mapping[str, Sensor], setting: Any) -> Sensor | N
     if isinstance(setting, Sensor):
         return setting
     if setting is not None and not isinstance(setting, Mapping):
-        raise ParameterValueError(f"sensors.{name}", setting, "a mapping of settings to change, as in {'noise': 0.01}")
+        raise ParameterValueError(
+            f"sensors.{name}", setting, "a mapping of settings to change, such as {'noise': 0.01}"
+        )
     if setting is not None and "type" in setting:
         return _new(name, setting)
     if name not in sensors:
-        raise UnknownNameError("sensor of the robot (a new one needs a type)", name, sensors)
+        raise UnknownNameError("sensor of the robot (a new sensor requires a type)", name, sensors)
     if setting is None:
         return None
     _check_fields(name, type(sensors[name]), setting)

@@ -33,8 +33,8 @@ def finite_bounds(wrapper: str, kind: str, space: gym.Space[Any]) -> tuple[Float
         raise IncompatibleSpaceError(
             wrapper,
             space,
-            f"requires finite bounds, but {len(unbounded)} of {low.size} {kind} components have none, first "
-            f"component {first[0] if len(first) == 1 else first} in [{low[first]}, {high[first]}]; bound them first, "
-            f"for example with gymnasium.wrappers.Transform{kind.title()}.",
+            f"requires finite bounds, but {len(unbounded)} of {low.size} {kind} components are unbounded, such "
+            f"as component {first[0] if len(first) == 1 else first} with the range [{low[first]}, {high[first]}]; set "
+            f"finite bounds first, for example with gymnasium.wrappers.Transform{kind.title()}.",
         )
     return low, high

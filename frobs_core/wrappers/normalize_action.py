@@ -17,8 +17,8 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
     """Wrapper that accepts actions in [−1, 1] and rescales them to the bounds of the environment's action space.
 
     Args:
-        env: The environment to wrap. Its own action space does not change.
-        clip: Whether to clip actions to [−1, 1]. If False, actions outside of this range are also rescaled.
+        env: The environment to wrap. The action space of this environment does not change.
+        clip: Whether to clip actions to [−1, 1]. If False, actions outside this range are rescaled without clipping.
 
     Raises:
         ConfigurationError: The action space is not a Box or has an unbounded component.
@@ -30,7 +30,7 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
         self.clip = clip
         low, high = finite_bounds(type(self).__name__, "action", env.action_space)
         self._middle = 0.5 * low + 0.5 * high
-        self._half_range = 0.5 * high - 0.5 * low  # halve first, because the whole range may overflow
+        self._half_range = 0.5 * high - 0.5 * low  # halved first, because high − low may overflow
         self._dtype = env.action_space.dtype
         self.action_space = gym.spaces.Box(-1.0, 1.0, self._middle.shape, np.float32)
 
@@ -53,7 +53,8 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
         scaled = np.asarray(scaled_action, dtype=np.float64)
         if scaled.shape != self._middle.shape:
             raise InvalidActionError(
-                f"{type(self).__name__}: an action must have the shape {self._middle.shape}, not {scaled.shape}."
+                f"{type(self).__name__}: the action must have the shape {self._middle.shape}, but it has "
+                f"{scaled.shape}."
             )
         if self.clip:
             scaled = np.clip(scaled, -1.0, 1.0)

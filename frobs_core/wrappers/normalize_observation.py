@@ -18,7 +18,7 @@ class NormalizeObservationWrapper(
     """Wrapper that scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
 
     Args:
-        env: The environment to wrap. Its own observation space does not change.
+        env: The environment to wrap. The observation space of this environment does not change.
         clip: Whether to clip observations outside the environment's bounds to [−1, 1].
 
     Raises:
@@ -31,7 +31,7 @@ class NormalizeObservationWrapper(
         self.clip = clip
         low, high = finite_bounds(type(self).__name__, "observation", env.observation_space)
         self._middle = 0.5 * low + 0.5 * high
-        half_range = 0.5 * high - 0.5 * low  # halve first, because the whole range may overflow
+        half_range = 0.5 * high - 0.5 * low  # halved first, because high − low may overflow
         self._has_range = half_range > 0.0
         self._divisor = np.where(self._has_range, half_range, 1.0)
         self.observation_space = gym.spaces.Box(-1.0, 1.0, low.shape, np.float32)
@@ -55,7 +55,8 @@ class NormalizeObservationWrapper(
         values = np.asarray(observation, dtype=np.float64)
         if values.shape != self._middle.shape:
             raise ValueError(
-                f"{type(self).__name__}: an observation must have the shape {self._middle.shape}, not {values.shape}."
+                f"{type(self).__name__}: the observation must have the shape {self._middle.shape}, but it has "
+                f"{values.shape}."
             )
         scaled = np.where(self._has_range, (values - self._middle) / self._divisor, 0.0)
         if self.clip:

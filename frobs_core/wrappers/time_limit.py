@@ -21,8 +21,8 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     Args:
         env: The environment.
         max_steps: Maximum number of steps per episode, ≥ 1.
-        legacy: Whether to behave like FRobs_RL, where the limit also sets ``terminated``, so an agent learns that the
-            last state has no value.
+        legacy: Whether to behave like FRobs_RL, where the limit also sets ``terminated``, so that agents do not
+            bootstrap the value of the last state.
 
     Raises:
         ConfigurationError: ``max_steps`` is not a whole number ≥ 1.

@@ -41,7 +41,8 @@ ID = "frobs/Reach-v0"
 WANTED: Mapping[str, float] = {"tcp_delta_position": 0.9, "joint_delta_position": 0.85}
 """Minimum success of each arm, by controller."""
 _SHARED = (
-    " The machine was shared: other programs ran at the same time, which lengthens it. Compare steps rather than times."
+    " The machine was shared: other programs ran at the same time, which increases the processor time. Compare steps "
+    "rather than times."
 )
 MINUTES = 5
 """Maximum processor time of a training run [min]."""
@@ -124,12 +125,13 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Benchmarks: any arm",
         "",
-        f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO learned each arm from its URDF file alone, with "
-        f"the settings for any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is the share of "
-        f"{episodes:,} new goals, drawn from the whole reach of the arm, that the deterministic policy holds within 5 cm "
-        f"when the episode ends. The goal is at least {wanted}, within {MINUTES} minutes of processor time.",
+        f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO was trained on each arm from its URDF "
+        f"file alone, with settings that suit any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is "
+        f"the share of {episodes:,} episodes of the deterministic policy, each with a new goal from the whole reach of the "
+        f"arm, that end with the tool within 5 cm of the goal. The target is at least {wanted}, within {MINUTES} minutes "
+        "of processor time.",
         "",
-        "Processor time is that of all threads of the training run."
+        "Processor time is the sum over all threads of the training run."
         + (_SHARED if any(r["shared"] for r in rows) else ""),
         "",
         "A slow arm needs longer control steps: the joints of the Kinova Jaco turn at most 0.8 rad/s, which is not far enough in "

@@ -164,7 +164,7 @@ def report(
         "## A step",
         "",
         "All times are medians. The bare engine replays the same states with the same controls, and casts the same rays. A "
-        "control step of an arm has 20 physics steps of 2 ms, and one of the Kobuki has 10 of 20 ms.",
+        "control step of an arm has 20 physics steps of 2 ms, and a control step of the Kobuki has 10 physics steps of 20 ms.",
         "",
         "| environment | controllers | number | step | bare engine | ratio | at most | engine / controller / task / loop / "
         "wrappers |",
@@ -191,9 +191,9 @@ def report(
         "",
         "## A training run",
         "",
-        "PPO with the tuned settings, each seed in a new process. The training time excludes imports and evaluation. Success is "
-        "the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds until the end of the episode. "
-        "The worst octant is the octant of the goal box with the lowest success.",
+        "PPO is trained with the tuned settings, with a new process for each seed. The training time excludes imports and "
+        "evaluation. Success is the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds until "
+        "the end of the episode. The worst octant is the octant of the goal box with the lowest success.",
         "",
         "| controller | seed | steps | training | success | 95 % interval | worst octant |",
         "|---|---:|---:|---:|---:|---|---:|",

@@ -142,9 +142,9 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "# Benchmarks: comparison with panda-gym",
         "",
         f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}, on {machine()}, at commit "
-        f"{current_commit()}. The candidates took turns on the machine. The time is the training time, including compilation, "
-        f"until the first evaluation on {episodes} new goals that reaches the success rate. Imports and evaluations are not "
-        "included.",
+        f"{current_commit()}. The candidates were trained one after another on the same machine. The tables show the training "
+        f"time, including compilation, until an evaluation on {episodes} new goals first reaches the success rate. Imports "
+        "and evaluations are not included.",
         "",
         "| | " + " | ".join(f"to {share:.0%}, median | all seeds" for share in THRESHOLDS) + " |",
         "|---|" + "---:|---|" * len(THRESHOLDS),
@@ -170,8 +170,9 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "| algorithm | SAC with hindsight experience replay (stable-baselines3) | PPO with the tuned settings "
         "(stable-baselines3; in JAX: sbx with FRobs's own update) |",
         "",
-        "A sparse reward requires hindsight experience replay, and PPO benefits from many cheap environments. Each side "
-        "uses the algorithm that suits it. The figures therefore show how long a user waits, and not which algorithm is better.",
+        "A sparse reward requires hindsight experience replay, and PPO benefits from many cheap environments. Each candidate "
+        "uses the algorithm that suits its task. The figures therefore show how long a user waits, not which algorithm is "
+        "better.",
     ]
     return "\n".join(lines) + "\n"
 

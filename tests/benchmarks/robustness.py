@@ -103,15 +103,15 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "",
         f"Measured by `tests/benchmarks/robustness.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO "
         f"was trained on `{ID}` with and without [randomization](../how-to/randomize.md) and evaluated on models with known "
-        f"errors. Each success rate is the share of {episodes:,} new goals that the tool holds within 5 cm at the end of the "
-        f"episode. Training seeds: {', '.join(map(str, seeds))}"
+        f"errors. Each success rate is the share of {episodes:,} episodes, each with a new goal, that end with the tool within "
+        f"5 cm of the goal. Training seeds: {', '.join(map(str, seeds))}"
         f"{'; the tables show their mean, and the worst in brackets' if len(seeds) > 1 else ''}.",
         "",
     ]
     for controller in dict.fromkeys(row["controller"] for row in rows):
         those = [row for row in rows if row["controller"] == controller]
         lines += _section(controller, {name: [r for r in those if r["training"] == name] for name in TRAININGS})
-    return "\n".join([*lines, "## What was randomised", "", "```yaml", dump_yaml({"randomize": RANDOMIZE}) + "```", ""])
+    return "\n".join([*lines, "## What was randomized", "", "```yaml", dump_yaml({"randomize": RANDOMIZE}) + "```", ""])
 
 
 def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
@@ -121,8 +121,8 @@ def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]
         f"## `{controller}`",
         "",
         f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomization. On "
-        f"models with errors of 20 % in masses and gains, the lowest success with randomization is {worst:.1%} (goal: at least "
-        f"{SUCCESS:.0%}).",
+        f"models with errors of 20 % in masses and gains, the lowest success rate with randomization is {worst:.1%} (target: at "
+        f"least {SUCCESS:.0%}).",
         "",
         "| model | without | with |",
         "|---|---:|---:|",

@@ -398,24 +398,24 @@ def report(
     lines = [
         "# Benchmarks: ROS and Gazebo",
         "",
-        f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. At the "
-        f"start, {load:.1f} other processes were using the processors; on an idle machine this number is near 0, and steps are "
-        "faster.",
+        f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. In the "
+        f"minute before the start, an average of {load:.1f} other processes were running or waiting for a processor; on an "
+        "idle machine, this number is near 0 and steps are faster.",
         "",
         "## One policy everywhere",
         "",
-        f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated unchanged. On each simulator it acts in the same "
-        "episodes (`frobs evaluate --simulator`). *ROS topics* means that it acts on the bridge over MuJoCo as with `frobs ros "
-        f"run`: it reads joint states and sends a trajectory in each control step, and simulated time runs {SPEED:g} times as "
-        f"fast as real time, without waiting for the policy. {late:.1%} of its steps were late. These episodes use the same "
-        "distributions of initial states and goals, with other seeds.",
+        f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated unchanged. Every simulator runs the same "
+        "episodes (`frobs evaluate --simulator`). In the row *ROS topics*, the policy controls the bridge over MuJoCo as with "
+        "`frobs ros run`: it reads joint states and sends a trajectory in each control step. Simulated time runs "
+        f"{SPEED:g} times as fast as real time and does not wait for the policy. {late:.1%} of its steps were late. The "
+        "episodes of this row use the same distributions of initial states and goals, with other seeds.",
         "",
         *success_table(success),
         "",
         "## How joints respond",
         "",
-        f"The table shows the largest differences from {SIMULATORS[0]}. For the simulators they are measured by `frobs parity {ID}`: "
-        "the command of each joint jumps, and every physics step of 2 ms is compared; in the saturated response, the effort "
+        f"The table shows the largest differences from {SIMULATORS[0]}. `frobs parity {ID}` measures the differences of the "
+        "simulators: the command of each joint jumps, and every physics step of 2 ms is compared; in the saturated response, the effort "
         "limits are just sufficient. For *ROS topics*, the bridge over MuJoCo is compared with MuJoCo without ROS: each joint "
         f"gets a command that jumps by {JUMP:g} rad on the topic of its position controller, and `joint_states` is read every "
         f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms. The tolerances and their reasons are in "
@@ -425,13 +425,13 @@ def report(
         "",
         "## Duration of a step on Gazebo",
         "",
-        f"One environment with {SUBSTEPS} physics steps of 2 ms per step and random actions; resets are included. FRobs_RL's logs "
-        "show 3 to 4 steps per second.",
+        f"The measurement uses one environment with {SUBSTEPS} physics steps of 2 ms per step and random actions, and includes "
+        "resets. FRobs_RL's logs show 3 to 4 steps per second.",
         "",
         *cost_table(gazebo, GAZEBO_BUDGET),
         "",
         f"Processor time of an environment step: {', '.join(f'{1e6 * s:,.0f} µs in {who}' for who, s in processor.items())}. "
-        f"The two take turns, so an idle machine takes at most {1.0 / spent:,.0f} steps per second.",
+        f"The two take turns, so an idle machine reaches at most {1.0 / spent:,.0f} steps per second.",
         "",
         "## Duration of a step through ROS",
         "",

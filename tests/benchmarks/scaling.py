@@ -130,14 +130,14 @@ def _section(row: Mapping[str, Any], result: ScalingResult) -> list[str]:
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
         *(_row(point) for point in result.points),
         "",
-        f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each further environment {per_env:.1f} kB. A process "
+        f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each additional environment {per_env:.1f} kB. A process "
         f"starts within {model.startup:.1f} s (median).",
     ]
     if result.traffic is not None:
         traffic = result.traffic
         lines += [
             "",
-            f"The experience of one environment step has {traffic.bytes_per_step:.0f} bytes. A learner receives "
+            f"One environment step produces {traffic.bytes_per_step:.0f} bytes of experience. A learner receives "
             f"{traffic.bytes_per_second / 1e6:,.0f} MB/s through Ray's object store, which is "
             f"{traffic.steps_per_second:,.0f} steps/s.",
         ]
@@ -155,10 +155,10 @@ def _prediction(model: ScalingModel, steps: int) -> list[str]:
     ]
     return [
         f"Model: s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, β = 0 (assumed). "
-        f"The learner of {learner.algorithm} processes {1.0 / learner.learning:,.0f} steps/s. Fitted without the largest "
-        f"size, the model is wrong by {' and '.join(errors)}.",
+        f"The learner of {learner.algorithm} processes {1.0 / learner.learning:,.0f} steps/s. If the model is fitted "
+        f"without the largest size, its error is {' and '.join(errors)}.",
         "",
-        f"Prediction for {steps:,} environment steps, on nodes of {PROCESSORS} processors:",
+        f"Prediction for {steps:,} environment steps on nodes with {PROCESSORS} processors each:",
         "",
         "| nodes | collected steps/s | one training run, steps/s | limited by | time | node-hours | independent runs per hour |",
         "|---:|---:|---:|---|---:|---:|---:|",

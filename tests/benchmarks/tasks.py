@@ -305,9 +305,9 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         "",
         f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed was trained with "
         "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "
-        f"deterministic policy in {episodes:,} new episodes, and in {OTHER_EPISODES} on PyBullet, or in fewer if they could take "
-        f"more than {MOST_STEPS:,} or {OTHER_MOST_STEPS:,} steps. The table shows the worst seed with its 95 % interval. The "
-        "training time is that of the slowest seed and includes checkpoints.",
+        f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet, or in fewer if these could "
+        f"exceed {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet. The table shows the worst seed with its "
+        "95 % confidence interval. The training time is the time of the slowest seed, including checkpoints.",
         "",
         "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
         "on PyBullet, worst | in training, worst | FRobs_RL, in training |",
@@ -316,12 +316,12 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
     lines += [
         "",
-        f"{logs['about']} The column *in training* shows FRobs's success over its last 100 training episodes, also with exploration; "
-        "the other columns are without exploration. The tracking error is the mean distance from tool to goal over the second "
-        f"half of each episode, for the worst seed. A training run may take {LONGEST // 60} minutes.",
+        f"{logs['about']} The column *in training* shows FRobs's success over its last 100 training episodes, with exploration "
+        "like FRobs_RL's figures; the other columns are without exploration. The tracking error is the mean distance from the "
+        f"tool to the goal over the second half of each episode, for the worst seed. A training run may take {LONGEST // 60} minutes.",
     ]
     if missing := sorted(case.id for case in cases() if case not in rows):
-        lines += ["", f"Tuned but not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
+        lines += ["", f"These IDs are tuned but not measured yet: {', '.join(f'`{id}`' for id in missing)}."]
     for case, found in rows.items():
         lines += ["", f"## {case.id}", ""]
         if case.id in drops:

@@ -75,8 +75,8 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "",
         f"Measured by `tests/benchmarks/transfer.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO was "
         f"trained on `{ID}` on one simulator, and the policy was evaluated on each simulator without changes. Success is the "
-        f"share of {episodes:,} new goals that the tool holds within 5 cm at the end of the episode. The goal is at least "
-        f"{KEPT:.0%} of the success on the simulator of the training.",
+        f"share of {episodes:,} episodes, each with a new goal, that end with the tool within 5 cm of the goal. The target "
+        f"is at least {KEPT:.0%} of the success on the training simulator.",
         "",
         "| controller | trained on | training | evaluated on | success | 95 % interval | kept |",
         "|---|---|---:|---|---:|---|---:|",

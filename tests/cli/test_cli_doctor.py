@@ -56,7 +56,7 @@ def test_json_has_the_keys_of_the_documented_classes(frobs: Frobs) -> None:
 def test_a_robot_that_cannot_be_used_exits_with_1(frobs: Frobs, bare: str) -> None:
     result = frobs("doctor", "robot", bare)
     assert result.exit_code == 1
-    assert "no joint moves" in result.stdout
+    assert "the robot has no movable joint" in result.stdout
     assert "cannot be used" in result.stdout
     assert frobs("doctor", "robot", bare, "--json").exit_code == 1
 
@@ -197,7 +197,9 @@ def test_the_verdict_names_the_simulators_that_lack_something(frobs: Frobs, tmp_
     result = frobs("doctor", "robot", str(file), *options)
     assert result.exit_code == 0, result.stderr
     assert "this robot can be used on mujoco, with limits on pybullet" in result.stdout
-    assert "moves differently without its gravity compensation (arm)" in " ".join(result.stdout.split())
+    assert "does not fully support gravity compensation (arm), which changes the robot's motion" in " ".join(
+        result.stdout.split()
+    )
     file.write_text(file.read_text().replace("</mujoco>", '<actuator><motor joint="j"/></actuator></mujoco>'))
     file.write_text(
         file.read_text().replace(

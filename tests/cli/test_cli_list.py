@@ -53,9 +53,12 @@ def test_a_simulator_without_its_engine_is_marked(
     frobs: Frobs, facts: Facts, installed: Callable[[str, str], None]
 ) -> None:
     installed("frobs-zz-engine", SIMULATOR)
-    assert "an engine (not usable here; to install it: pip install zz)" in frobs("list", "simulators").stdout
+    assert (
+        "an engine (the implementation cannot be imported; to install it: pip install zz)"
+        in frobs("list", "simulators").stdout
+    )
     missing = {row["name"]: row["missing"] for row in facts("list", "simulators")["simulators"]}
-    assert missing["zz"] == "not usable here; to install it: pip install zz"
+    assert missing["zz"] == "the implementation cannot be imported; to install it: pip install zz"
     assert missing["mujoco"] == ""
     [found] = facts("show", "frobs/Irb120Reach-v0")
     [row] = [row for row in found["simulators"] if row["simulator"] == "zz"]

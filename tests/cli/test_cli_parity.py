@@ -86,15 +86,15 @@ def test_one_id_that_fails_leaves_the_certificates_of_the_others(
 def test_a_run_belongs_to_one_id(frobs: Frobs) -> None:
     result = frobs("parity", ID, "frobs/Ur5Reach-v0", "--run", "runs/first")
     assert result.exit_code == 2
-    assert "--run: requires a single ID" in result.stderr
+    assert "--run: this option requires a single ID" in result.stderr
 
 
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        ((ID, "--simulators", "mujoco"), "choose at least two"),
+        ((ID, "--simulators", "mujoco"), "at least two simulators, got"),
         ((ID, "--simulators", "mujoco,newton"), "no simulator is named 'newton'"),
-        (("CartPole-v1", "--simulators", "mujoco,mujoco"), "not an environment of FRobs"),
+        (("CartPole-v1", "--simulators", "mujoco,mujoco"), "not a FRobs environment"),
         ((ID, "--simulators", "mujoco,mujoco", "--only", "lidars"), "Did you mean 'lidar'?"),
         (("frobs/Nothing-v0",), "no environment ID is named"),
         ((ID, "--simulators", "mujoco,mujoco", "--run", "nowhere"), "nowhere is not a folder"),

@@ -49,4 +49,4 @@ def test_list_points_to_what_did_not_load(frobs: Frobs, installed: Install) -> N
     installed("frobs-zz-broken", BROKEN)
     result = frobs("list", "robots")
     assert "irb120" in result.stdout
-    assert "'frobs plugins --verbose' shows why" in result.stderr
+    assert "run 'frobs plugins --verbose' to see why plugins did not load" in result.stderr

@@ -32,7 +32,7 @@ BAD = {
     "which have one": (("evaluate", WITHOUT, "--pretrained"), REACH),
     "mistyped ID": (("play", "frobs/Irb120Raech-v0", "--pretrained"), f"Did you mean '{REACH}'?"),
     "model too": (("play", REACH, "--pretrained", "--model", "model.zip"), "cannot be combined"),
-    "flag forgotten": (("evaluate", REACH), f"{REACH}: this is an ID, not a run; add --pretrained"),
+    "flag forgotten": (("evaluate", REACH), f"{REACH}: this is an environment ID, not a run; add --pretrained"),
 }
 
 

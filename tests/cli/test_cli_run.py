@@ -92,7 +92,7 @@ def test_experts_of_several_environments_are_evaluated(facts: Facts) -> None:
 def test_a_model_file_is_evaluated_alone(frobs: Frobs) -> None:
     result = frobs("evaluate", "CartPole-v1", "Acrobot-v1", "--model", "model.zip")
     assert result.exit_code == 2
-    assert "--model: requires a single RUN" in result.stderr
+    assert "--model: this option requires a single RUN" in result.stderr
 
 
 def test_compare_evaluates_first(frobs: Frobs, facts: Facts, run: Path, tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_compare_evaluates_first(frobs: Frobs, facts: Facts, run: Path, tmp_path
     scores = found["groups"][0]["runs"]
     assert [score["source"] for score in scores] == ["evaluation", "evaluation"]
     assert len(list((other / "evaluations").glob("*_3episodes.json"))) == 1
-    assert "--runner: requires --evaluate N" in frobs("compare", str(run), "--runner", "ray").stderr
+    assert "--runner: this option requires --evaluate N" in frobs("compare", str(run), "--runner", "ray").stderr
 
 
 def test_evaluate_measures(frobs: Frobs, facts: Facts, run: Path) -> None:

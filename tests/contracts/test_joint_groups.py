@@ -93,7 +93,7 @@ def test_discrete_controllers_become_a_multidiscrete_space(gripping):
 
 
 def test_a_mixture_of_action_spaces_names_the_controller_that_fixes_it(gripping):
-    with pytest.raises(IncompatibleSpaceError, match="'discrete' converts a Box into one"):
+    with pytest.raises(IncompatibleSpaceError, match="'discrete' converts a Box space to a Discrete space"):
         make(gripping, controller={"arm": "discrete", "hand": "gripper_delta"})
 
 
@@ -209,7 +209,7 @@ def test_several_robots_have_their_own_actions_and_places():
 
 
 def test_robots_at_one_place_are_rejected():
-    with pytest.raises(ConflictingOptionsError, match="both are at"):
+    with pytest.raises(ConflictingOptionsError, match="both robots have the position"):
         RobotEnv(task=CUBE_TASK, robots={"a": "irb120", "b": "irb120"}, controller="joint_position")
     with pytest.raises(UnknownParameterError, match=r"robots\.a has no parameter 'contoller'"):
         RobotEnv(task=CUBE_TASK, robots={"a": {"robot": "irb120", "contoller": "x"}}, controller="joint_position")

@@ -138,7 +138,7 @@ def test_noise_in_two_places_is_rejected():
     robot = Robot(
         model="frobs_robots_abb:models/irb120.urdf.xacro", tcp="tool0", sensors={"imu": Imu(frame="tool0", noise=0.1)}
     )
-    with pytest.raises(ConfigurationError, match="in only one place"):
+    with pytest.raises(ConfigurationError, match="either for the sensor or in randomize"):
         RobotEnv(
             **{**REACH, "robot": robot},
             observations={"imu": {"type": "sensor", "sensor": "imu"}},

@@ -74,7 +74,7 @@ def test_a_robot_that_does_not_get_home_is_an_error() -> None:
     slow.reset(seed=0)
     for _ in range(10):
         slow.step(ACTION)
-    with pytest.raises(SimulationError, match=r"not at home 0\.1 s after a reset"):
+    with pytest.raises(SimulationError, match=r"did not reach their home positions within 0\.1 s of a reset"):
         slow.reset()
     slow.close()
 
@@ -89,7 +89,9 @@ def test_what_needs_teleporting_or_a_snapshot_is_refused(env: RobotEnv) -> None:
 
 
 def test_there_is_one_environment_and_no_reset_within_a_step() -> None:
-    with pytest.raises(ParameterValueError, match=r"num_envs is 2; it must be 1 on simulator 'my_paced_simulator'"):
+    with pytest.raises(
+        ParameterValueError, match=r"num_envs is 2; it must be 1, because simulator 'my_paced_simulator' is paced"
+    ):
         RobotVectorEnv(2, **PARTS, simulator=paced_plugin.RECORD, autoreset_mode="NextStep")
     with pytest.raises(ParameterValueError, match="it must be 'NextStep' or 'Disabled'"):
         RobotVectorEnv(1, **PARTS, simulator=paced_plugin.RECORD)

@@ -68,8 +68,8 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
 @pytest.mark.parametrize(
     ("args", "words"),
     [
-        (["pair", "class"], "keyword of Python"),
-        (["pair", "match"], "keyword of Python"),
+        (["pair", "class"], "Python keyword"),
+        (["pair", "match"], "Python keyword"),
         (["pair", "My-Arm"], "lowercase letters"),
         (["pair", "2arms"], "lowercase letters"),
         (["pair", "my__arm"], "lowercase letters"),
@@ -81,7 +81,7 @@ def test_a_paced_simulator_is_run_and_not_trained_on(frobs: Frobs) -> None:
         (["pair", "my_arm", "--namespace", "a/b"], "letters, digits"),
         (["pair", "my_arm", "--author", 'A "B" C'], "without quotes"),
         (["pair", "my_arm", "--example", "file"], "robot_file is empty"),
-        (["task", "my_reach", "--robot-file", "arm.urdf"], "a task on its own requires an installed robot"),
+        (["task", "my_reach", "--robot-file", "arm.urdf"], "a task alone cannot use a robot from a file"),
         (["controller", "my_controller", "--tcp", "tool0"], "tcp does not apply to a new controller"),
         (["controller", "my_controller", "--paced"], "paced does not apply to a new controller"),
         (["robot", "irb120"], "the robot 'irb120' already exists"),
@@ -156,7 +156,7 @@ def test_a_terminal_is_asked_and_told_what_will_not_do(frobs: Frobs, monkeypatch
     monkeypatch.setattr(module.typer, "prompt", lambda text, default, err: next(answers) or default)
     done = frobs("new")
     assert done.exit_code == 0, done.output
-    assert "keyword of Python" in done.stderr
+    assert "Python keyword" in done.stderr
     assert "a wheeled robot that drives to a goal" in done.stderr
     assert Path("frobs-my-rover/pyproject.toml").is_file()
     assert list(answers) == []
@@ -206,7 +206,7 @@ def test_a_file_on_which_the_kit_fails_is_rejected_before_anything_is_written(fr
     done = frobs("new", "robot", "tiny", "--robot-file", str(tiny_arm))
     assert done.exit_code == 2, done.output
     assert len(done.stderr.splitlines()) == 1
-    assert "limits_are_in_radians: joint 'turn': its limits are -114 to 114 rad" in done.stderr
+    assert "limits_are_in_radians: joint 'turn': the joint limits are -114 and 114 rad" in done.stderr
     assert "--failing-checks expect" in done.stderr
     assert list(Path().iterdir()) == []
 
@@ -227,7 +227,7 @@ def test_the_license_of_a_robots_file_is_its_own(frobs: Frobs, tiny_arm: Path) -
     own = Path("frobs-robots-tiny/LICENSE").read_text()
     assert "Copyright (c) Ada" in own
     assert "does not apply to the robot's model file" in " ".join(own.split())
-    assert "None was found" in Path("frobs-robots-tiny/README.md").read_text()
+    assert "No license was found" in Path("frobs-robots-tiny/README.md").read_text()
 
 
 def test_the_license_of_a_robots_file_is_copied(frobs: Frobs, tiny_arm: Path) -> None:

@@ -50,7 +50,7 @@ HOSTILE = {
     "no mesh": ([*ARM[1:], link("a", touching("none.stl"))], "none.stl"),
     "mesh that is cut off": ([*ARM[1:], link("a", touching("cut_off.stl"))], "cut_off.stl.*broken"),
     "mesh of noise": ([*ARM[1:], link("a", touching("noise.obj"))], "noise.obj.*broken"),
-    "mesh beyond all measure": ([*ARM[1:], link("a", touching("huge.stl"))], "larger than 256 MiB, the limit"),
+    "mesh beyond all measure": ([*ARM[1:], link("a", touching("huge.stl"))], "exceeds the size limit of 256 MiB"),
 }
 
 

@@ -209,10 +209,10 @@ def test_a_broken_mesh_is_refused_by_name(tmp_path, name, content, message):
 def test_a_mesh_beyond_all_measure_is_refused_before_it_is_parsed(tmp_path, monkeypatch):
     BOX.export(tmp_path / "m.stl")
     monkeypatch.setattr(meshes, "MAX_FACES", 11)
-    with pytest.raises(ModelFileError, match="more than the limit of 11 triangles"):
+    with pytest.raises(ModelFileError, match="exceeds the limit of 11 triangles"):
         read_mesh(tmp_path / "m.stl")
     monkeypatch.setattr(mesh_files, "MAX_BYTES", 100)
-    with pytest.raises(ModelFileError, match="larger than 0 KiB"):
+    with pytest.raises(ModelFileError, match="exceeds the size limit of 0 KiB"):
         read_mesh(tmp_path / "m.stl")
 
 

@@ -233,8 +233,8 @@ BAD = {
     ),
     "joint type": (arm(kind="revolut"), "Did you mean 'revolute'"),
     "zero axis": (arm('<axis xyz="0 0 0"/>' + LIMIT), "is zero"),
-    "no range": (arm('<limit lower="1" upper="1" effort="1" velocity="1"/>'), 'write type="continuous"'),
-    "planar": (arm("", "planar"), "no single position"),
+    "no range": (arm('<limit lower="1" upper="1" effort="1" velocity="1"/>'), 'or type="continuous"'),
+    "planar": (arm("", "planar"), "more than one degree of freedom"),
     "floating inside": (
         robot(*(link(n) for n in "abc"), joint("i", "a", "b"), joint("j", "b", "c", "", "floating")),
         "base='floating'",

@@ -59,7 +59,7 @@ NOTES: Mapping[str, str] = {
         "`same_seed_repeats` find the mistake itself"
     ),
     "environment_seeded_again": (
-        "at first caught by `continues_exactly` only, because a training that is loaded resets without the seed"
+        "at first caught by `continues_exactly` only, because a loaded training run resets without the seed"
     ),
 }
 """Faults that were caught for another reason than the mistake that their author had in mind."""

@@ -62,13 +62,13 @@ def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> s
     lines = [
         "# Planted faults",
         "",
-        "How many mistakes does the conformance kit detect? Faults are planted in the built-in simulator, controllers, "
-        "tasks and environments and in copies of the templates, and the kit checks them. "
+        "How many mistakes does the conformance kit detect? To find out, faults are planted in the built-in simulator, "
+        "controllers, tasks and environments, and in copies of the templates, and the kit checks the results. "
         "`python tests/planted_faults/plant.py` writes this page.",
         "",
         f"**{caught} of {len(rows)} are caught ({caught / len(rows):.0%})**: "
         f"{sum(found is not None for _, found in hand)} of {len(hand)} that were written by hand, "
-        f"{sum(found is not None for _, found in drawn)} of {len(drawn)} that were drawn (seed {SEED}).",
+        f"{sum(found is not None for _, found in drawn)} of {len(drawn)} that were drawn at random (seed {SEED}).",
         "",
         "## Written by hand",
         "",
@@ -78,7 +78,7 @@ def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> s
         "",
         "## Drawn",
         "",
-        f"One change of the syntax tree each, from {len(mutator.FILES)} files in turn.",
+        f"Each drawn fault is one random change of a module's syntax tree. The changes are spread evenly over {len(mutator.FILES)} files.",
         "",
         "| change | module | caught first by |",
         "|---|---|---|",
@@ -117,8 +117,8 @@ def foreign_lines(rows: Sequence[Row]) -> list[str]:
             for fault, found in rows
         ),
         "",
-        "No plugin was caught because it crashed or could not be imported. Three were first caught for another reason than "
-        "the mistake that their author had in mind:",
+        "No plugin was caught because it crashed or could not be imported. Three were first caught for a reason other than "
+        "the mistake that their author intended:",
         "",
         *(f"- `{file}`: {note}." for file, note in outsider.NOTES.items()),
         "",

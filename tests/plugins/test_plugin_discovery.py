@@ -56,7 +56,7 @@ def test_an_entry_point_that_names_no_module_is_reported(site, value):
     site.add("bad-dist", {"module.py": "attribute = 1"}, points={"bad": value})
     bad, good = site.plugins().reports()
     assert good.state == "loaded"
-    assert bad.cause == f"the entry point must name a module, as in 'package.plugin', not '{value}'"
+    assert bad.cause == f"the entry point is '{value}'; it must be the name of a module, such as 'package.plugin'"
 
 
 def test_an_entry_point_file_that_cannot_be_read_is_reported(site):
@@ -89,7 +89,7 @@ def test_a_distribution_without_metadata_is_loaded_under_no_name(site):
 def test_one_name_twice_in_a_distribution_is_reported(site):
     site.add("twice-dist", {"twice.py": ""}, entry_points="[frobs]\nsame = a.b\nsame = c.d\n")
     reports = site.plugins().reports()
-    assert reports[1].cause == "the distribution has two entry points 'same'"
+    assert reports[1].cause == "the distribution has two entry points named 'same'"
 
 
 @pytest.mark.parametrize("word", ["off", "Off_Dist", "off-dist", "off.dist:off", " off "])

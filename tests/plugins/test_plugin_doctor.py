@@ -53,10 +53,12 @@ def test_each_is_told_apart_and_none_reaches_the_others(site, examine, monkeypat
     }
     assert facts["broken"].cause == "ZeroDivisionError: division by zero"
     assert "in f" in facts["broken"].traceback
-    assert facts["hanging"].cause == "its import had not ended after 2 s"
+    assert facts["hanging"].cause == "its import did not finish within 2 s"
     assert "in forever" in facts["hanging"].traceback
     assert facts["hanging"].disabled
-    assert findings(facts["hanging"])["hanging"].advice == "disable it: FROBS_DISABLE_PLUGINS=hanging-dist:hanging"
+    assert (
+        findings(facts["hanging"])["hanging"].advice == "disable the plugin: FROBS_DISABLE_PLUGINS=hanging-dist:hanging"
+    )
     assert facts["dying"].cause == "its import ended the process with exit code 7"
 
 
@@ -109,14 +111,17 @@ def test_missing_requirements_come_with_the_command(site, examine):
 
 def test_a_module_that_no_requirement_brings_is_named(site, examine):
     site.add("needy-dist", {"needy.py": "import no_such_engine"}, requires=CORE)
-    assert "does not require 'no_such_engine'" in findings(examine()["needy"])["failed"].advice
+    assert "contains the module 'no_such_engine'" in findings(examine()["needy"])["failed"].advice
 
 
 def test_clashes_are_told_to_both(site, examine):
     site.add_robot("first-dist", "first", requires=CORE)
     site.add_robot("second-dist", "second", version="2.0", requires=CORE)
     facts = examine()
-    assert findings(facts["first"])["clash"].problem == "it is also provided by 'second' of second-dist 2.0"
+    assert (
+        findings(facts["first"])["clash"].problem
+        == "another plugin also provides this name: 'second' of second-dist 2.0"
+    )
     assert findings(facts["second"])["clash"].advice == "request 'second-dist:arm', or uninstall one of them"
     assert facts["first"].sound
 
@@ -133,7 +138,9 @@ def test_a_plugin_for_another_core_is_told(site, examine):
     site.add_robot("late-dist", "late", "arm_l", requires=("frobs-core>=7,<8",))
     site.add_robot("vague-dist", "vague", "arm_v", requires=("frobs-core",))
     facts = examine()
-    assert findings(facts["late"])["other-core"].problem.startswith("it requires frobs-core >=7,<8, but ")
+    assert findings(facts["late"])["other-core"].problem.startswith(
+        "the plugin requires frobs-core >=7,<8, but version "
+    )
     assert "without an upper bound" in findings(facts["vague"])["no-core-versions"].problem
 
 

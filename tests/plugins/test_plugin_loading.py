@@ -73,15 +73,15 @@ BROKEN = {
     "hook exits": (hook("raise SystemExit"), "SystemExit"),
     "generator": (
         hook("yield None"),
-        "frobs_robots is a generator; write a plain function that returns a list",
+        "the hook frobs_robots is a generator; write a plain function that returns a list",
     ),
     "coroutine": (
         HEADER + "@hookimpl\nasync def frobs_robots(): return []",
-        "frobs_robots is a coroutine; write a plain function that returns a list",
+        "the hook frobs_robots is a coroutine; write a plain function that returns a list",
     ),
     "hook wrapper": (
         hook("return (yield)", marker="@hookimpl(wrapper=True)"),
-        "frobs_robots is a generator; write a plain function that returns a list",
+        "the hook frobs_robots is a generator; write a plain function that returns a list",
     ),
     "return forgotten": (hook("pass"), "frobs_robots returned None; return a list of RobotRecord"),
     "one record without a list": (
@@ -107,17 +107,20 @@ BROKEN = {
     ),
     "name with capitals": (
         robots("IRB120"),
-        "robot 'IRB120': a name may only contain lowercase letters, digits and underscores",
+        "the robot name 'IRB120' is invalid; use only lowercase letters, digits and underscores",
     ),
     "name with a colon": (
         robots("a:b"),
-        "robot 'a:b': a name may only contain lowercase letters, digits and underscores",
+        "the robot name 'a:b' is invalid; use only lowercase letters, digits and underscores",
     ),
-    "empty name": (robots(""), "robot '': a name may only contain lowercase letters, digits and underscores"),
-    "name that is no string": (robots(3), "robot 3: a name may only contain lowercase letters, digits and underscores"),
+    "empty name": (robots(""), "the robot name '' is invalid; use only lowercase letters, digits and underscores"),
+    "name that is no string": (
+        robots(3),
+        "the robot name 3 is invalid; use only lowercase letters, digits and underscores",
+    ),
     "entry point without attribute": (
         hook(f"return [{robot_record(entry_point='robots')}]"),
-        "robot 'arm': entry_point is 'robots', not 'module:attribute'",
+        "robot 'arm': entry_point is 'robots'; it must have the form 'module:attribute'",
     ),
     "summary that is no string": (
         hook(f"return [{robot_record(summary=None)}]"),
@@ -271,7 +274,10 @@ def test_a_plugin_that_asks_for_plugins_while_it_is_imported_is_broken(site):
     site.add("asks-dist", {"asks.py": "import frobs_core.plugins as p; p.records('robot')\n" + robots("arm")})
     with isolated(site.plugins()) as plugins:
         (report,) = plugins.reports()
-    assert report.cause == "plugins are still being loaded; look them up when your entry_point is used, not on import"
+    assert report.cause == (
+        "plugins cannot be looked up while they are being loaded; look them up when your entry_point is used, not when "
+        "your plugin is imported"
+    )
 
 
 def test_a_module_that_is_imported_before_frobs_is_loaded_all_the_same(site):

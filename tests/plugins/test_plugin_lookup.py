@@ -57,7 +57,7 @@ def test_a_name_twice_in_one_distribution_is_refused_for_the_second_plugin(site)
     (site.path / "two-1.0.dist-info" / "entry_points.txt").unlink()
     plugins = site.plugins()
     assert [report.state for report in plugins.reports()] == ["loaded", "failed"]
-    assert plugins.reports()[1].cause == "robot 'arm' is also provided by 'a' of the same distribution"
+    assert plugins.reports()[1].cause == "robot 'arm' is also provided by plugin 'a' of the same distribution"
 
 
 def test_an_id_twice_in_one_distribution_is_refused_for_the_second_plugin(site):
@@ -71,7 +71,7 @@ def test_an_id_twice_in_one_distribution_is_refused_for_the_second_plugin(site):
     site.add("tasks", modules, points={"a": "task_a", "b": "task_b"})
     assert [report.cause for report in site.plugins().reports()] == [
         "",
-        "environment ID 'lab/X-v0' is also provided by 'a' of the same distribution",
+        "environment ID 'lab/X-v0' is also provided by plugin 'a' of the same distribution",
     ]
 
 

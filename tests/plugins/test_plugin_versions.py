@@ -19,8 +19,8 @@ def test_a_plugin_for_another_version_is_loaded_with_a_warning(site, caplog):
     site.add_robot("good-dist", "good", "other", requires=("frobs-core>=0.1,<1",))
     plugins = site.plugins()
     line = (
-        f"plugin 'late' of late-dist 1.0 requires frobs-core >=7,<8, but this is {__version__}; "
-        "try to upgrade it: pip install --upgrade late-dist"
+        f"plugin 'late' of late-dist 1.0 requires frobs-core >=7,<8, but version {__version__} is "
+        "installed; to upgrade the plugin, run: pip install --upgrade late-dist"
     )
     assert [(r.name, r.state, r.warning) for r in plugins.reports()] == [
         ("good", "loaded", ""),
@@ -34,7 +34,7 @@ def test_a_broken_plugin_for_another_version_says_both(site):
     site.add("late-dist", {"late.py": "from frobs_core import what_came_later"}, requires=("frobs-core>=7",))
     (report,) = site.plugins().reports()
     assert report.cause.startswith("ImportError: cannot import name 'what_came_later'")
-    assert report.cause.endswith(f"; it requires frobs-core >=7, but {__version__} is installed")
+    assert report.cause.endswith(f"; the plugin requires frobs-core >=7, but version {__version__} is installed")
 
 
 @pytest.mark.parametrize(

@@ -118,7 +118,7 @@ def test_another_packages_id_is_never_overwritten(site, registered):
     assert list(registry.environments()) == ["lab/Other-v0"]
     assert lines == [
         f"environment ID '{id}' of plugin 'press' of press-dist 1.0 is not registered: "
-        "another package has already registered it"
+        "another package has already registered this ID"
         for id in ("lab/Press-v0", "CartPole-v1")
     ]
     assert list(registry.problems()) == ["lab/Press-v0", "CartPole-v1"]
@@ -188,7 +188,7 @@ def test_an_id_whose_settings_the_user_has_changed_is_still_ours(site, registere
         ("", "an ID must have the form 'namespace/Name-v0'"),
         ("lab/Press v0", "an ID must have the form 'namespace/Name-v0'"),
         (None, "an ID must have the form 'namespace/Name-v0'"),
-        ("frobs/Env-v0", "another environment of FRobs uses this ID"),
+        ("frobs/Env-v0", "another FRobs environment uses this ID"),
     ],
 )
 def test_an_id_that_cannot_be_one_is_reported_and_the_others_are_registered(site, registered, id, reason):
@@ -201,15 +201,15 @@ def test_an_id_that_cannot_be_one_is_reported_and_the_others_are_registered(site
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"max_episode_steps": 0}, "max_episode_steps is 0, not a whole number ≥ 1"),
-        ({"max_episode_steps": 1.5}, "max_episode_steps is 1.5, not a whole number ≥ 1"),
+        ({"max_episode_steps": 0}, "max_episode_steps is 0; it must be a whole number of at least 1"),
+        ({"max_episode_steps": 1.5}, "max_episode_steps is 1.5; it must be a whole number of at least 1"),
         ({"robot": None}, "robot is None, not a name"),
         ({"parameters": 3}, "its parameters are not a mapping"),
         (
             {"parameters": {"x": {1, 2}}},
             "parameter 'x' is a set; use numbers, strings, lists and dictionaries",
         ),
-        ({"parameters": {"task": "other"}}, "parameter 'task' is a field of the record"),
+        ({"parameters": {"task": "other"}}, "parameter 'task' must be set as a field of the record"),
     ],
 )
 def test_a_record_that_gymnasium_cannot_carry_is_reported(site, registered, fields, reason):

@@ -48,8 +48,8 @@ def page(results: dict[str, dict[str, Result]], motions: dict[str, Motion], simu
     versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
     text = f"""# Survey of model files
 
-The survey contains every URDF file with a movable joint in the Python packages example-robot-data and pybullet (its
-`pybullet_data`): {len(results)} files, of which {len(built)} are built and {len(refused)} are rejected. Each robot is compared
+The survey contains every URDF file with a movable joint in the Python packages example-robot-data and pybullet (in
+`pybullet_data`): {len(results)} files, of which {len(built)} can be built and {len(refused)} are rejected. Each robot is compared
 with its file, which Pinocchio and trimesh read independently of FRobs: names, types, axes and limits of joints, mimic joints,
 mass, center of mass and inertia of each link, the bounding box of the collision shapes (only roughly on PyBullet, which
 includes collision margins), and forward kinematics at 20 postures.
@@ -60,7 +60,7 @@ distance [m] between the position of a link and its position in Pinocchio.
 *Motion* is the largest difference of the joint positions between {PAIR[0]} and {PAIR[1]}, in % of the step, while each joint
 steps by 0.2 rad or 20 mm (or less near its limits) with default gains and collisions, for {SECONDS:g} s. For robots with many
 joints, every eighth joint steps at the same time. If the difference is above {APART:g} %, its cause is in the same cell; a test
-verifies that the motion is equal without this cause.
+verifies that the motions agree without this cause.
 Contact models differ between engines, and the damping of a drive is computed without contacts
 ({{doc}}`/how-to/pybullet`).
 
@@ -87,10 +87,10 @@ def vendors_section() -> str:
     text = f"""
 ## Models of public repositories
 
-{len(found)} models of robot vendors and research groups, examined with `frobs doctor robot` on mujoco and pybullet. The
+{len(found)} models of robot vendors and research groups were examined with `frobs doctor robot` on mujoco and pybullet. The
 list with repositories, commits and licenses is `tests/public_robots/vendors.yaml`. {counts["used"]} models work on both
-simulators, {counts["limits"]} with limits: one simulator rejects the model or leaves out a part of its physics, and
-`frobs doctor robot` reports which. {counts["rejected"]} are rejected with one line that says why. No model causes a traceback.
+simulators. {counts["limits"]} models work with limits: one simulator rejects the model or leaves out a part of its physics, and
+`frobs doctor robot` reports which. {counts["rejected"]} models are rejected with a one-line reason. No model causes a traceback.
 
 *Beside MuJoCo* compares an MJCF robot with MuJoCo's own reading of the same file: the largest difference of masses and
 inertias (relative), of joint properties, and of joint positions after 0.5 s without drives [rad or m].

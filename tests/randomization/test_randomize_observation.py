@@ -101,7 +101,7 @@ def test_a_term_that_is_not_there_is_named(make):
         make(1, {"observation_noise": {"joint_position": {"normal": 1}}})
     with pytest.raises(UnknownNameError, match="Did you mean 'tcp_position'"):
         make(1, {"observation_delay": {"steps": 1, "target": "tcp_positions"}})
-    with pytest.raises(ConfigurationError, match="5 numbers do not match 6 columns"):
+    with pytest.raises(ConfigurationError, match="the setting has 5 numbers for 6 columns"):
         make(1, {"observation_noise": {"joint_positions": {"normal": [0.1] * 5}}})
 
 

@@ -51,7 +51,9 @@ def test_times_are_read():
     assert only({"scale": 1.2, "every": 25}).schedule == Schedule(when=When.INTERVAL, interval=(25, 25))
     seconds = only({"scale": 1.2, "every": {"seconds": [0.2, 1.0]}}).schedule
     assert seconds.steps(0.04, "here") == (5, 25)
-    with pytest.raises(ConfigurationError, match=r"every 0\.2 s is not a whole number of control steps of 0\.03 s"):
+    with pytest.raises(
+        ConfigurationError, match=r"an interval of 0\.2 s is not a whole number of control steps of 0\.03 s"
+    ):
         seconds.steps(0.03, "here")
     assert only({"x": {"normal": 1}}, "observation_noise").schedule == Schedule(when=When.INTERVAL, interval=(1, 1))
 

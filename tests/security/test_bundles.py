@@ -151,7 +151,7 @@ def test_a_graph_that_may_run_without_end_is_refused(bundle, tmp_path, operator)
     manifest = {key: value for key, value in original.manifest.items() if key not in ("format", "files")}
     graph = original.graph + b'"' + bytes([len(operator)]) + operator
     (tmp_path / "loop.frobs").write_bytes(pack_bundle(manifest, graph, original.license))
-    with pytest.raises(BundleError, match=f"has a {operator.decode()}"):
+    with pytest.raises(BundleError, match=f"contains a {operator.decode()}"):
         Policy(tmp_path / "loop.frobs")
 
 

@@ -135,7 +135,7 @@ OWN = {"scan": Lidar(frame="hull", rays=4, range_min=0.1, range_max=2.0)}
         ({"x": {"type": "lydar", "frame": "hull"}}, UnknownNameError, "Did you mean 'lidar'"),
         ({"x": {"type": "lidar", "frame": "hull"}}, ConfigurationError, "needs rays, range_min, range_max"),
         ({"x": {"type": "imu", "frame": "hull", "noize": 1}}, UnknownParameterError, "Did you mean 'noise'"),
-        ([("scan", 1)], ConfigurationError, "it must be a mapping from names to settings"),
+        ([("scan", 1)], ConfigurationError, "it must be a mapping from sensor names to settings"),
     ],
 )
 def test_what_cannot_be_is_one_clear_error(given: Any, error: type[Exception], text: str) -> None:

@@ -68,7 +68,7 @@ def test_the_widest_range_does_not_overflow():
 
 
 def test_an_action_of_the_wrong_shape_is_refused():
-    with pytest.raises(InvalidActionError, match=r"\(3,\), not \(2,\)"):
+    with pytest.raises(InvalidActionError, match=r"\(3,\), but it has \(2,\)"):
         NormalizeActionWrapper(Box(SPACE)).rescale_action(np.zeros(2))
 
 
@@ -79,7 +79,7 @@ def test_a_space_that_is_no_box_is_refused():
 
 def test_an_unbounded_component_is_named():
     space = gym.spaces.Box(np.array([-1.0, -np.inf], np.float32), np.ones(2, np.float32))
-    with pytest.raises(ConfigurationError, match=r"1 of 2 action components.*component 1 in \[-inf, 1.0\]"):
+    with pytest.raises(ConfigurationError, match=r"1 of 2 action components.*component 1 with the range \[-inf, 1.0\]"):
         NormalizeActionWrapper(Box(space))
 
 

@@ -71,7 +71,7 @@ def test_pictures_are_scaled_too():
 
 
 def test_an_observation_of_the_wrong_shape_is_refused():
-    with pytest.raises(ValueError, match=r"\(3,\), not \(2,\)"):
+    with pytest.raises(ValueError, match=r"\(3,\), but it has \(2,\)"):
         wrapped().scale_observation(np.zeros(2))
 
 

@@ -146,7 +146,7 @@ def test_a_model_that_is_missing_is_named_before_anything_is_written(make: Make,
 
 def test_a_log_folder_that_exists_is_a_value_error(make: Make) -> None:
     make(A2C)
-    with pytest.raises(LogFolderExistsError, match=r"A2C_1 exists; change log_folder.*on_existing='increment'"):
+    with pytest.raises(LogFolderExistsError, match=r"A2C_1 already exists; change log_folder.*on_existing='increment'"):
         make(A2C)
     with pytest.raises(ValueError, match="exists"):
         make(A2C)
@@ -222,7 +222,7 @@ def test_exploration_and_networks_are_as_the_file_says(params: dict[str, Any], c
 
 
 def test_an_abstract_features_extractor_is_refused(make: Make) -> None:
-    with pytest.raises(ConfigurationError, match="is only a base class"):
+    with pytest.raises(ConfigurationError, match="cannot be BaseFeaturesExtractor, which is abstract"):
         make(SAC, policy_params={"features_extractor_class": "BaseFeaturesExtractor"})
 
 
@@ -232,7 +232,7 @@ def test_a_dictionary_of_observations_gets_the_policy_for_it(make: Make) -> None
 
 
 def test_an_algorithm_that_cannot_act_in_the_environment_says_so(make: Make) -> None:
-    with pytest.raises(ConfigurationError, match="needs actions in a Box"):
+    with pytest.raises(ConfigurationError, match="requires a Box action space"):
         make(TD3, env=gym.make("CartPole-v1"))
     with pytest.raises(ConfigurationError, match="algorithm 'dqn' cannot be built with these settings"):
         make(DQN, env=gym.make("Pendulum-v1"))

@@ -104,7 +104,7 @@ def test_a_file_of_the_examples_loads_unchanged() -> None:
         ("activation_fn: ReLU", "activation_fn: step", r"f\.yaml:16: .*activation_fn is 'step'.*'relu', 'tanh', 'elu' or 'selu'"),
         ("unit: episode", "unit: hour", r"f\.yaml:36: .*'step' or 'episode'"),
         ("tau: 0.005", "tau: 5", r"f\.yaml:28: .*tau is 5; .*less than or equal to 1"),
-        ("model_params:", "model_parms:", r"f\.yaml: has no mapping 'model_params'; write it instead of 'model_parms'"),
+        ("model_params:", "model_parms:", r"f\.yaml: a mapping is required under the root key 'model_params' instead of 'model_parms'"),
         ("td3_params:", "td3_parms:", r"f\.yaml: has no mapping 'td3_params' .*'td3_parms' may be a misspelling"),
         ("td3_params:", "sac_params:", r"f\.yaml: has no mapping 'td3_params' .*it has sac_params"),
     ],
@@ -154,7 +154,7 @@ def test_a_path_needs_no_package(package: Any) -> None:
     ("name", "file", "message"),
     [
         ("arm_rl", "td4.yaml", r"Did you mean 'td3.yaml'\?"),
-        ("nobody_s_package", "td3.yaml", "no package is named 'nobody_s_package'"),
+        ("nobody_s_package", "td3.yaml", "no Python package or ROS package named 'nobody_s_package'"),
         ("frobs_rl", "tb3_config.yaml", r"Did you mean 'td3_config.yaml'\?"),
         (None, "nowhere/td3.yaml", "does not exist"),
     ],

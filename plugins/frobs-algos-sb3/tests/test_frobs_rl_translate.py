@@ -41,7 +41,7 @@ def test_a_file_stands_for_itself(caplog: pytest.LogCaptureFixture) -> None:
     assert own["policy_kwargs"]["net_arch"] == [64, 64]  # stable-baselines3's, not what was tuned for the ID
     assert (own["n_steps"], own["batch_size"], own["scale_observation"]) == (100, 100, False)
     assert len(caplog.records) == 1
-    assert "not used in a run" in caplog.text
+    assert "a run chooses its own file names and logs" in caplog.text
     assert "log_folder, log_interval" in caplog.text
 
 
@@ -63,10 +63,10 @@ def test_flags_outrank_the_file(tmp_path: Path) -> None:
 
 
 def test_a_file_of_another_algorithm_than_asked_for_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigFileError, match=r"is for td3, not for 'ppo'; leave out --algorithm"):
+    with pytest.raises(ConfigFileError, match=r"has the layout of td3, not of 'ppo'; omit --algorithm"):
         resolve(DEFAULTS / "td3_config.yaml", "ppo")
     both = changed("td3", tmp_path, ("  # TD3\n", "  ddpg_params: {}\n"))
-    with pytest.raises(ConfigFileError, match=r"is for ddpg, td3; choose one with --algorithm"):
+    with pytest.raises(ConfigFileError, match=r"use this file layout: ddpg, td3; choose one with --algorithm"):
         resolve(both)
     assert resolve(both, "ddpg").algorithm == "ddpg"
 
@@ -79,5 +79,5 @@ def test_mistakes_are_named_with_file_and_line(tmp_path: Path) -> None:
 
 def test_a_file_that_goes_on_from_a_model_is_refused(tmp_path: Path) -> None:
     path = changed("td3", tmp_path, ("load_model: False", "load_model: True"))
-    with pytest.raises(ConfigurationError, match=r"load_model trains a saved model further.*frobs_rl\.TD3"):
+    with pytest.raises(ConfigurationError, match=r"load_model continues training a saved model.*frobs_rl\.TD3"):
         resolve(path)

@@ -78,10 +78,11 @@ def test_what_only_training_needs_is_missed_only_by_training(tmp_path: Path) -> 
     path = tmp_path / "scheduled.zip"
     sb3.PPO("MlpPolicy", "Pendulum-v1", n_steps=64, learning_rate=lambda left: 1e-3 * left).save(path)
     model = load_model(path)
-    with pytest.raises(UntrustedFileError, match=r"'learning_rate' is a function"):
+    with pytest.raises(UntrustedFileError, match=r"the learning rate is a function"):
         model.lr_schedule(1.0)
     with pytest.raises(
-        UntrustedFileError, match=r"'learning_rate' is a pickle.* or pass learning_rate=….*--trust or trust=True"
+        UntrustedFileError,
+        match=r"'learning_rate' is stored as a pickle.* or pass learning_rate=….*--trust or trust=True",
     ):
         load_model(path, gym.make("Pendulum-v1"))
     assert load_model(path, gym.make("Pendulum-v1"), learning_rate=1e-4).lr_schedule(0.5) == 1e-4
@@ -103,8 +104,8 @@ class OwnPolicy(sb3.ppo.MlpPolicy):
 @pytest.mark.parametrize(
     ("policy", "kwargs", "message"),
     [
-        (OwnPolicy, {}, r"'policy_class' is a pickle.*OwnPolicy is not a policy class of stable-baselines3"),
-        ("MlpPolicy", {"activation_fn": OwnActivation}, r"'policy_kwargs' is a pickle.*activation_fn .*OwnActivation.*is not one of ReLU"),
+        (OwnPolicy, {}, r"'policy_class' is stored as a pickle.*OwnPolicy is not a policy class of stable-baselines3"),
+        ("MlpPolicy", {"activation_fn": OwnActivation}, r"'policy_kwargs' is stored as a pickle.*activation_fn .*OwnActivation.*is not one of ReLU"),
     ],
 )  # fmt: skip
 def test_a_custom_part_needs_trust(policy: Any, kwargs: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -263,5 +264,5 @@ def test_a_smaller_replay_buffer_takes_the_newest_steps(tmp_path: Path) -> None:
 
 def test_a_replay_buffer_of_another_kind_is_refused(tmp_path: Path) -> None:
     write_replay_buffer(filled(4), tmp_path / "buffer.npz")
-    with pytest.raises(CheckpointError, match="not a replay buffer of this kind"):
+    with pytest.raises(CheckpointError, match="does not match the model's replay buffer"):
         read_replay_buffer(filled(0, kind=DictReplayBuffer), tmp_path / "buffer.npz")

@@ -74,7 +74,7 @@ def test_what_needs_trust_says_so_and_opens_with_it(tmp_path: Path) -> None:
     sb3.PPO(Policy, "CartPole-v1", n_steps=64).save(path)
     refused = frobs("evaluate", "CartPole-v1", "--model", path, "--episodes", 1)
     assert refused.exit_code == 2
-    assert "'policy_class' is a pickle, which executes code when it is opened" in refused.stderr
+    assert "'policy_class' is stored as a pickle, which can execute code when it is opened" in refused.stderr
     assert "--trust" in refused.stderr
     assert frobs("evaluate", "CartPole-v1", "--model", path, "--episodes", 1, "--trust").exit_code == 0
 

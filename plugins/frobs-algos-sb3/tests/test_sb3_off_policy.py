@@ -42,9 +42,13 @@ def test_hindsight_replay_waits_for_the_first_episodes(family: Family, num_envs:
     [
         ("Pendulum-v1", {"replay_buffer": {"type": "her"}}, "goal-conditioned"),
         (GOAL, {"buffer_size": 199}, "at least 2 × num_envs × max_episode_steps = 200"),
-        (GOAL, {"n_steps": 3}, "n_steps cannot be used with observations that are a Dict"),
+        (GOAL, {"n_steps": 3}, "n_steps is not supported for Dict observations"),
         ("Pendulum-v1", {"train_freq": {"unit": "episode"}}, "set num_envs to 1"),
-        ("Pendulum-v1", {"action_noise": {"sigma": [0.1, 0.2]}}, "sigma is .*; it must be a number, or 1 numbers"),
+        (
+            "Pendulum-v1",
+            {"action_noise": {"sigma": [0.1, 0.2]}},
+            "sigma is .*; it must be one number, or a list of 1 numbers",
+        ),
     ],
 )
 def test_settings_that_do_not_go_with_the_environment_are_refused(

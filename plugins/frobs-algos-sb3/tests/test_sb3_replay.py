@@ -147,5 +147,5 @@ def test_a_buffer_of_another_shape_is_refused(other: ReplayBuffer, tmp_path: Pat
     buffer = make_buffer()
     add(buffer, 35)
     replay.write(buffer, tmp_path / "replay")
-    with pytest.raises(CheckpointError, match="does not fit the replay buffer"):
+    with pytest.raises(CheckpointError, match="does not match the replay buffer"):
         replay.read(other, tmp_path / "replay")

@@ -91,11 +91,15 @@ def assert_graph_acts_alike(policy: Any, env: Any) -> None:
 @pytest.mark.parametrize(
     ("name", "config", "says"),
     [
-        ("sbx_sac", {"use_sde": True}, "use_sde must be False: sbx has no such setting"),
-        ("sbx_ppo", {"policy_kwargs": {"full_std": False}}, "policy_kwargs.full_std must be True"),
+        (
+            "sbx_sac",
+            {"use_sde": True},
+            "use_sde must keep its default False, because sbx does not support this setting",
+        ),
+        ("sbx_ppo", {"policy_kwargs": {"full_std": False}}, "policy_kwargs.full_std must keep its default True"),
         ("sbx_dqn", {"policy_kwargs": {"net_arch": [64, 32]}}, "two equal widths"),
         ("sbx_tqc", {"policy_kwargs": {"n_critics": 3}}, "n_critics must be 2"),
-        ("sbx_sac", {"device": "cuda"}, "device must be 'cpu'"),
+        ("sbx_sac", {"device": "cuda"}, "device must keep its default 'cpu'"),
     ],
 )
 def test_a_setting_that_sbx_lacks_is_rejected(name: str, config: dict[str, Any], says: str) -> None:
@@ -121,7 +125,7 @@ def test_weights_of_another_network_are_rejected(make: Any, tmp_path: Path) -> N
     arrays = storage.read_arrays(tmp_path / "policy.npz")
     kernel = next(name for name in arrays if name.endswith("kernel"))
     storage.write_arrays(tmp_path / "policy.npz", {**arrays, kernel: arrays[kernel][1:]})
-    with pytest.raises(CheckpointError, match="does not fit the settings"):
+    with pytest.raises(CheckpointError, match="does not match the settings"):
         cls.load(tmp_path)
 
 

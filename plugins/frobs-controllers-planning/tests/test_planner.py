@@ -192,7 +192,7 @@ def test_what_cannot_be_used_is_named(keywords, error):
 def test_a_goal_of_the_wrong_length_is_refused(free):
     with pytest.raises(ConfigurationError, match=r"goal is .* it must be 6 finite numbers"):
         free.plan(LEFT, [0.0, 0.0])
-    with pytest.raises(ConfigurationError, match=r"length of the goal.s quat_wxyz is"):
+    with pytest.raises(ConfigurationError, match=r"norm of the goal.s quat_wxyz is"):
         free.plan(LEFT, ToolGoal(np.zeros(3), np.array([2.0, 0.0, 0.0, 0.0])))
 
 

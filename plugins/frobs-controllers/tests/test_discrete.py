@@ -53,7 +53,7 @@ def test_a_move_that_does_not_exist_is_refused(fake_arm, bound, action):
 
 def test_a_discrete_of_a_discrete_is_refused(fake_arm, bound):
     inner = {"controller": RECORDS["joint_delta_position"]}
-    with pytest.raises(ConfigurationError, match="only a controller with a bounded, flat Box"):
+    with pytest.raises(ConfigurationError, match="only controllers with a bounded, one-dimensional Box"):
         bound(Discrete(controller=RECORDS["discrete"], controller_kwargs=inner), fake_arm())
 
 

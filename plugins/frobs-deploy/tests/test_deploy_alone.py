@@ -78,12 +78,12 @@ def test_the_module_says_what_a_bundle_is_for(bare: Path, arm: Path) -> None:
     done = python(bare, "-m", "frobs_deploy", str(arm), "--bench", "10")
     assert done.stderr == ""
     assert "joints            shoulder, elbow" in done.stdout
-    assert "of 10 actions" in done.stdout
+    assert "over 10 actions" in done.stdout
     broken = arm.with_name("broken.frobs")
     broken.write_bytes(b"PK")
     done = python(bare, "-m", "frobs_deploy", str(broken))
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(f"error: {broken}: is damaged")
+    assert done.stderr.startswith(f"error: {broken}: the file is damaged")
     assert done.stderr.count("\n") == 1
 
 

@@ -84,7 +84,7 @@ def test_a_dictionary_is_taken_by_its_keys(tmp_path: Path) -> None:
     assert policy.act({"a": a[None], "b": b[None]}).tolist() == [2]
     for given, message in [
         ({"a": a}, "lacks 'b'"),
-        (a, "is one array; it must be a mapping with 'a', 'b'"),
+        (a, "is a single array; expected a mapping that contains 'a', 'b'"),
         ({"a": a, "b": b[None]}, "different sizes"),
         ({"a": a, "b": b[:2]}, r"observation\['b'\] has shape"),
     ]:
@@ -102,16 +102,16 @@ def test_a_recurrent_policy_remembers_until_it_is_reset(tmp_path: Path) -> None:
     policy.reset(np.array([True, False]))
     assert policy.act(batch).ravel().tolist() == [1, 20]
     assert policy.act(batch).ravel().tolist() == [2, 30]
-    with pytest.raises(BundleMismatchError, match=r"the batch has 3 observations after 2; call reset\(\)"):
+    with pytest.raises(BundleMismatchError, match=r"the batch size changed from 2 to 3; call reset\(\)"):
         policy.act(np.zeros((3, 1), np.float32))
-    with pytest.raises(PolicyArgumentError, match="mask must be bool"):
+    with pytest.raises(PolicyArgumentError, match="mask must be a bool array"):
         policy.reset(np.array([True]))
 
 
 def test_the_robot_must_be_that_of_the_training(arm: Path) -> None:
     assert Policy(arm, robot=ROBOT, joint_names=JOINTS, control_timestep=0.04)
     with pytest.raises(
-        BundleMismatchError, match="the robot is not the robot of the training: its fingerprint is cdcd"
+        BundleMismatchError, match="the robot differs from the robot used in training: its fingerprint is cdcd"
     ):
         Policy(arm, robot="cd" * 32)
     with pytest.raises(BundleMismatchError, match="trained with shoulder, elbow; use this order"):
@@ -128,7 +128,7 @@ def test_the_rate_must_be_that_of_the_training(arm: Path, tmp_path: Path) -> Non
             Policy(arm, control_timestep=timestep)
     timeless = write(tmp_path / "timeless.frobs", control_timestep=None)
     assert Policy(timeless)
-    with pytest.raises(BundleMismatchError, match="has no control_timestep"):
+    with pytest.raises(BundleMismatchError, match="has no control timestep"):
         Policy(timeless, control_timestep=0.04)
 
 
@@ -158,7 +158,7 @@ def test_the_fingerprint_of_a_model_file_is_compared(tmp_path: Path) -> None:
     urdf.write_text(text.replace("<robot name='arm'>", "<robot name='other'> <!-- the same -->\n"))
     assert Policy(path, robot=fingerprint(load_model(urdf)))
     urdf.write_text(text.replace("velocity='2'", "velocity='2.5'"))
-    with pytest.raises(BundleMismatchError, match="is not the robot of the training"):
+    with pytest.raises(BundleMismatchError, match="differs from the robot used in training"):
         Policy(path, robot=fingerprint(load_model(urdf)))
     urdf.write_text(text.replace("elbow", "wrist"))
     with pytest.raises(BundleMismatchError, match="the joints are shoulder, wrist"):
@@ -166,7 +166,7 @@ def test_the_fingerprint_of_a_model_file_is_compared(tmp_path: Path) -> None:
 
 
 def test_a_path_in_place_of_a_fingerprint_is_rejected(arm: Path) -> None:
-    with pytest.raises(PolicyArgumentError, match="not a fingerprint of 64"):
+    with pytest.raises(PolicyArgumentError, match="must be a fingerprint of 64"):
         Policy(arm, robot="arm.urdf")
 
 
@@ -201,9 +201,9 @@ def test_the_limit_can_be_that_of_the_joints(arm: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, [0.1], [0.1, -0.1], "fast"])
 def test_a_limit_that_makes_no_sense_is_refused(value: Any, arm: Path, tmp_path: Path) -> None:
-    with pytest.raises(PolicyArgumentError, match="max_change="):
+    with pytest.raises(PolicyArgumentError, match=r"^max_change is "):
         Policy(arm, max_change=value)
-    with pytest.raises(PolicyArgumentError, match="so their change cannot be limited"):
+    with pytest.raises(PolicyArgumentError, match="discrete actions cannot be limited"):
         Policy(write_choosing(tmp_path / "choice.frobs"), max_change=0.1)
 
 
@@ -223,7 +223,7 @@ def test_an_action_that_is_not_finite_never_leaves_the_policy(tmp_path: Path) ->
         {"action": (TensorProto.FLOAT, (2,))},
         pick=np.full((3, 2), np.nan, np.float32),
     )
-    with pytest.raises(BundleError, match="action is not finite"):
+    with pytest.raises(BundleError, match="an action that is not finite"):
         Policy(write(tmp_path / "nan.frobs", diverged)).act(np.ones(3, np.float32))
 
 
@@ -258,20 +258,20 @@ def test_latency_is_measured(arm: Path) -> None:
 )
 def test_arguments_of_a_wrong_type_are_named(arm: Path, arguments: dict[str, Any]) -> None:
     [name] = arguments
-    with pytest.raises(PolicyArgumentError, match=f"^{name}="):
+    with pytest.raises(PolicyArgumentError, match=f"^{name} is "):
         Policy(arm, **arguments)
 
 
 @pytest.mark.parametrize("value", ["a", [[1.0], [1.0, 2.0]], {}])
 def test_values_that_are_no_numbers_are_named(arm: Path, value: Any) -> None:
     policy = Policy(arm)
-    with pytest.raises(PolicyArgumentError, match=r"^previous_action="):
+    with pytest.raises(PolicyArgumentError, match=r"^previous_action is "):
         policy.reset(previous_action=value)
     with pytest.raises(BundleMismatchError, match="observation"):
         policy.act(value)
     with pytest.raises(BundleMismatchError, match="observation"):
         policy.act({"height": value, "joint_positions": np.array([1.0, 2.0])})
-    with pytest.raises(PolicyArgumentError, match=r"^actions="):
+    with pytest.raises(PolicyArgumentError, match=r"^actions is "):
         policy.bench(value)
 
 
@@ -308,7 +308,7 @@ def test_a_policy_says_which_camera_took_its_images(tmp_path: Path) -> None:
         ({"eye": {key: value for key, value in IMAGE.items() if key != "camera"}}, "'camera' is missing"),
         ({"eye": "wrist"}, "is damaged"),
         ([], "is damaged"),
-        ({"flat": IMAGE}, "not height, width and channels"),
+        ({"flat": IMAGE}, r"expected \(height, width, channels\)"),
     ],
 )
 def test_a_record_of_images_that_makes_no_sense_is_refused(images: Any, message: str, tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_the_bare_engine_casts_the_rays_that_the_environment_casts(num_envs, mon
 
 
 def test_what_cannot_be_compared_is_refused():
-    with pytest.raises(ConfigurationError, match="not an environment of FRobs"):
+    with pytest.raises(ConfigurationError, match="not a FRobs environment"):
         bench("CartPole-v1")
     with pytest.raises(ConfigurationError, match="'CartPole-v1' cannot be built with simulator='mujoco'"):
         bench("CartPole-v1", simulator="mujoco")

@@ -125,7 +125,7 @@ def test_suggestions_report_a_gain_or_nothing(monkeypatch: pytest.MonkeyPatch) -
 
     assert set(advise(9.0, 0.5)) == {"num_envs"}
     assert "num_envs=8 instead of 4" in advise(9.0, 0.5)["num_envs"]
-    assert "check the result of the training again" in advise(9.0, 0.5)["num_envs"]
+    assert "This setting also affects the learned policy" in advise(9.0, 0.5)["num_envs"]
     found = advise(0.5, 8.8)
     assert set(found) == {"algorithm_config.gradient_steps"}
     text = "Updates take 88 % of the time: with gradient_steps=8 instead of 16, the training run would take 11 s instead of 20 s"
@@ -164,8 +164,8 @@ def test_command_prints_a_table_and_json(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.parametrize(
     ("args", "message"),
     [
-        (("--algorithm", "sac"), "--algorithm: only a training run has this option; add --training."),
-        (("--set", "num_envs=2"), "--set: only a training run has this option; add --training."),
+        (("--algorithm", "sac"), "--algorithm: this option requires --training or --scaling."),
+        (("--set", "num_envs=2"), "--set: this option requires --training or --scaling."),
         (("--training", "--args", "a:=1"), "--args: use --set environment_kwargs."),
         (("--training", "--package-path", "."), "--package-path: use --set environment_kwargs."),
     ],

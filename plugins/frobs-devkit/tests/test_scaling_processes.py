@@ -56,9 +56,7 @@ def test_the_error_of_a_process_is_the_error_of_the_measurement(tmp_path: Path) 
     config = CONFIG.model_copy(update={"environment_kwargs": {"simulator": "mujoco"}})
     with pytest.raises(ConfigurationError, match="'CartPole-v1' cannot be built with simulator='mujoco'"):
         measure_processes(config, "processes", 2, 0.2)
-    with pytest.raises(
-        ConfigurationError, match="1 process on the cluster cannot be measured: environment 'CartPole-v1'"
-    ):
+    with pytest.raises(ConfigurationError, match="cannot measure 1 process on the cluster: environment 'CartPole-v1'"):
         measure_cluster(config, 1, 0.2, load_runner("local"), tmp_path, 2**28)
 
 

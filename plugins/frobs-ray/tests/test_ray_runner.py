@@ -123,7 +123,10 @@ def _until_two_nodes(two_nodes: TwoNodes, command: list[str]) -> subprocess.Comp
 def test_too_little_memory_is_named(tmp_path: Path, two_nodes: TwoNodes) -> None:
     finished = two_nodes.run("train", REACH, "--seeds", "2", "--memory", "100000")
     assert finished.returncode == 2
-    assert "a job needs 1 processor and 100000.0 GB of memory, but the largest node has 1" in finished.stderr
+    assert (
+        "a job needs 1 processor and 100000.0 GB of memory, but no node has enough of both (per node: at most 1 CPU"
+        in finished.stderr
+    )
     assert "lower --cpus or --memory" in finished.stderr
 
 
@@ -138,9 +141,11 @@ def test_jobs_cannot_start_environment_runners(tmp_path: Path) -> None:
 def test_the_error_names_each_difference_by_node() -> None:
     here = {"Python": "3.11", "frobs-core": "0.2.0", "acme-arm": "1.0"}
     lines = describe_differences(here, {"Python": "3.12", "frobs-core": "0.2.0"})
-    assert lines == ["Python is 3.12 there and 3.11 here", "acme-arm 1.0 is missing there"]
+    assert lines == ["Python is 3.12 on the node and 3.11 on this machine", "acme-arm 1.0 is missing on the node"]
     error = NodesDifferError({"10.0.0.2": lines})
-    assert "10.0.0.2: Python is 3.12 there and 3.11 here; acme-arm 1.0 is missing there" in str(error)
+    assert "10.0.0.2: Python is 3.12 on the node and 3.11 on this machine; acme-arm 1.0 is missing on the node" in str(
+        error
+    )
     assert isinstance(error, ConfigurationError)
 
 
@@ -152,4 +157,7 @@ def test_versions_contain_plugins_and_libraries() -> None:
 def test_the_error_names_the_largest_node() -> None:
     nodes: list[dict[str, Any]] = [{"CPU": 2, "memory": 4e9}, {"CPU": 8, "memory": 16e9}]
     error = ClusterResourcesError(16, int(32e9), nodes)
-    assert "a job needs 16 processors and 32.0 GB of memory, but the largest node has 8 and 16.0 GB" in str(error)
+    assert (
+        "a job needs 16 processors and 32.0 GB of memory, but no node has enough of both "
+        "(per node: at most 8 CPUs and 16.0 GB)"
+    ) in str(error)

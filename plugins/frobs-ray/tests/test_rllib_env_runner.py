@@ -91,13 +91,13 @@ def test_a_run_logs_remote_episodes_and_says_that_it_does_not_resume_exactly(tmp
     assert log[STEPS][-1] == 800
     assert sum(log["episode/count"]) == 16
     assert np.isfinite(log["reward/distance"]).all()
-    assert "The run does not continue exactly: the algorithm rllib_ppo does not save its episodes" in caplog.text
+    assert "may differ from an uninterrupted run: the algorithm rllib_ppo does not save its episodes" in caplog.text
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("cluster")
 def test_a_cluster_without_enough_processors_is_an_error(make: Any, monitor: Any) -> None:
-    with pytest.raises(ClusterSizeError, match="is 4, and the Ray cluster has 2 CPUs"):
+    with pytest.raises(ClusterSizeError, match="is 4, but the Ray cluster has only 2 CPUs"):
         make("rllib_ppo", {"num_env_runners": 4}).train(64, monitor)
 
 

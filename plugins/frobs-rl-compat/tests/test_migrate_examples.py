@@ -277,7 +277,7 @@ def test_a_world_file_with_models_is_not_translated(originals):
     assert "the world no_collision.world contains table" in reason_of(originals / REACHER)
     script = originals / REACHER / "src" / "train_model.py"
     change(script, ("'no_collision.world'", "'elsewhere.world'"))
-    assert "the world elsewhere.world is not in the package" in reason_of(originals / REACHER)
+    assert "the package does not contain the world file elsewhere.world" in reason_of(originals / REACHER)
     change(script, ("'elsewhere.world'", "sys.argv[1]"))
     assert "sys.argv[1] is not a literal" in reason_of(originals / REACHER)
 
@@ -295,7 +295,7 @@ def test_a_class_with_another_method_is_not_translated(originals):
     [
         ("low=-np.pi, high=np.pi", "low=-0.5, high=0.5", "__init__"),
         ("traj_space = spaces.Discrete(4)", "traj_space = spaces.Discrete(5)", "traj5 is unknown"),
-        ("low=0.0, high=0.02", "low=0.01, high=0.02", "boxes_vel_space does not begin at 0"),
+        ("low=0.0, high=0.02", "low=0.01, high=0.02", "boxes_vel_space must have a lower bound of 0"),
         ("/worlds/Kobuki_maze_smallv2", "/worlds/Nowhere", "Nowhere"),
     ],
 )

@@ -188,5 +188,5 @@ def test_comments_keep_indentation_and_width():
 )
 def test_a_file_of_the_environment_that_is_no_python_of_today_is_named(package_of_two, text):
     (package_of_two / "reach.py").write_text(text)
-    with pytest.raises(ConfigurationError, match=r"reach\.py.*fix it"):
+    with pytest.raises(ConfigurationError, match=r"reach\.py.*fix the error"):
         read_package(package_of_two)

@@ -60,8 +60,8 @@ def test_groups_are_read_from_joints_links_chains_and_groups(robot):
     ("text", "word"),
     [
         ('<group name="a"><joint name="joint_9"/></group>', "joint_9"),
-        ('<group name="a"><chain base_link="link_4" tip_link="link_1"/></group>', "no chain"),
-        ('<group name="a"><group name="a"/></group>', "part of 'a'"),
+        ('<group name="a"><chain base_link="link_4" tip_link="link_1"/></group>', "do not form a chain"),
+        ('<group name="a"><group name="a"/></group>', "contains the group 'a' itself"),
         ('<group name="a"/>', "no joints"),
         ('<virtual_joint name="v" type="floating" parent_frame="map" child_link="base_link"/>', "cannot move"),
     ],

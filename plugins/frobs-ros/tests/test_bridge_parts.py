@@ -213,7 +213,7 @@ def test_gravity_of_a_whole_model_is_ignored_with_a_warning(caplog: pytest.LogCa
     description = describe_sdf(f'<sdf version="1.6"><model name="m">{inside}</model></sdf>')
     assert description.placement is not None
     assert description.pose.pos == (1.0, 2.0, 3.0)
-    assert "supports only in a <link>" in caplog.text
+    assert "supports it only in a <link>" in caplog.text
 
 
 def test_world_file_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -114,7 +114,7 @@ def test_a_robot_that_falls_silent_is_told_to_stay(parts: Any) -> None:
 
     robot.after = fall_silent
     with pytest.raises(
-        RobotSilentError, match=r"no joint states for 0\.8 s; the robot was commanded to hold its position"
+        RobotSilentError, match=r"no joint states received for 0\.8 s; the robot was commanded to hold its position"
     ):
         act(robot, mirror, policy)
     assert len(robot.commands) == 6

@@ -167,7 +167,7 @@ def test_closing_ends_what_the_environment_started_and_nothing_else(env: ArmEnv)
         ({"step_mode": 0}, "step_mode is 0"),
         ({"num_gazebo_steps": 0}, "num_gazebo_steps is 0"),
         ({"gazebo_timestep": -0.1}, "gazebo_timestep is -0.1"),
-        ({"model_ori_w": 2.0}, "has length 2"),
+        ({"model_ori_w": 2.0}, "has the norm 2 "),
         ({"spawn_robot": True}, "spawn_robot needs pkg_name and urdf_file"),
         ({"reset_controllers": True}, "reset_controllers needs controller_list"),
         ({"launch_gazebo": True, "gazebo_recording": True}, "recording is not supported by the backend"),

@@ -104,7 +104,7 @@ def test_a_simulation_is_launched_as_told_and_closed(own_master: str, reasons: C
     assert ros_gazebo.close_Gazebo() is False
     assert "this process has not launched a simulation" in reasons()
     assert ros_gazebo.launch_Gazebo(**given) is True
-    assert "there is no display" in reasons()
+    assert "no display is available" in reasons()
     assert rospy.get_param("/use_sim_time") is False
     assert ros_gazebo.gazebo_get_model_state("box_of_the_world")[3] is True
     assert ros_gazebo.close_Gazebo() is True

@@ -99,4 +99,4 @@ def test_strictness_is_one_of_two() -> None:
 
 def test_a_namespace_without_a_robot_is_refused(reasons: Callable[[], str]) -> None:
     assert ros_controllers.load_controller_srv("arm_controller", "/nowhere") is False
-    assert "service /nowhere/controller_manager/load_controller: it is not available" in reasons()
+    assert "service /nowhere/controller_manager/load_controller: the service is not available" in reasons()

@@ -114,7 +114,7 @@ gazebo_pause_physics()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     if PathFinder.find_spec("rospy") is None:
-        assert "RosNotFoundError: ROS cannot be used: no module 'rospy'" in done.stderr
+        assert "RosNotFoundError: ROS cannot be used: the Python module 'rospy' is not installed" in done.stderr
         assert "apt-get install ros-core" in done.stderr
         assert "frobs doctor ros" in done.stderr
 

@@ -182,7 +182,7 @@ def test_without_a_writable_home_the_error_says_what_to_set(home: str, ros: None
     process = start(GENERATE, XDG_CACHE_HOME="", HOME=home)
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 1
-    assert "set XDG_CACHE_HOME to a folder" in err.splitlines()[-1]
+    assert "set XDG_CACHE_HOME to a writable folder" in err.splitlines()[-1]
 
 
 def test_a_read_only_cache_that_is_full_needs_no_writing(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -197,7 +197,9 @@ def test_without_the_generator_the_error_names_its_debian_package(
 ) -> None:
     found = cache.find_spec
     monkeypatch.setattr(cache, "find_spec", lambda name: None if name == module else found(name))
-    with pytest.raises(RosNotFoundError, match=rf"no module '{module}' .*apt-get install python3-{module}'"):
+    with pytest.raises(
+        RosNotFoundError, match=rf"module '{module}' is not installed.*apt-get install python3-{module}'"
+    ):
         message_folder()
 
 
@@ -208,5 +210,7 @@ def test_without_a_message_package_the_error_names_its_debian_package(
 
     found = generator.find_spec
     monkeypatch.setattr(generator, "find_spec", lambda name: None if name == "actionlib_msgs" else found(name))
-    with pytest.raises(RosNotFoundError, match=r"no module 'actionlib_msgs' .*apt-get install python3-actionlib-msgs'"):
+    with pytest.raises(
+        RosNotFoundError, match=r"module 'actionlib_msgs' is not installed.*apt-get install python3-actionlib-msgs'"
+    ):
         message_folder()

@@ -120,5 +120,5 @@ def test_a_speed_out_of_range_is_refused(speed: float) -> None:
 def test_a_policy_that_sees_images_is_refused() -> None:
     bundle = read_pretrained(REACH)
     observation = {**bundle.manifest["observation"], "images": {"eye": {"camera": "wrist"}}}
-    with pytest.raises(ConfigurationError, match=r"uses the images 'eye', which this command does not support"):
+    with pytest.raises(ConfigurationError, match=r"uses the images 'eye', but this command does not support images"):
         Mirror(replace(bundle, manifest={**bundle.manifest, "observation": observation}))

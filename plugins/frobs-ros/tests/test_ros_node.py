@@ -85,7 +85,7 @@ def test_all_our_nodes_are_killed_and_no_other() -> None:
     [
         (["no_package", "talk.py"], "no ROS package is named 'no_package'"),
         (["tiny_arm", "walk.py"], "Did you mean 'talk.py'?"),
-        (["tiny_arm", "fail.sh"], "it ended immediately with exit code 3"),
+        (["tiny_arm", "fail.sh"], "the process ended immediately with exit code 3"),
     ],
 )
 def test_a_node_that_does_not_run_is_refused_with_a_reason(
@@ -97,7 +97,7 @@ def test_a_node_that_does_not_run_is_refused_with_a_reason(
 
 def test_a_node_that_is_not_there_cannot_be_killed(own_master: str, reasons: Callable[[], str]) -> None:
     assert ros_node.ros_kill_node("nobody") is False
-    assert "there is no node '/nobody'" in reasons()
+    assert "no node is named '/nobody'" in reasons()
 
 
 def test_an_output_that_is_none_is_refused(reasons: Callable[[], str]) -> None:
@@ -130,7 +130,7 @@ def test_a_master_of_somebody_else_is_not_killed(lonely: str, reasons: Callable[
             assert time.monotonic() < until
             time.sleep(0.05)
         assert ros_node.ros_kill_master() is False
-        assert "this process did not start it" in reasons()
+        assert "this process did not start the master" in reasons()
         assert master.is_online()
     finally:
         foreign.terminate()

@@ -39,7 +39,7 @@ def test_a_file_is_loaded_and_what_stands_beside_stays(own_master: str) -> None:
 
 @pytest.mark.parametrize(
     ("file", "reason"),
-    [("none.yaml", "has no file"), ("broken.yaml", "broken.yaml:2"), ("list.yaml", "it must contain a mapping")],
+    [("none.yaml", "has no file"), ("broken.yaml", "broken.yaml:2"), ("list.yaml", "the file must contain a mapping")],
 )
 def test_a_file_that_cannot_be_used_is_refused_with_a_reason(
     own_master: str, reasons: Callable[[], str], file: str, reason: str

@@ -121,7 +121,9 @@ def test_an_error_ends_what_was_started_on_the_way() -> None:
 
 def test_a_process_that_ends_at_once_is_reported_with_what_it_said() -> None:
     process = processes.start("node", ["sh", "-c", "echo no such wheel; exit 4"], name="tested")
-    with pytest.raises(ProcessError, match=r"(?s)tested: it ended immediately with exit code 4.*no such wheel"):
+    with pytest.raises(
+        ProcessError, match=r"(?s)tested: the process ended immediately with exit code 4.*no such wheel"
+    ):
         process.wait_until(lambda: False, 20.0)
 
 

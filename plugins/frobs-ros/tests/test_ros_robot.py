@@ -59,11 +59,14 @@ def test_a_controller_that_runs_is_taken(arm: None, reach: Mirror) -> None:
 
 def test_a_controller_that_is_not_loaded_or_does_not_run_is_refused(arm: None, reach: Mirror) -> None:
     with pytest.raises(
-        ConfigurationError, match=r"controller 'leg' is not loaded in /; loaded controllers: arm_controller, "
+        ConfigurationError,
+        match=r"controller 'leg': the controller is not loaded in the namespace /; "
+        r"loaded controllers: arm_controller, ",
     ):
         RosRobot(reach, controller="leg")
     with pytest.raises(
-        ConfigurationError, match=r"'joint_group_position_controller' is .*; running controllers: arm_controller, "
+        ConfigurationError,
+        match=r"'joint_group_position_controller': the controller is .*; running controllers: arm_controller, ",
     ):
         RosRobot(reach, controller="joint_group_position_controller")
 
@@ -81,10 +84,12 @@ def test_a_drive_that_does_not_run_is_refused_as_others_are(arm: None, maze: Mir
     place.position.y, place.position.z, place.orientation.w = 3.0, 1.0, 1.0
     xml = WHEELS.format("".join(WHEEL.format(side=side, y=y) for side, y in (("left", 0.115), ("right", -0.115))))
     assert call("/gazebo/spawn_urdf_model", SpawnModel, "wheels", xml, MANAGED, place, "world").success
-    with pytest.raises(ConfigurationError, match=r"'drive' is not loaded; running controllers: \(none\)"):
+    with pytest.raises(
+        ConfigurationError, match=r"'drive': the controller is not loaded; running controllers: \(none\)"
+    ):
         RosRobot(maze, MANAGED, "drive")
     assert call(f"{MANAGED}/controller_manager/load_controller", LoadController, "drive").ok
-    with pytest.raises(ConfigurationError, match="'drive' is initialized; running controllers"):
+    with pytest.raises(ConfigurationError, match="'drive': the controller is initialized; running controllers"):
         RosRobot(maze, MANAGED, "drive")
     switched = call(f"{MANAGED}/controller_manager/switch_controller", SwitchController, ["drive"], [], 2, False, 3.0)
     assert switched.ok

@@ -27,7 +27,7 @@ def test_the_state_publisher_tells_frames_below_its_namespace() -> None:
 
 def test_the_state_publisher_needs_a_description(reasons: Callable[[], str]) -> None:
     assert ros_spawn.init_robot_state_pub("/nothing_here") is False
-    assert "there is no parameter /nothing_here/robot_description" in reasons()
+    assert "the parameter /nothing_here/robot_description does not exist" in reasons()
 
 
 def test_the_state_publisher_needs_a_robot_in_it(reasons: Callable[[], str]) -> None:
@@ -71,7 +71,7 @@ def test_a_robot_comes_with_all_that_belongs_to_it() -> None:
         ({"model_urdf_file": "none.urdf"}, "has no file"),
         ({"controllers_list": ["no_controller"]}, "no_controller/type is missing"),
         ({"controllers_file": "none.yaml"}, "has no file"),
-        ({"ori_w": 5.0}, "has length 5"),
+        ({"ori_w": 5.0}, "has the norm 5 "),
     ],
 )
 def test_a_robot_that_cannot_be_spawned_is_refused_with_a_reason(

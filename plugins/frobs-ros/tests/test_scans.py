@@ -29,5 +29,5 @@ def test_a_scan_may_begin_elsewhere() -> None:
 
 
 def test_a_scan_that_does_not_see_a_ray_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match=r"no beam at -180°.*range from -90° to 90°"):
+    with pytest.raises(ConfigurationError, match=r"requires a laser beam at -180°.*ranges from -90° to 90°"):
         rays_of(scan(181, -math.pi / 2, math.radians(1.0)), AROUND)

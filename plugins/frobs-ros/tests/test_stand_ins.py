@@ -57,7 +57,7 @@ def test_what_the_bridge_cannot_do_is_rejected(given: list[str], message: str) -
 def test_the_original_gazebo_needs_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FROBS_ROS_BACKEND", "gazebo")
     with pytest.raises(
-        FrobsError, match="needs the ROS package gazebo_ros, which is not installed; choose 'bridge:gaz"
+        FrobsError, match="requires the ROS package gazebo_ros, which is not installed; choose 'bridge:gaz"
     ):
         server.read([])
 

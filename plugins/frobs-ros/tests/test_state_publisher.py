@@ -319,9 +319,9 @@ def test_what_cannot_be_told_is_left_out(
 @pytest.mark.parametrize(
     ("text", "words", "reason"),
     [
-        (None, [], "there is no parameter /broken/robot_description"),
+        (None, [], "the parameter /broken/robot_description does not exist"),
         ("<robot><link name='a'/>", [], "not well-formed XML"),
-        ("<sdf/>", [], "with <robot> as its first element"),
+        ("<sdf/>", [], "must be a URDF, whose root element is <robot>"),
         (ARM, ["_publish_frequency:=-1"], "it must be above 0"),
     ],
     ids=["missing", "torn", "sdf", "rate"],

@@ -27,7 +27,7 @@ def test_a_half_made_root_is_refused_by_name(tmp_path: Path, monkeypatch: pytest
     (tmp_path / "usr/bin").mkdir(parents=True)
     (tmp_path / "usr/bin/gzserver").touch()
     monkeypatch.setenv("FROBS_GAZEBO_ROOT", str(tmp_path))
-    with pytest.raises(SimulationError, match=rf"{tmp_path} .*incomplete; create it: sudo .*make_root\.sh"):
+    with pytest.raises(SimulationError, match=rf"{tmp_path} .*incomplete; to create it, run: sudo .*make_root\.sh"):
         find_gazebo()
 
 

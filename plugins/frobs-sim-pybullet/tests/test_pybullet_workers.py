@@ -124,7 +124,7 @@ def test_a_worker_killed_in_the_middle_of_a_step_is_told_of_and_leaves_nothing(
     first, second = processes(sim)
     killer = threading.Timer(0.5, os.kill, (second.pid or 0, signal.SIGKILL))
     killer.start()
-    with pytest.raises(SimulationError, match="killed by SIGKILL during step; build a new simulation"):
+    with pytest.raises(SimulationError, match="killed by SIGKILL during step; create a new simulation"):
         sim.step(50_000)  # takes seconds
     killer.join()
     assert not first.is_alive()

@@ -152,16 +152,16 @@ def logged(run: Run) -> list[dict[str, str]]:
             {},
             "needs a task with an expert; to train without reset_from, pass --set reset_from=null",
         ),
-        ("CartPole-v1", {}, "reset_from needs an environment of FRobs"),
+        ("CartPole-v1", {}, "reset_from needs a native vector environment of FRobs"),
         (
             LIFT,
             {"lowest": 0.6, "highest": 0.7},
-            "none of the expert's 2 episodes reached the time limit with success",
+            "none of the expert's 2 episodes lasted until the time limit and ended in success",
         ),
         (
             LIFT,
             {"controller": "joint_position", "controller_kwargs": {}},
-            "choose the controller 'tcp_delta_pose' for the arm; to train without reset_from, pass --set reset_from=null",
+            "choose 'tcp_delta_pose' for the arm; to train without reset_from, pass --set reset_from=null",
         ),
     ],
 )

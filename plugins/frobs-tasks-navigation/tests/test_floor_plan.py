@@ -79,7 +79,7 @@ def test_the_area_is_around_everything_where_it_is_not_given(flat):
         (("thickness: 0.1", "thickness: -0.1"), 3, "thickness is -0.1.*greater than 0"),
         (("from: [0, 0], to", "from: [0, .nan], to"), 6, "finite"),
         (("{from: [0, 0], to: [4, 3]}", "{from: [0, 0], length: 3}"), None, "either 'from' and 'to', or 'centre'"),
-        (("low: [2, 3]", "low: [5, 3]"), None, "must not be above"),
+        (("low: [2, 3]", "low: [5, 3]"), None, "must not exceed"),
         (("pos: [1, 2]", "low: [1, 2]"), None, "either 'pos', or 'low' and 'high'"),
         (("goals: {low: [2, 3], high: [3, 4]}", "routes: []"), None, "either 'routes' or 'goals'"),
         (("goals: {low: [2, 3], high: [3, 4]}", "routes: [[]]"), None, "routes"),

@@ -42,5 +42,5 @@ def test_the_tracking_error_is_a_reward_term(make):
 
 
 def test_a_motion_too_large_for_the_box_is_refused():
-    with pytest.raises(ConfigurationError, match=r"no room within reach for a goal that oscillates by 0.45 m"):
+    with pytest.raises(ConfigurationError, match=r"too little reachable space for a goal that oscillates by 0.45 m"):
         gym.make(DYNAMIC, max_amplitude=0.45)

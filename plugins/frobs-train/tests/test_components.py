@@ -127,7 +127,7 @@ def test_a_mistake_in_a_setting_is_named() -> None:
 
 
 def test_what_is_no_callback_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"derive it from frobs_train\.TrainingCallback"):
+    with pytest.raises(ConfigurationError, match=r"derive its class from frobs_train\.TrainingCallback"):
         train(config(callbacks=[{"name": "components_to_name:no_callback"}]), tmp_path / "run")
     assert not list(tmp_path.iterdir())
 

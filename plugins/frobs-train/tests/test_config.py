@@ -65,7 +65,7 @@ def test_advice_names_the_controller_that_learns_in_fewer_steps() -> None:
     tool, joint = (resolve_config("frobs/Reach-v0", flags={"controller": name}).steps for name in (TOOL, JOINT))
     for id in ("frobs/Reach-v0", "frobs_core:frobs/Reach-v0"):
         assert advice(id, controller=JOINT) == (
-            f"'--controller {TOOL}' learns faster: in {tool:,} steps instead of {joint:,} with '{JOINT}'."
+            f"'--controller {TOOL}' learns faster: it needs {tool:,} steps, and '{JOINT}' needs {joint:,}."
         )
     assert advice("frobs/Reach-v0", controller=TOOL) is None
     assert advice("frobs/Reach-v0") is None
@@ -138,8 +138,8 @@ def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp
         ("stepz=3", UnknownParameterError, "Did you mean 'steps'"),
         ("algorithm_config.n_step=3", UnknownParameterError, "Did you mean 'n_steps'"),
         ("algorithm_config.policy_kwargs.activation=relu", UnknownParameterError, "Did you mean 'activation_fn'"),
-        ("steps", ConfigurationError, "write it as key=value"),
-        ("=3", ConfigurationError, "write it as key=value"),
+        ("steps", ConfigurationError, "must have the form key=value"),
+        ("=3", ConfigurationError, "must have the form key=value"),
         ("steps.deeper=3", ConfigurationError, "steps is "),
         ("steps=[1", ConfigFileError, "not valid YAML"),
         ("algorithm_config.policy_kwargs.activation_fn=softplus", ConfigurationError, "'relu'"),

@@ -55,7 +55,7 @@ def test_a_run_without_success_is_drawn_without(tmp_path: Path) -> None:
 
 def test_a_run_without_rows_is_named(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0, rows=0)
-    with pytest.raises(RunError, match=r"no rows in its progress\.csv"):
+    with pytest.raises(RunError, match=r"progress\.csv has no rows yet"):
         plot_runs([run])
     with pytest.raises(RunError, match="pass at least one"):
         plot_runs([])

@@ -89,7 +89,7 @@ def test_a_file_that_cannot_be_used_is_named(ship: Ship, pretrained: str, reason
 
 def test_a_policy_of_another_id_is_refused(ship: Ship) -> None:
     ship(DYNAMIC, "acme_policies:reach.frobs")
-    with pytest.raises(BundleError, match=f"was trained in {REACH} and is not a policy for {DYNAMIC}"):
+    with pytest.raises(BundleError, match=f"was trained in {REACH}, so it is not a policy for {DYNAMIC}"):
         open_pretrained(DYNAMIC)
 
 

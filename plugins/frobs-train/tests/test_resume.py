@@ -123,8 +123,8 @@ def test_where_there_is_no_snapshot_episodes_begin_anew_and_it_is_said(
 ) -> None:
     run = resume(train_until(100, config(), tmp_path / "run"))
     assert (
-        "The run does not continue exactly: FrobsTests/Line-v0, stepped one by one, does not support snapshots"
-        in caplog.text
+        "The resumed run may differ from an uninterrupted run: FrobsTests/Line-v0, stepped one by one, does not "
+        "support snapshots" in caplog.text
     )
     assert run.checkpoints[-1].steps == 160
     lengths = read_progress(run.path / "progress.csv")["episode/length"]
@@ -134,7 +134,7 @@ def test_where_there_is_no_snapshot_episodes_begin_anew_and_it_is_said(
 def test_a_run_without_a_checkpoint_begins_anew(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     whole = train(config(), tmp_path / "whole")
     run = resume(train_until(16, config(), tmp_path / "run"))
-    assert "has no checkpoint yet, so it starts again" in caplog.text
+    assert "has no checkpoint yet, so the run starts from the beginning" in caplog.text
     assert rows(run) == rows(whole)
 
 
@@ -144,7 +144,7 @@ def test_a_complete_run_is_left_as_it_is_and_more_steps_extend_it(
     run = train(config(), tmp_path / "run")
     before = rows(run)
     assert resume(run.path).path == run.path
-    assert "is complete: 160 steps were taken" in caplog.text
+    assert "is complete after 160 steps" in caplog.text
     assert rows(run) == before
     longer = resume(run, steps=224)
     assert longer.config.steps == Run.open(run.path).config.steps == 224
@@ -255,7 +255,7 @@ def test_an_existing_folder_is_an_error_or_counted_or_replaced_or_continued(tmp_
         train(config(), path)
     assert train(config(steps=16), path, on_existing="increment").path == tmp_path / "run_2"
     assert train(config(steps=16), path, on_existing="increment").path == tmp_path / "run_3"
-    with pytest.raises(RunError, match=r"a different configuration \(seed: 0 there, 1 now\)"):
+    with pytest.raises(RunError, match=r"a different configuration \(seed is 0 instead of 1\)"):
         train(config(seed=1), path, on_existing="resume")
     assert train(config(), path, on_existing="resume").checkpoints[-1].steps == 160
     assert train(config(steps=176), path, on_existing="resume").checkpoints[-1].steps == 176

@@ -82,7 +82,7 @@ def test_mistakes_are_named_with_their_line(tmp_path: Path) -> None:
 def test_it_stands_in_one_place(tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("environment_kwargs:\n  randomize: {mass: {scale: 1.1}}\n")
-    with pytest.raises(ConfigFileError, match=r"settings\.yaml:2: 'randomize' belongs next to environment_kwargs"):
+    with pytest.raises(ConfigFileError, match=r"settings\.yaml:2: 'randomize' is a top-level setting"):
         resolve_config(REACH, file=file)
 
 

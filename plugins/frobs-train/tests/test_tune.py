@@ -159,7 +159,7 @@ def test_environments_without_success_are_searched_by_reward(space: Path, tmp_pa
         pytest.param({"settings": ["environment_kwargs.wdth=2"]}, ConfigurationError, "wdth", id="keyword"),
         pytest.param({"trials": 0}, ConfigurationError, "trials is 0", id="number"),
         pytest.param({"sampler": "tea"}, ConfigurationError, "one of tpe, gp, random", id="sampler"),
-        pytest.param({"storage": "nowhere://x"}, ConfigurationError, "cannot open the storage", id="storage"),
+        pytest.param({"storage": "nowhere://x"}, ConfigurationError, "cannot be opened in the storage", id="storage"),
     ],
 )
 def test_bad_input_is_told_before_the_first_trial(

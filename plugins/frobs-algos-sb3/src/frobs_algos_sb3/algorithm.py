@@ -308,7 +308,7 @@ class SB3Algorithm(Algorithm):
             self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
         except RuntimeError as error:
             raise CheckpointError(
-                f"{folder / 'policy.pt'} does not fit the settings in the same folder: {error}."
+                f"{folder / 'policy.pt'} does not match the settings in the same folder: {error}."
             ) from error
 
     def _write_learning(self, folder: Path) -> None:
@@ -321,7 +321,7 @@ class SB3Algorithm(Algorithm):
             state.restore_learning(self.model, storage.read_tensors(folder / "optimizers.pt"))
         except (RuntimeError, ValueError) as error:
             raise CheckpointError(
-                f"{folder / 'optimizers.pt'} does not fit the settings in the same folder: {error}."
+                f"{folder / 'optimizers.pt'} does not match the settings in the same folder: {error}."
             ) from error
 
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
@@ -332,7 +332,7 @@ class SB3Algorithm(Algorithm):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 space,
-                f"needs actions with finite bounds, but the action space is {space}; "
+                f"requires actions with finite bounds, but the action space is {space}; "
                 "rescale the actions with gymnasium.wrappers.RescaleAction, or choose another controller.",
             )
 

@@ -86,5 +86,5 @@ class OnPolicyConfig(SB3Config):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.policy_kwargs.squash_output and not self.use_sde:
-            raise ValueError("policy_kwargs.squash_output needs use_sde: true")
+            raise ValueError("policy_kwargs.squash_output requires use_sde: true")
         return self

@@ -43,7 +43,7 @@ class CrossQ(OffPolicy):
             raise IncompatibleSpaceError(
                 "algorithm 'crossq'",
                 self.observation_space,
-                f"needs observations in a flat Box, not {self.observation_space}; "
+                f"requires observations in a flat Box, but the observation space is {self.observation_space}; "
                 "flatten them with gymnasium.wrappers.FlattenObservation, or choose another algorithm.",
             )
         return super()._make_model(policy, **kwargs)

@@ -1,4 +1,4 @@
-"""Settings of the networks: ``policy_kwargs`` of stable-baselines3, with names instead of Python classes."""
+"""Network settings: ``policy_kwargs`` of stable-baselines3, with names instead of Python classes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ACTIVATIONS = {
 
 
 class NetworkConfig(Settings):
-    """Settings that the networks of every algorithm accept.
+    """Network settings that every algorithm accepts.
 
     Attributes:
         net_arch: Widths of the hidden layers.
@@ -63,7 +63,7 @@ class NetworkConfig(Settings):
 
 
 class ActorCriticConfig(NetworkConfig):
-    """Settings of the networks of an on-policy algorithm.
+    """Network settings of an on-policy algorithm.
 
     Attributes:
         net_arch: Widths of the hidden layers: a list for both networks, or a mapping with the keys ``pi`` and ``vf``.
@@ -88,7 +88,7 @@ class ActorCriticConfig(NetworkConfig):
 
 
 class RecurrentActorCriticConfig(ActorCriticConfig):
-    """Settings of the networks of a recurrent on-policy algorithm.
+    """Network settings of a recurrent on-policy algorithm.
 
     Attributes:
         lstm_hidden_size: Width of the recurrent layers.
@@ -105,18 +105,18 @@ class RecurrentActorCriticConfig(ActorCriticConfig):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.shared_lstm and (self.enable_critic_lstm or not self.share_features_extractor):
-            raise ValueError("shared_lstm needs enable_critic_lstm: false and share_features_extractor: true")
+            raise ValueError("shared_lstm requires enable_critic_lstm: false and share_features_extractor: true")
         return self
 
 
 class QNetworkConfig(NetworkConfig):
-    """Settings of the network of DQN."""
+    """Network settings of DQN."""
 
     net_arch: Widths = Field(default=[64, 64])
 
 
 class DeterministicConfig(NetworkConfig):
-    """Settings of the networks of DDPG and TD3.
+    """Network settings of DDPG and TD3.
 
     Attributes:
         net_arch: Widths of the hidden layers: a list for all networks, or a mapping with the keys ``pi`` and ``qf``.
@@ -130,7 +130,7 @@ class DeterministicConfig(NetworkConfig):
 
 
 class SquashedGaussianConfig(DeterministicConfig):
-    """Settings of the networks of SAC.
+    """Network settings of SAC.
 
     Attributes:
         log_std_init: Logarithm of the initial standard deviation in state-dependent exploration.
@@ -145,7 +145,7 @@ class SquashedGaussianConfig(DeterministicConfig):
 
 
 class QuantileConfig(SquashedGaussianConfig):
-    """Settings of the networks of TQC.
+    """Network settings of TQC.
 
     Attributes:
         n_quantiles: Number of return quantiles per critic.
@@ -155,7 +155,7 @@ class QuantileConfig(SquashedGaussianConfig):
 
 
 class BatchNormConfig(SquashedGaussianConfig):
-    """Settings of the networks of CrossQ.
+    """Network settings of CrossQ.
 
     Attributes:
         net_arch: Widths of the hidden layers: a list for all networks, or a mapping with the keys ``pi`` and ``qf``.

@@ -54,7 +54,7 @@ class ActionNoiseConfig(Settings):
         value = np.asarray(getattr(self, name), np.float64)
         if value.ndim and len(value) != size:
             raise ParameterValueError(
-                name, value, f"a number, or {size} numbers, one for each action component", "action_noise"
+                name, value, f"one number, or a list of {size} numbers, one for each action component", "action_noise"
             )
         return np.broadcast_to(value, (size,)).copy()
 

@@ -21,7 +21,7 @@ GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
 
 
 class TrainFrequency(Settings):
-    """The amount of data that is collected between two rounds of learning.
+    """Amount of data that is collected between two training rounds.
 
     Attributes:
         frequency: Number of steps or episodes.
@@ -59,8 +59,8 @@ class OffPolicyConfig(SB3Config):
         learning_starts: Number of steps with random actions before learning starts, over all environments. With
             hindsight replay, learning never starts before the first episodes have ended.
         batch_size: Number of samples per gradient step.
-        train_freq: Number of steps of every environment between two rounds of learning, or ``{frequency, unit}``.
-        gradient_steps: Number of gradient steps per round of learning, or −1 for one gradient step per collected step,
+        train_freq: Number of steps of every environment between two training rounds, or ``{frequency, unit}``.
+        gradient_steps: Number of gradient steps per training round, or −1 for one gradient step per collected step,
             over all environments.
         n_steps: Number of rewards that are summed before the value of the following state is added.
         optimize_memory_usage: Whether to store each observation only once, which requires ``handle_timeout_termination:
@@ -80,7 +80,7 @@ class OffPolicyConfig(SB3Config):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.optimize_memory_usage and self.replay_buffer.handle_timeout_termination:
-            raise ValueError("optimize_memory_usage needs replay_buffer.handle_timeout_termination: false")
+            raise ValueError("optimize_memory_usage requires replay_buffer.handle_timeout_termination: false")
         return self
 
     def model_kwargs(self) -> dict[str, Any]:
@@ -156,7 +156,7 @@ class OffPolicy(SB3Algorithm):
         if isinstance(config.train_freq, TrainFrequency) and config.train_freq.unit == "episode" and num_envs > 1:
             raise ConflictingOptionsError(
                 ["train_freq.unit: episode", f"num_envs = {num_envs}"],
-                f"{owner}: set num_envs to 1, or train_freq.unit to 'step'",
+                f"for {owner}, set num_envs to 1, or train_freq.unit to 'step'",
             )
         if isinstance(self.observation_space, spaces.Dict):
             for name, value in (
@@ -165,7 +165,7 @@ class OffPolicy(SB3Algorithm):
             ):
                 if value:
                     raise IncompatibleSpaceError(
-                        f"{owner}:", self.observation_space, f"{name} cannot be used with observations that are a Dict."
+                        f"{owner}:", self.observation_space, f"{name} is not supported for Dict observations."
                     )
 
     def _uses_hindsight(self) -> bool:
@@ -176,9 +176,9 @@ class OffPolicy(SB3Algorithm):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 self.observation_space,
-                "needs a goal-conditioned environment for hindsight replay, with the observations "
-                f"{', '.join(sorted(GOAL_KEYS))} and with compute_reward; choose another "
-                "environment, or replay_buffer.type: standard.",
+                "requires a goal-conditioned environment for hindsight replay, with the observations "
+                f"{', '.join(sorted(GOAL_KEYS))} and the method compute_reward; choose another environment, or set "
+                "replay_buffer.type: standard.",
             )
         return possible and chosen != "standard"
 

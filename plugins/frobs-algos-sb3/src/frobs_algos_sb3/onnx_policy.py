@@ -149,5 +149,5 @@ def network_of(model: BaseAlgorithm) -> nn.Module:
         return Features(values.features_extractor, values.q_net)
     raise PolicyExportError(
         f"a policy of the class {type(policy).__name__}",
-        "it is neither an actor-critic policy, nor an actor with a mean, nor a network of action values.",
+        "only actor-critic policies, actors with a mean, and networks of action values are supported.",
     )

@@ -71,7 +71,7 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
         if isinstance(buffer, HerReplayBuffer):
             buffer._current_ep_start[:] = index_file["current_ep_start"]
     except (KeyError, TypeError, ValueError) as error:
-        raise CheckpointError(f"{folder} does not fit the replay buffer in the settings: {error}.") from error
+        raise CheckpointError(f"{folder} does not match the replay buffer in the settings: {error}.") from error
 
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:

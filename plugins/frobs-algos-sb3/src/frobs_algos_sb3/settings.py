@@ -20,7 +20,7 @@ def _check_schedule(value: float | str) -> float | str:
             number = 0.0
         if number <= 0.0:
             raise ValueError(
-                "write a positive number, or 'lin_' and a positive initial value that decreases linearly to 0"
+                "write a positive number, or 'lin_' followed by a positive initial value that decreases linearly to 0"
             )
     elif not value > 0.0:
         raise ValueError("must be positive")

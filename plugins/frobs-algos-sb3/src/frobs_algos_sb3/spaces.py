@@ -27,7 +27,8 @@ def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
     raise IncompatibleSpaceError(
         "the algorithms of Stable-Baselines3",
         space,
-        f"cannot learn from the space {space}; it must be Box, Discrete, MultiDiscrete, MultiBinary, or Dict of these.",
+        f"cannot learn from the space {space}; the supported spaces are Box, Discrete, MultiDiscrete, MultiBinary, and "
+        "Dict of these.",
     )
 
 

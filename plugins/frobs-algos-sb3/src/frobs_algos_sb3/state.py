@@ -27,7 +27,7 @@ _COUNTERS = (
     "_current_progress_remaining",
     "exploration_rate",
 )
-"""Counters of a model. Not every model has all of these counters."""
+"""Counters that a model may have."""
 
 _LAST = ("_last_obs", "_last_original_obs", "_last_episode_starts")
 

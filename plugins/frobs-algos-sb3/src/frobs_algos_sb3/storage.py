@@ -51,7 +51,9 @@ def read_tensors(path: Path) -> Any:
     try:
         return th.load(io.BytesIO(data), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
-        raise UntrustedFileError(path, "it contains objects that only Python code can build") from error
+        raise UntrustedFileError(
+            path, "the file contains objects that can only be created by executing code"
+        ) from error
     except (RuntimeError, EOFError, KeyError, ValueError) as error:
         raise CheckpointError(f"{path} is damaged: {error}.") from error
 
@@ -73,7 +75,7 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
             return {name: file[name] for name in file.files}
     except ValueError as error:
         if "allow_pickle" in str(error):
-            raise UntrustedFileError(path, "it contains arrays of Python objects") from error
+            raise UntrustedFileError(path, "the file contains arrays of Python objects") from error
         raise CheckpointError(f"{path} is damaged: {error}.") from error
     except (OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
         raise CheckpointError(f"{path} is damaged: {error}.") from error

@@ -34,7 +34,7 @@ class JaxAlgorithm(SB3Algorithm):
         return venv if self._flat is None else self._flat
 
     def _set_threads(self, config: SB3Config) -> None:
-        super()._set_threads(config)  # also for PyTorch, which stable-baselines3's buffers use
+        super()._set_threads(config)  # stable-baselines3's buffers use PyTorch, so limit its threads, too
         set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:
@@ -73,10 +73,10 @@ class JaxAlgorithm(SB3Algorithm):
         arrays = storage.read_arrays(path)
         try:
             if set(arrays) != set(part(self.model)):
-                raise CheckpointError("it has other arrays.")
+                raise CheckpointError("the names of the arrays differ.")
             state.restore(self.model, arrays)
         except CheckpointError as error:
-            raise CheckpointError(f"{path} does not fit the settings beside it: {error}") from error
+            raise CheckpointError(f"{path} does not match the settings in the same folder: {error}") from error
 
     def _policy_graph(self) -> Any:
         from frobs_algos_sbx.onnx import policy_graph

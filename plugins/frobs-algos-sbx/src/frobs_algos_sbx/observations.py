@@ -62,8 +62,9 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
             raise IncompatibleSpaceError(
                 "the algorithms of sbx",
                 space,
-                f"learn from numbers, and the observation space is {space}; choose an algorithm of stable-baselines3, "
-                "or flatten it with gymnasium.wrappers.FlattenObservation.",
+                f"do not support the observation space {space}; choose an algorithm of stable-baselines3, or flatten "
+                "the "
+                "observations with gymnasium.wrappers.FlattenObservation.",
             )
         size += int(np.prod(part.shape))
     return spaces.Box(-np.inf, np.inf, (size,), np.float32)

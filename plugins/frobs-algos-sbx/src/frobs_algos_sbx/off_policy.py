@@ -71,7 +71,7 @@ class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
         """Return sbx's ``policy_kwargs``, in which the momentum is the weight of the old statistics."""
         kwargs = {**super().to_kwargs(), "batch_norm_momentum": 1.0 - self.batch_norm_momentum}
         if self.optimizer_class in (None, "Adam", "AdamW"):
-            kwargs.setdefault("optimizer_kwargs", {"b1": 0.5})  # the default value in both libraries
+            kwargs.setdefault("optimizer_kwargs", {"b1": 0.5})  # the default in sbx and sb3-contrib
         return kwargs
 
 
@@ -88,7 +88,9 @@ class JaxQNetworkConfig(QNetworkConfig, JaxNetworkConfig):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(self.net_arch) != 2 or self.net_arch[0] != self.net_arch[1]:
-            raise ValueError("net_arch must be two equal widths: sbx builds no other network for DQN")
+            raise ValueError(
+                "net_arch must contain exactly two equal widths, because sbx's DQN supports no other network"
+            )
         return self
 
 
@@ -124,7 +126,7 @@ class SbxTQCConfig(TQCConfig, JaxConfig):
     @model_validator(mode="after")
     def _check_critics(self) -> Self:
         if self.policy_kwargs.n_critics != 2:
-            raise ValueError("policy_kwargs.n_critics must be 2: sbx builds no other number of critics for TQC")
+            raise ValueError("policy_kwargs.n_critics must be 2, because sbx's TQC always has two critics")
         return self
 
 

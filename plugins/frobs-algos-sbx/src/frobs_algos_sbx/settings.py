@@ -33,7 +33,7 @@ class JaxConfig(SB3Config):
                 owner = getattr(owner, part)
             default = type(owner).model_fields[name].get_default(call_default_factory=True)
             if getattr(owner, name) != default:
-                raise ValueError(f"{key} must be {default!r}: sbx has no such setting")
+                raise ValueError(f"{key} must keep its default {default!r}, because sbx does not support this setting")
         return self
 
     def model_kwargs(self) -> dict[str, Any]:
@@ -43,7 +43,7 @@ class JaxConfig(SB3Config):
 
 
 class JaxNetworkConfig(NetworkConfig):
-    """Settings of the networks in flax and of the optimizer in optax.
+    """Settings of the flax networks and the optax optimizer.
 
     The keys of ``optimizer_kwargs`` are optax's names, such as ``b1`` and ``eps``.
 

@@ -64,7 +64,7 @@ def restore(model: BaseAlgorithm, arrays: Mapping[str, np.ndarray[Any, Any]]) ->
             name = _name(attribute, path)
             saved = arrays.get(name)
             if saved is not None and saved.shape != np.shape(leaf):
-                raise CheckpointError(f"{name} has the shape {saved.shape}, and {np.shape(leaf)} is needed.")
+                raise CheckpointError(f"{name} has the shape {saved.shape}; expected {np.shape(leaf)}.")
             leaves.append(leaf if saved is None else jnp.asarray(saved))
         setattr(owner, attribute, tree_unflatten(structure, leaves))
 
@@ -101,7 +101,7 @@ def _states(model: BaseAlgorithm) -> list[tuple[Any, str, TrainState]]:
 
 def _leaves(model: BaseAlgorithm) -> Arrays:
     return {
-        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # converts numbers to JAX types, as loading does
+        _name(attribute, path): np.asarray(jnp.asarray(leaf))  # convert numbers to JAX types, as loading a model does
         for _, attribute, state in _states(model)
         for path, leaf in tree_flatten_with_path(state)[0]
     }

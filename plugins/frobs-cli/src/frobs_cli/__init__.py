@@ -1,10 +1,10 @@
 """The ``frobs`` command, and modules that it shares with the commands of other distributions.
 
-    commands.py   declares a distribution's commands as records
-    program.py    builds the program from these records, and imports a command's module when the command runs
-    group.py      handles errors, Ctrl-C and unknown commands
-    providers.py  lets other distributions extend ``frobs list`` and ``frobs show``
-    output.py, facts.py, formats.py, options.py, model_options.py   help to implement any distribution's commands
+- ``commands.py`` declares a distribution's commands as records.
+- ``program.py`` builds the program from these records, and imports a command's module when the command runs.
+- ``group.py`` handles errors, Ctrl-C and unknown commands.
+- ``providers.py`` lets other distributions extend ``frobs list`` and ``frobs show``.
+- ``output.py``, ``facts.py``, ``formats.py``, ``options.py`` and ``model_options.py`` help to implement commands.
 
 This package is separate from :mod:`frobs_core`, because importing the core registers environments, which imports
 Gymnasium. Help and shell completion do not need Gymnasium, and start faster without it.

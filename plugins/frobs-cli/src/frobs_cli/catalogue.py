@@ -58,7 +58,11 @@ def why_unusable(record: Record) -> str:
     try:
         record.load()
     except PluginError as error:
-        return f"not usable here; to install it: {record.install_hint}" if record.install_hint else str(error)
+        return (
+            f"the implementation cannot be imported; to install it: {record.install_hint}"
+            if record.install_hint
+            else str(error)
+        )
     return ""
 
 

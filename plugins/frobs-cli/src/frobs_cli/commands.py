@@ -67,7 +67,8 @@ def installed_commands() -> tuple[dict[str, Command], list[str]]:
         except Exception as error:
             problems.append(
                 f"the commands of {_distribution(entry)} could not be read: {type(error).__name__}: {error}; "
-                f"install a version of {_distribution(entry)} that works with this version of frobs-cli, or uninstall it"
+                f"install a version of {_distribution(entry)} that works with this version of frobs-cli, or "
+                "uninstall it"
             )
     return found, problems
 
@@ -95,7 +96,7 @@ COMMANDS = (
     ),
     Command(
         name="plugins",
-        summary="Show the installed plugins and why a plugin did not load.",
+        summary="Show the installed plugins, and why a plugin was not loaded.",
         function="frobs_cli.plugins:plugins",
         heading="Look around",
     ),

@@ -22,7 +22,7 @@ from frobs_core.errors import CapabilityError, FrobsError
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
 
 _YOURS = "any: choose one with robot=…"
-_DEPENDS = "the number of columns depends on the robot"
+_DEPENDS = "the shape depends on the chosen robot"
 
 
 def describe_environment(spec: EnvSpec) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def list_(
     if any(
         report.state == "failed" for report in plugins.reports()
     ):  # the failed plugins were logged when they were loaded
-        print_note("'frobs plugins --verbose' shows why plugins did not load")
+        print_note("run 'frobs plugins --verbose' to see why plugins did not load")
 
 
 def _records(kind: str) -> list[dict[str, Any]]:

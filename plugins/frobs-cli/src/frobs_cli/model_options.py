@@ -21,7 +21,8 @@ PackagePath = Annotated[
     typer.Option(
         metavar="[NAME=]FOLDER",
         show_default=False,
-        help="Folder of a ROS package that the model file refers to, or of several such packages. Repeatable.",
+        help="Folder of a ROS package that the model file refers to, or folder that contains several such packages. "
+        "Repeatable.",
     ),
 ]
 
@@ -49,7 +50,7 @@ def xacro_args(given: Sequence[str] | None) -> dict[str, str]:
     for word in (word for text in given or () for word in text.split()):
         name, sign, value = word.partition(":=")
         if not (name and sign):
-            raise CommandLineError("--args", f"write NAME:=VALUE, not '{word}'.")
+            raise CommandLineError("--args", f"'{word}' is not of the form NAME:=VALUE.")
         found[name] = value
     return found
 

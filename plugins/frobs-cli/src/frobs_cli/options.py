@@ -74,7 +74,8 @@ Algorithm = Annotated[
 ]
 
 NumEnvs = Annotated[
-    int | None, typer.Option(metavar="N", min=1, show_default=False, help="Number of environments to step together.")
+    int | None,
+    typer.Option(metavar="N", min=1, show_default=False, help="Number of environments to simulate in parallel."),
 ]
 
 Randomized = Annotated[
@@ -89,7 +90,8 @@ CheckpointName = Annotated[
     typer.Option(
         "--checkpoint",
         metavar="WHICH",
-        help="Checkpoint to use: newest, best (of the evaluations during training), or its environment steps.",
+        help="Checkpoint to use: newest, best (in the evaluations during training), or its number of environment "
+        "steps.",
     ),
 ]
 

@@ -29,7 +29,7 @@ def plugins(
 ) -> None:
     """Show whether each installed plugin is loaded, failed or disabled.
 
-    If a plugin failed to load, the output also shows the cause. Unavailable environment IDs are listed, too.
+    If a plugin failed to load, the output also shows the cause. The output also lists unavailable environment IDs.
 
     Example:
         $ frobs plugins

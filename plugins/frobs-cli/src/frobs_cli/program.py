@@ -148,7 +148,8 @@ def frobs(
     debug: Annotated[
         bool,
         typer.Option(
-            "--debug", help="Show the traceback of an error. Works with every command, as does FROBS_DEBUG=1."
+            "--debug",
+            help="Show the traceback of an error. Every command accepts this flag; FROBS_DEBUG=1 has the same effect.",
         ),
     ] = False,
 ) -> None:

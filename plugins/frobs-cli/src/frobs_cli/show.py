@@ -71,7 +71,7 @@ def show(
             found = [describe_file(robot)]
         elif args or package_path:
             raise CommandLineError(
-                "--args, --package-path", f"'{name}' is not a file; these options are for model files."
+                "--args, --package-path", f"these options require a robot's model file, but '{name}' is not a file."
             )
         else:
             found = [describe() for describe in _meanings(name)]
@@ -89,7 +89,7 @@ def show(
             print_facts(_readable(facts))
     if len(found) > 1:
         ways = ", ".join(f"'{facts['kind']}:{name}'" for facts in found)
-        print_note(f"'{name}' has several meanings; to show only one, use {ways}")
+        print_note(f"'{name}' has several meanings; to show only one of them, use {ways}")
 
 
 def _readable(facts: Facts) -> Mapping[str, Any]:
@@ -106,7 +106,9 @@ def _draw(robot: Robot | None, name: str, picture: Path) -> None:
         ConfigurationError: The name does not refer to a robot.
     """
     if robot is None:
-        raise CommandLineError("--picture", f"'{name}' is neither a robot nor a model file; only those can be drawn.")
+        raise CommandLineError(
+            "--picture", f"'{name}' cannot be drawn, because it is neither a robot nor a robot's model file."
+        )
     with working("drawing"):
         written = next((file for it in providers() if (file := it.draw(robot, picture)) is not None), None)
     if written is None:

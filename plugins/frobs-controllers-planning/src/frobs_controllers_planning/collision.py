@@ -173,11 +173,11 @@ class CollisionChecker:
         return not pin.computeCollisions(kinematics.model, kinematics.data, self._geometry, self._data, q, True)
 
     def is_way_free(self, start: Floats, end: Floats) -> bool:
-        """Return whether a straight line between two joint vectors (dof,) is free. The end points are not checked.
+        """Return whether a straight line between two joint vectors (dof,) is collision-free.
 
-        Between two checks, no part of the robot moves by more than twice the clearance, or 5 mm if that is more.
-        Therefore, if the clearance is at least 2.5 mm and is kept at all checked positions, no shapes touch anywhere on
-        the line.
+        The end points are not checked. Between two checks, no part of the robot moves by more than twice the clearance,
+        or 5 mm if that is more. Therefore, if the clearance is at least 2.5 mm and is kept at all checked positions, no
+        shapes touch anywhere on the line.
         """
         count = self.count_checks(np.abs(end - start))
         return all(self.is_free(start + share * (end - start)) for share in _shares(count))

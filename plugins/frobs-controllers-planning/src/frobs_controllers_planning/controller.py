@@ -93,7 +93,9 @@ class TrajectoryController(Controller):
         """
         if joints.joint_names != joints.model.joint_names:
             raise UnsuitableRobotError(
-                joints.robot.name, "has joints outside of the group; planning requires all joints.", "trajectory"
+                joints.robot.name,
+                "has joints outside the controlled group; planning requires a group with all joints.",
+                "trajectory",
             )
         self._joints = joints
         self.planner = Planner(joints.robot, self._scene, model=joints.model, tcp=joints.tcp, **self._parameters)

@@ -136,7 +136,7 @@ class Planner:
         """
         for name, pose in bodies.items():
             if name not in self._poses:
-                raise UnknownNameError("body that can be touched", name, self._poses)
+                raise UnknownNameError("body with collision shapes", name, self._poses)
             self._poses[name] = to_se3(*pose)
         if base is not None:
             self._base = to_se3(*base)
@@ -229,7 +229,7 @@ class Planner:
         if goal.quat_wxyz is not None:
             quat = self._vector("the goal's quat_wxyz", goal.quat_wxyz, 4)
             if abs(float(np.linalg.norm(quat)) - 1.0) > 1e-3:
-                raise ParameterValueError("length of the goal's quat_wxyz", np.linalg.norm(quat), "1")
+                raise ParameterValueError("the norm of the goal's quat_wxyz", np.linalg.norm(quat), "1")
             rotation = self._base.rotation.T @ matrix_from_quat(quat / np.linalg.norm(quat))
         free: list[Floats] = []
         reached = False

@@ -11,7 +11,7 @@ def frobs_controllers() -> list[ControllerRecord]:
     return [
         ControllerRecord(
             name="trajectory",
-            summary="an action is one whole motion, planned around obstacles",
+            summary="an action is a complete motion, planned around obstacles",
             entry_point="frobs_controllers_planning.controller:TrajectoryController",
             install_hint="pip install frobs-controllers-planning",
             needs={"drive": Level.APPROXIMATE},

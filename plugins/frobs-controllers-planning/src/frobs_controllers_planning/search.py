@@ -58,7 +58,7 @@ class Search:
         """Grow one search tree from each end until the two trees meet."""
         with _OMPL:
             util.setLogLevel(util.LogLevel.LOG_NONE)
-            util.RNG.setSeed(self._seed)  # applies only to objects that are created afterwards
+            util.RNG.setSeed(self._seed)  # the seed applies only to objects that are created later
             space = base.RealVectorStateSpace(len(start))
             bounds = base.RealVectorBounds(len(start))
             for i, (low, high) in enumerate(zip(self._lower * self._scale, self._upper * self._scale, strict=True)):

@@ -15,7 +15,7 @@ from frobs_core.arrays import Floats
 LIMIT_SHARE = 0.995
 """Fraction of the limits that toppra uses. The rest is a margin for deviations between grid points."""
 
-_INTERVALS = 80  # along the whole path; each line and each corner has at least _CORNER_INTERVALS
+_INTERVALS = 80  # grid intervals along the whole path; each line and each corner has at least _CORNER_INTERVALS
 _CORNER_INTERVALS = 8
 
 

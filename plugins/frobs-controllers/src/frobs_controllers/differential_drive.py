@@ -56,8 +56,8 @@ class DifferentialDrive(Controller):
         if drive is None:
             raise UnsuitableRobotError(
                 joints.robot.name,
-                "has no differential drive; add a "
-                "differential_drive=DifferentialDrive(…) to its Robot, or choose another controller.",
+                "has no differential drive; set differential_drive=DifferentialDrive(…) in its Robot, or choose "
+                "another controller.",
                 _OWNER,
             )
         radius = positive(f"{_OWNER}: the robot's wheel_radius", drive.wheel_radius, "m")
@@ -72,12 +72,17 @@ class DifferentialDrive(Controller):
         self._per_linear, self._per_angular = np.zeros(shape), np.zeros(shape)  # wheel velocity per base velocity
         for side, wheels in ((-1.0, drive.left), (1.0, drive.right)):
             if not wheels:
-                raise UnsuitableRobotError(joints.robot.name, "has no wheels on one side.", _OWNER)
+                raise UnsuitableRobotError(
+                    joints.robot.name,
+                    "has no wheels on one side; both sides of a differential drive require wheels.",
+                    _OWNER,
+                )
             for joint in wheels:
                 if joint not in joints.joint_names:
                     raise UnsuitableRobotError(
                         joints.robot.name,
-                        f"has no actuated joint '{joint}' for a wheel; available: {', '.join(joints.joint_names)}.",
+                        f"has no actuated joint '{joint}' for a wheel; actuated joints: "
+                        f"{', '.join(joints.joint_names)}.",
                         _OWNER,
                     )
                 column = joints.joint_names.index(joint)

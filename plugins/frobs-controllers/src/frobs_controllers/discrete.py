@@ -70,12 +70,15 @@ class Discrete(ControllerWrapper):
             raise IncompatibleSpaceError(
                 "discrete:",
                 box,
-                f"the actions of '{self._name}' are {box}; only a controller with a bounded, flat Box can be made "
-                "discrete.",
+                f"the controller '{self._name}' has the action space {box}; only controllers with a bounded, "
+                "one-dimensional Box are supported.",
             )
         if (box.low > 0.0).any() or (box.high < 0.0).any():
             raise IncompatibleSpaceError(
-                "discrete:", box, f"the actions of '{self._name}' exclude 0, so the robot cannot stay in place."
+                "discrete:",
+                box,
+                f"the action space of the controller '{self._name}' does not contain 0, so the robot could not stay in "
+                "place.",
             )
         count = box.shape[0]
         self._moves = np.zeros((2 * count + 1, count))  # each row is an action of the wrapped controller
@@ -91,11 +94,13 @@ class Discrete(ControllerWrapper):
             InvalidActionError: A move number is out of range.
         """
         count = len(self._moves)
-        if np.count_nonzero((action < 0) | (action >= count)):  # a negative index would count from the end
-            raise InvalidActionError(f"discrete: actions must be in [0, {count - 1}], not {action.tolist()}.")
+        if np.count_nonzero((action < 0) | (action >= count)):  # NumPy would count a negative index from the end
+            raise InvalidActionError(
+                f"discrete: actions must be in the range [0, {count - 1}], but they are {action.tolist()}."
+            )
         return self.inner.apply(self._moves.take(action, axis=0))
 
     @property
     def max_action_change(self) -> None:
-        """Always None, because actions are move numbers instead of joint positions."""
+        """This property is always None, because actions are move numbers instead of joint positions."""
         return None

@@ -35,12 +35,14 @@ class Gripper(Controller):
         if tool is None:
             raise UnsuitableRobotError(
                 robot.name,
-                f"has no gripper with the joints {', '.join(joints.joint_names)}; add an EndEffector to its Robot, "
-                "with this group and its open and closed positions.",
+                f"has no gripper with the joints {', '.join(joints.joint_names)}; add an EndEffector with "
+                "this joint group and its open and closed positions to the Robot.",
             )
         for joint in joints.joint_names:
             if joint not in tool.open or joint not in tool.closed:
-                raise UnsuitableRobotError(robot.name, f"has no open or no closed position for the finger '{joint}'.")
+                raise UnsuitableRobotError(
+                    robot.name, f"must define both an open and a closed position for the finger '{joint}'."
+                )
         self._joints = joints
         self._closed = np.array([tool.closed[joint] for joint in joints.joint_names])  # (dof,) [rad or m]
         self._stroke = np.array([tool.open[joint] for joint in joints.joint_names]) - self._closed
@@ -90,7 +92,7 @@ class GripperPosition(Gripper):
 
 
 class GripperDelta(Gripper):
-    """Gripper controller whose action changes the opening by up to one step. An action of 0 keeps the opening.
+    """Gripper controller whose action changes the opening by up to one step. An action of 0 keeps the current opening.
 
     Args:
         max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].

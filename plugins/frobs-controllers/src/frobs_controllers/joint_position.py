@@ -40,13 +40,13 @@ class JointPosition(CommandedPositions):
         np.maximum(wanted, self._slowest, out=wanted)
         np.minimum(wanted, self._fastest, out=wanted)
         np.add(target, wanted, out=target)
-        np.maximum(target, self._lower, out=target)  # also clips actions outside [−1, 1] and rounding errors
+        np.maximum(target, self._lower, out=target)  # also handles actions outside [−1, 1] and rounding errors
         np.minimum(target, self._upper, out=target)
         return target
 
     @property
     def max_action_change(self) -> Floats:
         """Largest motion per control step that the velocity limits allow, (dof,), as a fraction of half the range."""
-        with np.errstate(divide="ignore", invalid="ignore"):  # 0 / 0 for a joint that cannot move at all
+        with np.errstate(divide="ignore", invalid="ignore"):  # 0 / 0 occurs for an immovable joint
             change = self._fastest[0] / self._half_range[0]
         return np.where(np.isnan(change), np.inf, change)

@@ -28,7 +28,7 @@ def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:
         if joint.type is JointType.PRISMATIC and not bounded[:, i].all():
             raise UnsuitableRobotError(
                 joints.robot.name,
-                f"has no position limits for the prismatic joint '{joint.name}', to which actions are scaled; "
+                f"has no position limits for the prismatic joint '{joint.name}', so actions cannot be scaled; "
                 "add limits to the model file, or use joint_delta_position.",
                 owner,
             )
@@ -58,6 +58,6 @@ def scale(owner: str, name: str, given: float | None, limit: Floats, joints: Joi
     unlimited = [joint for i, joint in enumerate(joints.joint_names) if not np.isfinite(found[:, i]).all()]
     if unlimited:
         raise MissingSettingError(
-            owner, name, f"the model file has no limit for {', '.join(unlimited)}; set {name}=… [{unit}]"
+            owner, name, f"the model file defines no limit for {', '.join(unlimited)}; set {name}=… [{unit}]"
         )
     return found

@@ -6,16 +6,16 @@ from frobs_core.specs import ControllerRecord
 
 _SUMMARIES = {
     "joint_position": "actions are joint positions, scaled to the limits",
-    "joint_delta_position": "actions move the commanded joint positions by up to a step",
+    "joint_delta_position": "actions change the commanded joint positions by up to one step",
     "joint_velocity": "actions are joint velocities, scaled to the limits",
     "joint_effort": "actions are joint efforts, scaled to the limits",
-    "tcp_delta_position": "actions move the tool center point by up to a step",
-    "tcp_delta_pose": "actions move and rotate the tool center point by up to a step",
-    "differential_drive": "actions are the linear and the angular velocity of a wheeled base",
-    "tcp_impedance": "actions move the equilibrium of a spring that pulls the tool, at the physics rate",
-    "gripper_position": "an action is the opening of a gripper",
-    "gripper_delta": "an action changes the opening of a gripper by up to a step",
-    "gripper_binary": "the sign of an action opens or closes a gripper",
+    "tcp_delta_position": "actions move the tool center point by up to one step",
+    "tcp_delta_pose": "actions move and rotate the tool center point by up to one step",
+    "differential_drive": "actions are the linear and angular velocity of a wheeled base",
+    "tcp_impedance": "actions move the equilibrium of a spring that pulls the tool; runs at the physics rate",
+    "gripper_position": "an action sets the opening of a gripper",
+    "gripper_delta": "an action changes the opening of a gripper by up to one step",
+    "gripper_binary": "an action opens or closes a gripper, depending on its sign",
     "discrete": "a Discrete action selects one move of another controller",
 }
 

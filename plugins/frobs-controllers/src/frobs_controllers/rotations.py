@@ -36,4 +36,4 @@ def quat_between(start: Floats, end: Floats) -> Floats:
     orientations are equal.
     """
     turn = quat_multiply(end, start * np.array([1.0, -1.0, -1.0, -1.0]))
-    return np.copysign(2.0, turn[:, :1]) * turn[:, 1:]  # q and −q are the same rotation; return the shorter one
+    return np.copysign(2.0, turn[:, :1]) * turn[:, 1:]  # q and −q represent the same rotation; use the shorter path

@@ -119,7 +119,7 @@ class TcpDeltaPose(TcpDeltaPosition):
         np.minimum(remainder, self._leash, out=remainder)
         np.add(remainder, step, out=self._error)
 
-        np.subtract(remainder, left, out=left)  # 0 unless the remainder is at its limit
+        np.subtract(remainder, left, out=left)  # 0 unless the remainder was clipped
         np.add(left, step, out=left)  # motion of the target
         np.add(self._target, left[:, :3], out=self._target)
         self._target_quat[:] = quat_multiply(quat_from_rotation_vector(left[:, 3:]), self._target_quat)

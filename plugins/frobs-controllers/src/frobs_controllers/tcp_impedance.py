@@ -21,7 +21,7 @@ class TcpImpedance(Controller):
     that the group moves, as specified by the model file.
 
     The torques are computed in every physics step, so that objects in contact with the tool feel a spring instead of a
-    stiff drive. This computation takes several times as long as that of a controller that runs at the control rate.
+    stiff drive. A step takes several times as long to compute as with a controller that runs at the control rate.
 
     Args:
         max_delta: Motion of the equilibrium point per axis [m] for an action of 1.

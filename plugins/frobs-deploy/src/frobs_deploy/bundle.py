@@ -25,7 +25,7 @@ _LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
 _LARGEST_FILE = sum(_LARGEST.values()) + 2**16  # [bytes]
 
 _DATE = (1980, 1, 1, 0, 0, 0)  # a constant date, so that bundles with the same content are identical files
-_AGAIN = "Copy it again, or export it again."
+_AGAIN = "Copy the file again, or export the policy again."
 _DAMAGE = (
     zipfile.BadZipFile,
     zipfile.LargeZipFile,
@@ -89,14 +89,16 @@ def read_bundle(path: Path | str) -> Bundle:
     try:
         found = path.stat()
         if stat.S_ISDIR(found.st_mode):
-            raise BundleError(path, "is a folder; specify the bundle file that 'frobs export' printed.")
+            raise BundleError(path, "this is a folder; specify the bundle file that 'frobs export' printed.")
         if not stat.S_ISREG(found.st_mode):  # a FIFO or a device could block forever
-            raise BundleError(path, "is not a regular file; specify the bundle file that 'frobs export' printed.")
+            raise BundleError(path, "this is not a regular file; specify the bundle file that 'frobs export' printed.")
         if found.st_size > _LARGEST_FILE:
-            raise BundleError(path, f"is larger than {_LARGEST_FILE // 2**20} MiB, the maximum size of bundles.")
+            raise BundleError(
+                path, f"the file is larger than {_LARGEST_FILE // 2**20} MiB, the maximum size of a bundle."
+            )
         data = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a NUL character in the path
-        raise BundleError(path, f"cannot be read: {getattr(error, 'strerror', None) or error}.") from error
+        raise BundleError(path, f"the file cannot be read: {getattr(error, 'strerror', None) or error}.") from error
     return parse_bundle(path, data)
 
 
@@ -107,18 +109,22 @@ def parse_bundle(path: Path, data: bytes) -> Bundle:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))
         license = members[LICENSE].decode("utf-8")
     except (ValueError, RecursionError) as error:
-        raise BundleError(path, f"is damaged: {error}. {_AGAIN}") from error
+        raise BundleError(path, f"the bundle is damaged: {error}. {_AGAIN}") from error
     if not isinstance(manifest, dict):
-        raise BundleError(path, f"is damaged: {MANIFEST} is not a JSON object. {_AGAIN}")
+        raise BundleError(path, f"the bundle is damaged: {MANIFEST} is not a JSON object. {_AGAIN}")
     if manifest.get("format") != FORMAT:
         raise BundleError(
-            path, f"has format {manifest.get('format')!r}, but this version of FRobs reads {FORMAT}; export it again."
+            path,
+            f"the bundle has format {manifest.get('format')!r}, but this version of FRobs supports only format "
+            f"{FORMAT}; export the policy again.",
         )
     sums = manifest.get("files")
     for name in (GRAPH, LICENSE):
         found = sums.get(name) if isinstance(sums, dict) else None
         if not isinstance(found, dict) or found.get("sha256") != _sha256(members[name]):
-            raise BundleError(path, f"is damaged: the checksum of {name} differs from that in {MANIFEST}. {_AGAIN}")
+            raise BundleError(
+                path, f"the bundle is damaged: {name} does not match its checksum in {MANIFEST}. {_AGAIN}"
+            )
     return Bundle(path, manifest, members[GRAPH], license)
 
 
@@ -130,11 +136,13 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
             if sorted(names) != sorted(_LARGEST):
                 wanted = ", ".join(_LARGEST)
                 raise BundleError(
-                    path, f"is not a policy bundle: it contains {_shown(names)}; a bundle contains {wanted}."
+                    path, f"the file is not a policy bundle: it contains {_shown(names)}; expected {wanted}."
                 )
             for info in infos:
                 if info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
-                    raise BundleError(path, f"is not a policy bundle: {info.filename} must not be compressed.")
+                    raise BundleError(
+                        path, f"the file is not a policy bundle, because {info.filename} in the archive is compressed."
+                    )
                 if info.file_size > _LARGEST[info.filename]:
                     limit = _LARGEST[info.filename]
                     raise BundleError(
@@ -143,7 +151,7 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
                     )
             return {info.filename: archive.read(info) for info in infos}
     except _DAMAGE as error:
-        raise BundleError(path, f"is damaged or not a policy bundle: {error}. {_AGAIN}") from error
+        raise BundleError(path, f"the file is damaged, or is not a policy bundle: {error}. {_AGAIN}") from error
 
 
 def _shown(names: list[str]) -> str:

@@ -43,7 +43,10 @@ class Graph:
             raise OnnxruntimeMissingError from error
         for operator in _LOOPS:
             if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # the encoded type of a node
-                raise BundleError(bundle.path, f"{GRAPH} has a {operator.decode()} node, which might never end.")
+                raise BundleError(
+                    bundle.path,
+                    f"{GRAPH} contains a {operator.decode()} node, which is not allowed, because it might run forever.",
+                )
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
         options.log_severity_level = _ERRORS_ONLY
@@ -63,7 +66,9 @@ class Graph:
         found = {name: (_TYPES.get(item.type, item.type), tuple(item.shape[1:])) for name, item in inputs.items()}
         nexts = {f"next_{name}" for name in self.states}
         if found != wanted | recurrent or set(self._outputs) - {"scores"} != {"action"} | nexts:
-            raise BundleError(bundle.path, f"{GRAPH} does not match the bundle's description; export it again.")
+            raise BundleError(
+                bundle.path, f"{GRAPH} does not match the description in bundle.json; export the policy again."
+            )
         self._action = action
 
     def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:

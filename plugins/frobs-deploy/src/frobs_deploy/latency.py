@@ -29,8 +29,8 @@ class Latency:
         if not self.actions:
             return "no action yet"
         return (
-            f"median {self.median:.3f} ms, 95 % within {self.percentile_95:.3f} ms, largest {self.largest:.3f} ms "
-            f"of {self.actions:,} actions"
+            f"median {self.median:.3f} ms, 95 % within {self.percentile_95:.3f} ms, maximum {self.largest:.3f} ms "
+            f"over {self.actions:,} actions"
         )
 
 

@@ -46,7 +46,9 @@ class ActionLimits:
             return action.astype(self._space.dtype, copy=False)
         if not np.isfinite(action).all():
             raise BundleError(
-                self._path, "the policy's action is not finite; the network has diverged; train it again."
+                self._path,
+                "the policy returned an action that is not finite, because its network diverged; train the policy "
+                "again.",
             )
         limited = np.clip(action, self._space.low, self._space.high)
         if self.max_change is not None and self._previous is not None:
@@ -58,21 +60,24 @@ class ActionLimits:
     def _changes(self, manifest: Manifest, given: Any) -> Array:
         if self._space.discrete:
             raise PolicyArgumentError(
-                f"max_change={given!r}: the policy's actions are discrete, so their change cannot be limited."
+                f"max_change is {given!r}, but discrete actions cannot be limited; omit max_change."
             )
         if isinstance(given, str):
             if given != "joint_velocity":
-                raise PolicyArgumentError(f"max_change={given!r}: it must be 'joint_velocity', a number or an array.")
+                raise PolicyArgumentError(
+                    f"max_change is {given!r}; it must be 'joint_velocity', a number or an array."
+                )
             if manifest.max_action_change is None:
                 raise BundleMismatchError(
                     self._path,
-                    "max_change='joint_velocity': the actions of this policy are not joint positions; "
-                    "pass numbers in the action's unit.",
+                    "max_change='joint_velocity' is not supported, because the actions of this policy are not joint "
+                    "positions; pass numbers in the action's unit.",
                 )
             return manifest.max_action_change
         changes = as_floats("max_change", given)
         if changes.shape not in ((), self._space.shape) or not (changes > 0.0).all():
             raise PolicyArgumentError(
-                f"max_change={given!r}: it must be above 0, one number or an array of shape {self._space.shape}."
+                f"max_change is {given!r}; it must be a positive number, or an array of positive numbers with shape "
+                f"{self._space.shape}."
             )
         return np.broadcast_to(changes, self._space.shape)

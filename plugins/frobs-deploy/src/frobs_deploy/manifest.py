@@ -86,7 +86,7 @@ def _read(data: Mapping[str, Any]) -> Manifest:
     observation, action, robot = data["observation"], data["action"], data["robot"]
     parts = {str(key): space_from_json(space) for key, space in observation["spaces"].items()}
     if not parts or ("" in parts and len(parts) > 1):
-        raise ValueError("the observation has no parts, or parts without a name")
+        raise ValueError("the observation has no parts, or one of several parts has no name")
     space = space_from_json(action["space"])
     timestep = data["control_timestep"]
     if timestep is not None and not 0.0 < float(timestep) < math.inf:
@@ -107,7 +107,7 @@ def _read(data: Mapping[str, Any]) -> Manifest:
 
 def _image(row: Mapping[str, Any], space: Space) -> Image:
     if len(space.shape) != 3:
-        raise ValueError(f"an image has shape {space.shape}, not height, width and channels")
+        raise ValueError(f"an image has shape {space.shape}; expected (height, width, channels)")
     frame = row["frame"]
     return Image(
         camera=str(row["camera"]),

@@ -33,7 +33,7 @@ class ObservationReader:
             value, single = self._batch("the observation", self._flat, given)
             return {"": value}, single, len(value)
         if not isinstance(observation, Mapping):
-            self._fail(f"the observation is one array; it must be a mapping with {_list(self._spaces)}.")
+            self._fail(f"the observation is a single array; expected a mapping that contains {_list(self._spaces)}.")
         self._check_names(observation.keys(), self._spaces.keys())
         parts, singles = {}, set()
         for key, space in self._spaces.items():
@@ -62,7 +62,7 @@ class ObservationReader:
         """Build the flat observation from a mapping of named terms, which may have any float type."""
         assert self._flat is not None
         if sum(columns.stop - columns.start for columns in self._terms.values()) != (self._flat.shape or (0,))[0]:
-            self._fail("the terms of the observation have no names; pass it as one array.")
+            self._fail("the bundle does not name all terms of the observation; pass the observation as a single array.")
         self._check_names(terms.keys(), self._terms.keys())
         try:
             pieces = {name: np.asarray(terms[name], self._flat.dtype) for name in self._terms}

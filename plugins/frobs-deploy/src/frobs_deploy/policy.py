@@ -135,13 +135,17 @@ class Policy:
             self._limits.reset(previous)
             return
         if previous_action is not None:
-            raise PolicyArgumentError("previous_action applies to all rows; omit the mask.")
+            raise PolicyArgumentError(
+                "previous_action applies to all rows, so it cannot be combined with a mask; omit the mask."
+            )
         try:
             chosen = np.asarray(mask)
         except ValueError:  # rows of different lengths
             chosen = np.empty(0)
         if chosen.dtype != bool or chosen.ndim != 1 or (self._start is not None and chosen.shape != self._start.shape):
-            raise PolicyArgumentError(f"the mask must be bool, one for each row of the batch, not {mask!r:.80}.")
+            raise PolicyArgumentError(
+                f"the mask must be a bool array with one value per row of the batch, not {mask!r:.80}."
+            )
         if self._start is not None:
             self._start = self._start | chosen
         self._limits.forget(chosen)
@@ -168,7 +172,7 @@ class Policy:
             self._start = np.ones(n, np.bool_)
         elif len(self._start) != n:
             raise BundleMismatchError(
-                self.bundle.path, f"the batch has {n} observations after {len(self._start)}; call reset() first."
+                self.bundle.path, f"the batch size changed from {len(self._start)} to {n}; call reset() first."
             )
         if self._graph.states:
             for name, shape in self._graph.states.items():
@@ -188,28 +192,30 @@ class Policy:
         if given.shape == shape:
             given = given[None]
         if given.shape[1:] != shape or not np.isfinite(given).all():
-            raise PolicyArgumentError(f"previous_action must be finite and of shape {shape}, not {action!r}.")
+            raise PolicyArgumentError(f"previous_action must be a finite array of shape {shape}, not {action!r}.")
         return given
 
     def _check_robot(self, robot: str) -> None:
         trained = self.manifest.robot
         if trained is None:
-            raise BundleMismatchError(self.bundle.path, "was trained without a robot; omit robot=….")
+            raise BundleMismatchError(
+                self.bundle.path, "the policy was trained without a robot; omit the argument robot."
+            )
         if not re.fullmatch("[0-9a-f]{64}", str(robot)):
             raise PolicyArgumentError(
-                f"robot={robot!r} is not a fingerprint of 64 hexadecimal digits; "
-                "frobs_core.models.fingerprint(frobs_core.models.load_model(FILE)) returns that of a model file."
+                f"robot is {robot!r}; it must be a fingerprint of 64 hexadecimal digits, which "
+                "frobs_core.models.fingerprint(frobs_core.models.load_model(FILE)) returns for a model file."
             )
         if robot != trained:
             raise BundleMismatchError(
                 self.bundle.path,
-                f"the robot is not the robot of the training: its fingerprint is {robot[:12]}…, not {trained[:12]}…; "
-                "use the model file of the training, or train with this one.",
+                f"the robot differs from the robot used in training: its fingerprint is {robot[:12]}…, not "
+                f"{trained[:12]}…; use the model file from training, or train the policy with this model file.",
             )
 
     def _check_joints(self, given: Sequence[str]) -> None:
         if not isinstance(given, Iterable) or not all(isinstance(name, str) for name in given):
-            raise PolicyArgumentError(f"joint_names={given!r:.80}: it must be a sequence of names.")
+            raise PolicyArgumentError(f"joint_names is {given!r:.80}; it must be a sequence of names.")
         names, trained = tuple(given), self.manifest.joint_names
         if names != trained:
             same = sorted(names) == sorted(trained)
@@ -222,9 +228,12 @@ class Policy:
     def _check_rate(self, control_timestep: float) -> None:
         trained, shape = self.manifest.control_timestep, as_floats("control_timestep", control_timestep).shape
         if shape:
-            raise PolicyArgumentError(f"control_timestep={control_timestep!r:.80}: it must be one number [s].")
+            raise PolicyArgumentError(f"control_timestep is {control_timestep!r:.80}; it must be a single number [s].")
         if trained is None:
-            raise BundleMismatchError(self.bundle.path, "has no control_timestep; omit control_timestep=….")
+            raise BundleMismatchError(
+                self.bundle.path,
+                "the environment of the policy has no control timestep; omit the argument control_timestep.",
+            )
         if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
             raise BundleMismatchError(
                 self.bundle.path,
@@ -235,4 +244,4 @@ class Policy:
 
 def _check_count(name: str, value: Any, least: int, most: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise PolicyArgumentError(f"{name}={value!r:.80}: it must be an integer from {least} to {most:,}.")
+        raise PolicyArgumentError(f"{name} is {value!r:.80}; it must be an integer from {least} to {most:,}.")

@@ -65,7 +65,7 @@ def as_floats(name: str, value: Any) -> Array:
     try:
         return np.asarray(value, np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise PolicyArgumentError(f"{name}={value!r:.80}: it must contain only numbers.") from None
+        raise PolicyArgumentError(f"{name} is {value!r:.80}; it must contain only numbers.") from None
 
 
 def space_to_json(type: str, shape: tuple[int, ...], dtype: np.dtype[Any], low: Array, high: Array) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 
-_TURN = 25  # environment steps before the bare engine replays them
+_TURN = 25  # number of consecutive environment steps, which the bare engine then replays
 
 Rays: TypeAlias = tuple[Floats, Floats, float]
 """Ray origins [m] and directions, each of shape (num_envs, rays, 3), and the maximum range [m]."""
@@ -43,8 +43,8 @@ class BenchResult:
         decimation: Number of physics steps per environment step.
         steps: Number of measured steps.
         step_seconds: Median time of one ``step`` call [s], including the wrappers that ``gymnasium.make`` adds.
-        bare_seconds: Median time in which the bare engine replays a step, including the same lidar rays [s], or None if
-            the simulator does not provide a bare engine.
+        bare_seconds: Median time that the bare engine takes to replay a step, including the same lidar rays [s], or
+            None if the simulator does not provide a bare engine.
         ratio: ``step_seconds`` divided by ``bare_seconds``, or None without a bare engine.
         steps_per_second: Environment steps per second, summed over all environments.
         parts: Median time of each part of a step [s], keyed by the names in :data:`PARTS`.
@@ -68,7 +68,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
 
     Args:
         id: ID of the environment.
-        num_envs: Number of environments. Several environments are measured as a vector environment.
+        num_envs: Number of environments. If greater than 1, a vector environment is measured.
         steps: Minimum number of steps to measure, in addition to a warm-up of 10 % of this number.
         seed: Seed for the environment and the random actions.
         keywords: Keywords of the environment.
@@ -87,7 +87,7 @@ def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
     if not isinstance(env.unwrapped, (RobotEnv, RobotVectorEnv)):
         env.close()
         raise ConfigurationError(
-            f"'{id}' is not an environment of FRobs; only environments of FRobs can be compared with their engine."
+            f"'{id}' is not a FRobs environment; only FRobs environments can be compared with a bare engine."
         )
     return env
 
@@ -155,7 +155,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
 
 
 def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
-    """Start timing the parts of an environment, and recording its states and lidar rays.
+    """Start timing an environment's parts and recording its states and lidar rays.
 
     Returns:
         The stopwatch, the simulation's state before its latest step, and the first rays that each lidar has cast since
@@ -180,7 +180,7 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
 
 
 def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save a simulation's state before each step. The measurement does not include the time for saving."""
+    """Save a simulation's state before each step. The time for saving is not measured."""
     step = simulation.step
 
     def saved(*args: Any) -> Any:

@@ -20,7 +20,7 @@ class TrainingBenchResult:
         id: The environment's ID.
         algorithm: Name of the algorithm.
         num_envs: Number of environments stepped together.
-        steps: Number of environment steps measured after the warm-up, summed over all environments.
+        steps: Number of environment steps measured after the warm-up, in all environments together.
         steps_per_second: Environment steps per second during the measured part of the training run.
         parts: Time of each part per 1,000 environment steps [s]: ``simulation`` (stepping and resetting the
             environments), the parts that the algorithm defines (``inference``, ``updates``, ``storage``), and

@@ -17,7 +17,7 @@ COMMANDS = (
     ),
     Command(
         name="bench",
-        summary="Measure where the time of a step or a training run goes, and how speed scales.",
+        summary="Measure the time of each part of a step or training run, and how the speed scales.",
         function="frobs_devkit.cli.bench:bench",
         heading="Verify",
     ),

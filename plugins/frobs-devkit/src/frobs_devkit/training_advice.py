@@ -31,7 +31,7 @@ _SIZES_SECONDS = 2.0
 _UPDATES_SECONDS = 1.0
 """Time to measure the updates for each tested number of threads [s]."""
 
-_CHANGES_LEARNING = "This changes what is learned, so check the result of the training again."
+_CHANGES_LEARNING = "This setting also affects the learned policy, so evaluate the policy again."
 
 
 def advise(config: RunConfig, measured: MeasuredTraining) -> dict[str, str]:
@@ -150,7 +150,7 @@ def _time_updates(config: RunConfig, threads: int) -> float:
     """Return the median time of a round of updates with the given number of PyTorch threads [s]."""
     settings = {**config.algorithm_config, "torch_threads": threads}
     changed = config.model_copy(update={"algorithm_config": settings})
-    torch = sys.modules["torch"]  # the algorithm has imported it; the number of threads is global
+    torch = sys.modules["torch"]  # the algorithm has already imported PyTorch, whose number of threads is global
     before = torch.get_num_threads()
     try:
         return median(measure_training(changed, seconds=_UPDATES_SECONDS, limit=2 * _UPDATES_SECONDS).calls[UPDATES])

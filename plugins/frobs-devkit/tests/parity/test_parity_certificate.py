@@ -172,7 +172,7 @@ def test_an_engine_that_raises_fails_and_the_rest_goes_on(isolated_plugins: Call
 
 @pytest.mark.parametrize("simulators", [["mujoco"], []])
 def test_one_simulator_is_not_enough(simulators: list[str]) -> None:
-    with pytest.raises(ConfigurationError, match="choose at least two"):
+    with pytest.raises(ConfigurationError, match="at least two simulators, got"):
         measure_parity(ID, simulators)
 
 
@@ -189,7 +189,7 @@ def test_an_unknown_measurement_is_named() -> None:
 
 
 def test_an_environment_of_others_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="'CartPole-v1' is not an environment of FRobs"):
+    with pytest.raises(ConfigurationError, match="'CartPole-v1' is not a FRobs environment"):
         measure_parity("CartPole-v1", ["mujoco", "mujoco"])
 
 

@@ -26,24 +26,24 @@ test_a_sound_goal_environment_passes = pytest_checks(
         ("ClosesOnce", "close_twice", "closed already"),
         ("DependsOnProcess", "fresh_process", "in a fresh process"),
         ("Float64Observation", "spaces_hold", r"float64\[3\], not float32\[3\]"),
-        ("LeavesSpace", "spaces_hold", r"leaves its space at \[\[0\]\]"),
+        ("LeavesSpace", "spaces_hold", r"is outside its space at the indices \[\[0\]\]"),
         ("NanInInfo", "values_finite", "distance"),
-        ("SharedMemory", "observations_share_no_memory", "same memory"),
+        ("SharedMemory", "observations_share_no_memory", "arrays that share memory"),
         ("SharedBatchMemory", "observations_share_no_memory", "the batch"),
-        ("ConstantElement", "observation_elements_vary", r"1 of 3 elements never change .*\[\[2\]\]"),
+        ("ConstantElement", "observation_elements_vary", r"1 of 3 elements are constant .*\[\[2\]\]"),
         ("ConstantGoal", "observation_elements_vary", "desired_goal"),
-        ("FlatGoal", "observation_elements_vary", r"_goal.*1 of 2 elements never change .*\[\[1\]\]"),
+        ("FlatGoal", "observation_elements_vary", r"_goal.*1 of 2 elements are constant .*\[\[1\]\]"),
         ("SeedIgnored", "same_seed_repeats", "second environment"),
         ("GlobalRandomState", "same_seed_repeats", "the observation"),
         ("OneStart", "seeds_differ", "seeds 0 and 1 begin with the same"),
         ("OneEpisode", "episodes_differ", "episodes 0 and 1"),
         ("KeepsVelocity", "reset_forgets_history", "after a few steps"),
         ("BooleanSuccess", "success_in_every_step", "must be 0.0 or 1.0"),
-        ("RareSuccess", "success_in_every_step", "must be in each"),
-        ("GoalRewardOff", "compute_reward_equals_step", "each step's goals"),
-        ("GoalNotVectorised", "compute_reward_equals_step", "all goals together"),
+        ("RareSuccess", "success_in_every_step", "must contain 'is_success' in every step"),
+        ("GoalRewardOff", "compute_reward_equals_step", "compute_reward for single goals"),
+        ("GoalNotVectorised", "compute_reward_equals_step", "compute_reward for a batch of goals"),
         ("GoalWithoutComputeReward", "compute_reward_equals_step", "needs compute_reward"),
-        ("GoalRewardsDistance", "compute_reward_equals_step", "is lower than that"),
+        ("GoalRewardsDistance", "compute_reward_equals_step", "a reached goal has a lower reward"),
         ("FloatPicture", "render_draws", "float64"),
         ("BlackPicture", "render_draws", "single color"),
         ("RenderMoves", "render_draws", "renders every step"),
@@ -53,7 +53,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
         ("FinalObservationLost", "same_step_equals_single", "environment"),
         ("TruncationLate", "same_step_equals_single", "environment"),
         ("TruncationLate", "next_step_equals_single", "environment"),
-        ("ResetStepCounts", "next_step_equals_single", "in which it resets"),
+        ("ResetStepCounts", "next_step_equals_single", "in which the environment is reset"),
         ("ResetsAll", "disabled_equals_single", "environment"),
     ],
 )
@@ -145,5 +145,5 @@ def test_what_only_changes_once_something_is_achieved_need_not_vary(monkeypatch:
     (check,) = (c for c in check_env("frobs/KobukiMaze-v0") if c.name == "observation_elements_vary")
     check.run()
     monkeypatch.setattr(Navigate, "late_terms", Task.late_terms)
-    with pytest.raises(CheckFailure, match=r"2 of 15 elements never change .*\[\[5\], \[6\]\]"):
+    with pytest.raises(CheckFailure, match=r"2 of 15 elements are constant .*\[\[5\], \[6\]\]"):
         check.run()

@@ -64,11 +64,11 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
     "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "which slows down every command"),
     "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is provided by"),
-    "prints": ("import_is_silent", add("print('hello')"), "stdout: it prints during its import: hello"),
+    "prints": ("import_is_silent", add("print('hello')"), "stdout: the plugin prints during its import: hello"),
     "complains": (
         "import_is_silent",
         add("import sys; sys.stderr.write('hello')"),
-        "stderr: it prints during its import: hello",
+        "stderr: the plugin prints during its import: hello",
     ),
     "changes_the_folder": ("import_changes_nothing", add("import os; os.chdir('/')"), "working directory"),
     "changes_the_folder_and_back": (
@@ -118,7 +118,11 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     "entry_point_of_another_kind": ("entry_points_load", change(":TASK", ":ALGORITHM"), "not a subclass of Task"),
     "taken_name": ("names_are_free", change('name="kit_algorithm"', 'name="ppo"'), "frobs-algos-sb3"),
     "no_summary": ("summaries_are_one_line", change('"a task"', '""'), "has no summary"),
-    "two_lines": ("summaries_are_one_line", change('"a task"', '"a\\ntask"'), "is not a short line"),
+    "two_lines": (
+        "summaries_are_one_line",
+        change('"a task"', '"a\\ntask"'),
+        "must be a single line of at most 120 characters",
+    ),
     "no_install_hint": ("summaries_are_one_line", change("pip install kit", ""), "install_hint"),
     "id_without_version": ("environments_are_complete", change("Reach-v0", "Reach"), "namespace/Name-v0"),
     "unknown_controller": ("environments_are_complete", change("joint_delta_position", "magic"), "magic"),

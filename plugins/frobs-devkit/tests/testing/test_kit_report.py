@@ -91,7 +91,7 @@ def test_an_expected_failure_must_fail() -> None:
     report = run_checks(CHECKS, expected_failures={"bad": "not yet", "good": "a rumour"})
     status = {result.name: (result.status, result.message) for result in report.results}
     assert status["bad"] == ("expected_failure", "not yet: it is 3 instead of 2")
-    assert status["good"] == ("failed", "it passes but was expected to fail: a rumour")
+    assert status["good"] == ("failed", "the check passes, but was expected to fail: a rumour")
     assert run_checks(CHECKS[1:2], expected_failures={"bad": "not yet"}).ok
     with pytest.raises(UnknownNameError, match="Did you mean 'good'"):
         run_checks(CHECKS, expected_failures={"goood": "a slip"})
@@ -117,7 +117,7 @@ def test_a_check_is_skipped_where_one_that_it_requires_has_failed() -> None:
 def test_a_failure_with_the_message_of_another_is_skipped() -> None:
     report = run_checks([CHECKS[3], Check("again", "It raises the same.", crash), CHECKS[1]])
     assert [result.status for result in report.results] == ["failed", "skipped", "failed"]
-    assert report.results[1].message == "it fails for the same reason as broken"
+    assert report.results[1].message == "the check fails for the same reason as broken"
 
 
 def test_pytest_skips_what_requires_a_check_that_failed() -> None:

@@ -9,7 +9,7 @@ PARALLEL_GRIPPER = Robot(
     name="parallel_gripper",
     home={"finger_joint": 0.0425},
     tcp="tcp",
-    # The gains overdamp the two fingers, which have a mass of 0.3 kg together. If an object stops the pads 1 cm before
+    # The gains overdamp the two fingers, whose combined mass is 0.3 kg. If an object stops the pads 1 cm before
     # the commanded position, each pad presses with 50 N. A pad never presses with more than half of the effort limit.
     gains=DriveGains(stiffness=10_000.0, damping=120.0),
     friction={"left_finger": 1.2, "right_finger": 1.2},

@@ -9,7 +9,7 @@ TWO_FINGER_HAND = Robot(
     name="two_finger_hand",
     home={"finger_joint": 0.04},
     tcp="tcp",
-    # The gains overdamp the two fingers, which have a mass of 0.2 kg together. If an object stops the pads 1 cm before
+    # The gains overdamp the two fingers, whose combined mass is 0.2 kg. If an object stops the pads 1 cm before
     # the commanded position, each pad presses with 50 N. A pad never presses with more than half of the effort limit.
     gains=DriveGains(stiffness=10_000.0, damping=100.0),
     friction={"left_finger": 1.2, "right_finger": 1.2},

@@ -57,9 +57,9 @@ class ClusterResourcesError(ConfigurationError):
         most = max((node.get("CPU", 0) for node in nodes), default=0)
         largest = max((node.get("memory", 0) for node in nodes), default=0)
         super().__init__(
-            f"a job needs {processors} processor{'s' if processors > 1 else ''} and {memory / 1e9:.1f} GB of memory, but the "
-            f"largest node has {most:.0f} and {largest / 1e9:.1f} GB; lower --cpus or --memory, use a smaller "
-            "algorithm_config.buffer_size, or add a larger node."
+            f"a job needs {processors} processor{'s' if processors > 1 else ''} and {memory / 1e9:.1f} GB of memory, "
+            f"but no node has enough of both (per node: at most {most:.0f} CPUs and {largest / 1e9:.1f} GB); lower "
+            "--cpus or --memory, use a smaller algorithm_config.buffer_size, or add a larger node."
         )
 
 
@@ -107,8 +107,8 @@ class ClusterSizeError(ConfigurationError):
         self.needed = needed
         self.available = available
         super().__init__(
-            f"num_env_runners × cpus_per_env_runner is {needed}, and the Ray cluster has {available} CPUs. Reduce one of "
-            "the settings, or add nodes with 'ray start --address=HOST:PORT'."
+            f"num_env_runners × cpus_per_env_runner is {needed}, but the Ray cluster has only {available} CPUs. Reduce "
+            "one of these settings, or add nodes with 'ray start --address=HOST:PORT'."
         )
 
 

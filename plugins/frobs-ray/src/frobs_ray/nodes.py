@@ -95,7 +95,9 @@ def examine_node(token: Path) -> tuple[dict[str, str], bool]:
 def describe_differences(here: Versions, there: Versions) -> list[str]:
     """Return a line for each version on a node that differs from the version on this machine."""
     return [
-        f"{name} is {there[name]} there and {version} here" if name in there else f"{name} {version} is missing there"
+        f"{name} is {there[name]} on the node and {version} on this machine"
+        if name in there
+        else f"{name} {version} is missing on the node"
         for name, version in here.items()
         if there.get(name) != version
     ]
@@ -104,7 +106,7 @@ def describe_differences(here: Versions, there: Versions) -> list[str]:
 def difference_here(expected: Versions) -> str:
     """Return how this node differs from the machine that submitted the job, or an empty string if it does not."""
     differences = describe_differences(expected, flat_versions())
-    return f"its node differs from the machine of this command: {'; '.join(differences)}." if differences else ""
+    return f"the node differs from the machine that submitted the job: {'; '.join(differences)}." if differences else ""
 
 
 @contextmanager

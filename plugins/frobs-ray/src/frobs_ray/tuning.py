@@ -46,7 +46,8 @@ _RESAMPLED = 0.25
 """Probability that population-based training samples a new value for a setting instead of varying the old value."""
 
 _FIXED = ("algorithm_config.policy_kwargs", "algorithm_config.n_steps", "algorithm_config.buffer_size")
-"""Settings that affect networks or buffers. A trial copies either all or none of these settings from a better trial."""
+"""Settings that affect networks or buffers. Population-based training copies these settings from a better trial without
+varying them."""
 
 _QUIET = {
     "TUNE_DISABLE_AUTO_CALLBACK_LOGGERS": "1",

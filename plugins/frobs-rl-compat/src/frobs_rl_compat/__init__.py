@@ -4,9 +4,9 @@
 - ``overlay/``: the replacements for ``gym`` and ``moveit_commander`` that old packages import
 - ``old_gym/``: implementation of the replacement for ``gym``
 - ``moveit/``: implementation of the replacement for ``moveit_commander``
-- ``manner.py``: conversion between old gym's API and Gymnasium's API
+- ``manner.py``: conversion between the old gym API and Gymnasium's API
 - ``wrapping.py``: mixin for wrappers that keep the API of the wrapped environment
-- ``models.py``: mixin for algorithms that also accept environments with old gym's API
+- ``models.py``: mixin for algorithms that also accept environments with the old gym API
 - ``migrate/``: conversion of a FRobs_RL package to a plugin for ``frobs migrate``
 
 Importing this package does not import any of these modules.

@@ -34,8 +34,8 @@ def legacy_variables() -> dict[str, str]:
     only if the originals are not installed.
 
     Raises:
-        RosNotFoundError: ROS is not installed, or not for this Python version. The error message lists the required
-            Debian packages.
+        RosNotFoundError: ROS is not installed, or is installed for a different Python version. The error message lists
+            the required Debian packages.
     """
     use_ros()
     installation = find_ros()
@@ -53,7 +53,7 @@ def legacy_variables() -> dict[str, str]:
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": packages,
-        "FROBS_PYTHON": sys.executable,  # the Python that runs the stand-ins' programs
+        "FROBS_PYTHON": sys.executable,  # Python interpreter that runs the stand-ins' programs
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }

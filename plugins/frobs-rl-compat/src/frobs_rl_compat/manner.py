@@ -1,8 +1,8 @@
-"""Conversion between the two environment APIs: old gym's and Gymnasium's.
+"""Conversion between the two environment APIs: the old gym API and the Gymnasium API.
 
-In Gymnasium's API, ``reset`` returns the observation and ``info``, and ``step`` returns five values. In old gym's API,
-``reset`` returns only the observation, and ``step`` returns four values, with ``done`` instead of ``terminated`` and
-``truncated``. An environment has old gym's API if its attribute ``has_gym_api`` is True.
+In Gymnasium's API, ``reset`` returns the observation and ``info``, and ``step`` returns five values. In the old gym
+API, ``reset`` returns only the observation, and ``step`` returns four values, with ``done`` instead of ``terminated``
+and ``truncated``. An environment has the old gym API if its attribute ``has_gym_api`` is True.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import gymnasium
 from frobs_core.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
-"""Key in old gym's ``info`` that indicates whether an episode was truncated."""
+"""Key in the ``info`` of old gym that indicates whether an episode was truncated."""
 
 
 def has_gym_api(env: Any) -> bool:
-    """Return whether an environment has old gym's API, in which ``step`` returns four values."""
+    """Return whether an environment has the old gym API, in which ``step`` returns four values."""
     return getattr(env, "has_gym_api", False) is True
 
 
 def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple[Any, Any, bool, dict[str, Any]]:
-    """Convert the five values that Gymnasium's ``step`` returns to old gym's four values."""
+    """Convert the five values of Gymnasium's ``step`` to the four values of the old gym API."""
     observation, reward, terminated, truncated, info = answer
     if truncated:
         info = {**info, TRUNCATED: not terminated}
@@ -34,14 +34,14 @@ def to_four_values(answer: tuple[Any, Any, bool, bool, dict[str, Any]]) -> tuple
 
 
 def understand_reset(answer: Any) -> tuple[Any, dict[str, Any]]:
-    """Convert the return value of ``reset`` in old gym's or Gymnasium's API to ``(observation, info)``."""
+    """Convert the return value of ``reset`` in the old gym API or the Gymnasium API to ``(observation, info)``."""
     if isinstance(answer, tuple) and len(answer) == 2 and isinstance(answer[1], dict):
         return answer
     return answer, {}
 
 
 def understand_step(env: Any, answer: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-    """Convert the return value of ``step`` in old gym's or Gymnasium's API to Gymnasium's five values.
+    """Convert the return value of ``step`` in the old gym API or the Gymnasium API to Gymnasium's five values.
 
     Raises:
         ConfigurationError: ``step`` returned neither four nor five values.
@@ -77,7 +77,7 @@ def to_gymnasium(env: Any) -> Any:
 
 
 class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """Wrapper that converts an environment with old gym's API to Gymnasium's API.
+    """Wrapper that converts an environment with the old gym API to Gymnasium's API.
 
     Args:
         env: The environment, which may accept a seed in ``reset``, have a ``seed`` method, or not support seeding.

@@ -8,7 +8,7 @@ from frobs_rl_compat.manner import forwarded, has_gym_api, to_four_values, to_gy
 
 
 class KeepsApi:
-    """Mixin that makes a Gymnasium wrapper support old gym's API and keep the API of the wrapped environment.
+    """Mixin that makes a Gymnasium wrapper support the old gym API and keep the API of the wrapped environment.
 
     Args:
         env: The environment to wrap, whose attributes are accessible through the wrapper.

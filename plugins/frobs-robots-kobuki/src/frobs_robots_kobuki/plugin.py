@@ -10,7 +10,7 @@ def frobs_robots() -> list[RobotRecord]:
     return [
         RobotRecord(
             name="kobuki",
-            summary="Kobuki: two driven wheels, a lidar all around, a bumper",
+            summary="Kobuki: two driven wheels, a 360° lidar and a bumper",
             entry_point="frobs_robots_kobuki.kobuki:KOBUKI",
             install_hint="pip install frobs-robots-kobuki",
         )

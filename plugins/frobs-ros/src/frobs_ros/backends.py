@@ -26,26 +26,26 @@ DEFAULT_BRIDGE = "bridge:mujoco"
 TREATMENT: Mapping[str, tuple[str, str]] = {
     "paused": ("honored", "honored"),
     "use_sim_time": ("honored", "honored"),
-    "gui": ("honored; ignored with a warning if there is no display", "as on Gazebo"),
-    "recording": ("honored: Gazebo writes a state log", "an error: the bridge does not write state logs"),
+    "gui": ("honored; without a display, the option is ignored with a warning", "as on Gazebo"),
+    "recording": ("honored: Gazebo writes a state log", "rejected: the bridge does not write state logs"),
     "debug": (
         "honored: gzserver runs under gdb",
-        "emulated: tracebacks are printed, also after crashes in native code",
+        "emulated: tracebacks are printed, even after crashes in native code",
     ),
     "verbose": ("honored", "honored"),
     "output": ("honored", "honored"),
-    "custom_world_path": ("honored", "honored; unsupported SDF elements are an error"),
+    "custom_world_path": ("honored", "honored; unsupported SDF elements raise an error"),
     "custom_world_pkg": ("honored", "honored"),
     "custom_world_name": ("honored", "honored"),
     "respawn_gazebo": ("honored", "emulated: the bridge is restarted with an empty world"),
     "pub_clock_frequency": ("honored", "honored"),
     "server_required": (
         "honored: the whole launch ends when gzserver ends",
-        "emulated: the launch consists only of the bridge",
+        "emulated: the bridge is the only process of the launch",
     ),
     "gui_required": (
-        "honored; an error if there is no display",
-        "an error: the bridge continues after its window is closed",
+        "honored; without a display, the option is rejected",
+        "rejected: the bridge keeps running after its window is closed",
     ),
     "launch_new_term": (
         "honored; without xterm or a display, the output goes to a log file, whose path is logged",
@@ -106,21 +106,25 @@ def check(launch: Launch, backend: str) -> None:
     """
     if launch.clock_frequency < 0:
         raise ParameterValueError(
-            "pub_clock_frequency", launch.clock_frequency, "at least 0 [Hz], where 0 means every physics step"
+            "pub_clock_frequency",
+            launch.clock_frequency,
+            "at least 0 Hz; 0 publishes the time after every physics step",
         )
     if launch.respawn and (launch.server_required or launch.gui_required):
         raise ConflictingOptionsError(["respawn_gazebo", "server_required or gui_required"])
     if launch.gui_required and not launch.gui:
         raise MissingSettingError("gui_required", "gui")
     if launch.gui_required and not has_display():
-        raise ConfigurationError("gui_required needs a display, but there is none.")
+        raise ConfigurationError(
+            "gui_required requires a display, but none is available; set DISPLAY or omit gui_required."
+        )
     if backend == GAZEBO:
         return
     for name, given in (("recording", launch.recording), ("gui_required", launch.gui_required)):
         if given:
             raise ConfigurationError(
-                f"{name} is not supported by the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; omit it "
-                f"or choose {VARIABLE}=gazebo."
+                f"{name} is not supported by the backend '{backend}': {TREATMENT[name][1].partition(': ')[2]}; omit "
+                f"this option or set {VARIABLE}=gazebo."
             )
 
 
@@ -132,7 +136,7 @@ def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
     """
     gui = launch.gui and has_display()
     if launch.gui and not gui:
-        LOG.warning("Gazebo opens no window because there is no display")
+        LOG.warning("the simulation opens no window because no display is available")
     return _gazebo(launch, gui) if backend == GAZEBO else _bridge(launch, backend, gui)
 
 
@@ -151,7 +155,7 @@ def _gazebo(launch: Launch, gui: bool) -> tuple[list[str], dict[str, str]]:
     words += [f"world_name:={launch.world}"] if launch.world else []
     variables = child_variables()
     if shutil.which("gzserver", path=variables["PATH"]) is None:
-        raise ProcessError("Gazebo", "the program 'gzserver' is not installed; see 'frobs doctor ros'")
+        raise ProcessError("Gazebo", "the program 'gzserver' is not installed; run 'frobs doctor ros' for details")
     return words, variables
 
 
@@ -162,7 +166,7 @@ def _bridge(launch: Launch, backend: str, gui: bool) -> tuple[list[str], dict[st
     words += ["--gui"] if gui else []
     words += ["--verbose"] if launch.verbose or launch.debug else []
     words += ["--world", str(launch.world)] if launch.world else []
-    variables = dict(os.environ)  # so that the bridge can import the packages of this Python
+    variables = dict(os.environ)  # lets the bridge import the same packages as this process
     if launch.debug:
         variables["FROBS_DEBUG"] = "1"
     return words, variables

@@ -55,7 +55,7 @@ PROGRAMS = (
 ROS_PACKAGES = (
     ("robot_state_publisher", "ros-robot-state-publisher", "frames, in your launch files", False),
     ("joint_state_publisher", "joint-state-publisher", "joint states set manually", False),
-    ("gazebo_ros", "", "Gazebo's interface in ROS; the bridge replaces it if missing", False),
+    ("gazebo_ros", "", "Gazebo's ROS interface; if missing, the bridge replaces it", False),
 )
 
 
@@ -127,9 +127,9 @@ def examine_ros() -> RosReport:
     answers = not trouble and is_online()
     advice = [trouble] if trouble else []
     if missing:
-        advice.append(f"To install all of them: apt-get install {' '.join(missing)}")
+        advice.append(f"To install all missing packages: apt-get install {' '.join(missing)}")
     if usable and not linked:
-        advice.append("Python cannot import rospy directly; start scripts with 'frobs legacy run' (frobs-rl-compat)")
+        advice.append("Python cannot import rospy directly; run scripts with 'frobs legacy run' from frobs-rl-compat")
     advice.append(f"A ROS master {'answers' if answers else 'does not answer'} at {master_uri()}")
     return RosReport(
         usable=usable,

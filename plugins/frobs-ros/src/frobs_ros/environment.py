@@ -63,7 +63,7 @@ def find_ros() -> RosInstallation | None:
     """
     spec = importlib.util.find_spec("rospy")
     if spec is not None and spec.origin is not None:
-        modules = Path(spec.origin).resolve().parents[1]  # follows symbolic links to find the rest of ROS
+        modules = Path(spec.origin).resolve().parents[1]  # resolve symbolic links to find the rest of ROS
         return RosInstallation(_prefix(modules), modules)
     for prefix in (DISTRIBUTION, SYSTEM):
         modules = prefix / "lib" / "python3" / "dist-packages"
@@ -88,7 +88,7 @@ def links_to_ros() -> dict[str, Path]:
     """
     installation = find_ros()
     if installation is None:
-        raise RosNotFoundError("no module 'rospy' is installed on this machine", PACKAGES)
+        raise RosNotFoundError("the Python module 'rospy' is not installed", PACKAGES)
     return links_to_modules([installation.modules, SYSTEM / "lib" / "python3" / "dist-packages"])
 
 

@@ -1,17 +1,18 @@
 """ROS-related exceptions, in addition to the exceptions in :mod:`frobs_core.errors`.
 
-SimulationError                 from the core
-└── RosError                    ROS, or a program that ROS runs, failed
-    ├── RosNotFoundError        ROS is not installed for this version of Python
-    ├── MasterError             no ROS master answers, or the master rejects a request
-    ├── ServiceError            a service does not exist, cannot be reached, or rejected a request
-    ├── PackageNotFoundError    a ROS package does not exist, or does not contain a file
-    └── ProcessError            a process did not start, or ended immediately
+``RosError`` is a SimulationError of the core, and the base class of these exceptions:
 
-ConfigurationError              from the core
-├── ControllerError             a ROS controller cannot be loaded, started or used
-├── TrajectoryError             a trajectory message cannot be executed
-└── GazeboElementError          a <gazebo> element of a model file cannot be used
+- ``RosNotFoundError``: ROS is not installed for this version of Python.
+- ``MasterError``: No ROS master answers, or the master rejects a request.
+- ``ServiceError``: A service does not exist, cannot be reached, or rejected a request.
+- ``PackageNotFoundError``: A ROS package does not exist, or does not contain a file.
+- ``ProcessError``: A process did not start, or ended immediately.
+
+These exceptions are subclasses of the core's ConfigurationError:
+
+- ``ControllerError``: A ROS controller cannot be loaded, started, stopped or used.
+- ``TrajectoryError``: A trajectory message cannot be executed.
+- ``GazeboElementError``: A ``<gazebo>`` element of a model file cannot be used.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class RosNotFoundError(RosError):
         self.reason = reason
         self.packages = tuple(packages)
         install = f" Install it with 'apt-get install {' '.join(self.packages)}'." if self.packages else ""
-        super().__init__(f"ROS cannot be used: {reason}.{install} 'frobs doctor ros' lists all missing parts.")
+        super().__init__(f"ROS cannot be used: {reason}.{install} Run 'frobs doctor ros' to list all missing parts.")
 
 
 class MasterError(RosError):
@@ -53,8 +54,10 @@ class MasterError(RosError):
     def __init__(self, uri: str, reason: str | None = None) -> None:
         self.uri = uri
         self.reason = reason
-        what = f"the ROS master at {uri} rejects the request: {reason}" if reason else f"no ROS master answers at {uri}"
-        remedy = "" if reason else "; start one with 'roscore', or set ROS_MASTER_URI to its address"
+        what = (
+            f"the request to the ROS master at {uri} failed: {reason}" if reason else f"no ROS master answers at {uri}"
+        )
+        remedy = "" if reason else ". Run 'roscore' to start a master, or set ROS_MASTER_URI to a running master"
         super().__init__(f"{what}{remedy}.")
 
 
@@ -96,8 +99,8 @@ class PackageNotFoundError(RosError):
             super().__init__(f"the ROS package '{package}' has no file {file}.{hint or there}")
         else:
             super().__init__(
-                f"no ROS package is named '{package}'.{hint} Searched {', '.join(self.searched) or 'no folder'}; "
-                "source the workspace's setup.bash, or add the folder that contains it to ROS_PACKAGE_PATH."
+                f"no ROS package is named '{package}'.{hint} Searched {', '.join(self.searched) or 'no folder'}. "
+                "Source the workspace's setup.bash, or add the folder that contains the package to ROS_PACKAGE_PATH."
             )
 
 
@@ -129,7 +132,7 @@ class ControllerError(ConfigurationError):
     def __init__(self, controller: str, reason: str) -> None:
         self.controller = controller
         self.reason = reason
-        super().__init__(f"controller '{controller}' {reason}")
+        super().__init__(f"controller '{controller}': {reason}")
 
 
 class TrajectoryError(ConfigurationError):

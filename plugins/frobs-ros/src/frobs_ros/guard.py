@@ -89,7 +89,7 @@ def _start(command: list[str]) -> subprocess.Popen[bytes]:
     libc = ctypes.CDLL(None, use_errno=True)
 
     def prepare() -> None:
-        libc.prctl(_SET_PDEATHSIG, signal.SIGTERM)  # in case this guard itself is killed
+        libc.prctl(_SET_PDEATHSIG, signal.SIGTERM)  # ends the command if the guard itself is killed
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 

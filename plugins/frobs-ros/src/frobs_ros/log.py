@@ -21,7 +21,7 @@ LOG = logging.getLogger("rosout.frobs_ros")
 
 
 refused: dict[str, FrobsError] = {}
-"""Errors of functions decorated with ``answers(…, vital=True)`` whose last call failed, by function name."""
+"""Error of each ``vital`` function whose last call failed, by function name. See :func:`answers`."""
 
 _constructing: ContextVar[bool] = ContextVar("constructing", default=False)
 

@@ -24,7 +24,7 @@ def master_uri() -> str:
 def is_online() -> bool:
     """Return whether a ROS master answers."""
     use_ros()
-    # Unlike rosgraph's check, this closes the connection immediately. The answer may come from any kind of server.
+    # Unlike rosgraph's check, this check closes the connection immediately. Any kind of server may answer.
     with contextlib.suppress(Exception), xmlrpc.client.ServerProxy(master_uri()) as proxy:
         status, *_ = cast("list[Any]", proxy.getPid("/frobs"))
         return bool(status == 1)
@@ -69,7 +69,8 @@ def ensure(*, terminal: bool = False) -> processes.Process | None:
         return None
     if not is_local(os.environ):
         raise MasterError(
-            master_uri(), "it does not answer, and it cannot be started from here because it is on another machine"
+            master_uri(),
+            "the master does not answer; start it on its own machine, or set ROS_MASTER_URI to another master",
         )
     port = str(urlparse(master_uri()).port or urlparse(MASTER_URI).port)
     process = processes.start(

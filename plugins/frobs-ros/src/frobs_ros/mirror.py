@@ -106,14 +106,14 @@ class Mirror:
         trained = bundle.manifest["environment"]
         if trained["wrappers"]:
             raise ConfigurationError(
-                f"{bundle.path} was trained with wrappers ({', '.join(map(str, trained['wrappers']))}), which are not "
-                "in the bundle; train with the algorithm's normalization, and export again."
+                f"{bundle.path} was trained with the wrappers {', '.join(map(str, trained['wrappers']))}, which policy "
+                "bundles do not contain; train with the algorithm's normalization instead, and export the policy again."
             )
         images = bundle.manifest["observation"].get("images") or {}
         if images:  # the mirror's camera would show the simulation, not the view of the robot's camera
             names = ", ".join(f"'{name}'" for name in images)
             raise ConfigurationError(
-                f"{bundle.path} uses the images {names}, which this command does not support; run it with "
+                f"{bundle.path} uses the images {names}, but this command does not support images; run the policy with "
                 "frobs_deploy.Policy and pass the images of the robot's camera to act()."
             )
         keywords = {**trained["keywords"], "simulator": simulator, "num_threads": 1}
@@ -186,7 +186,7 @@ class Mirror:
         batch = np.asarray(action)[None]
         values = self.env.controller.apply(batch if batch.dtype.kind in "iu" else batch.astype(np.float64))
         handle.command(values)
-        self.env.simulation.step(self.env.decimation)  # updates contacts and time for the task
+        self.env.simulation.step(self.env.decimation)  # updates the contacts and the time for the task
         last = np.asarray(values if values.ndim == 2 else values[:, -1])[0]
         fastest = self._speed * handle.velocity_limit[0]
         mode = handle.command_mode

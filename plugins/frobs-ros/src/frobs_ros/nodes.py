@@ -67,7 +67,9 @@ def shut_down(name: str) -> None:
     try:
         _node(name).shutdown(_CALLER, "ended by ros_kill_node")
     except (OSError, xmlrpc.client.Error) as error:
-        raise RosError(f"the node {name} does not answer: {error}; 'rosnode cleanup' removes dead nodes.") from error
+        raise RosError(
+            f"the node {name} does not answer: {error}; run 'rosnode cleanup' to remove dead nodes."
+        ) from error
 
 
 def _node(name: str) -> Any:
@@ -77,5 +79,5 @@ def _node(name: str) -> Any:
         uri = connect().lookupNode(name)
     except rosgraph.MasterError as error:
         known = ", ".join(sorted(names())) or "none"
-        raise MasterError(master_uri(), f"there is no node '{name}'; the nodes are: {known}") from error
+        raise MasterError(master_uri(), f"no node is named '{name}'; registered nodes: {known}") from error
     return xmlrpc.client.ServerProxy(uri, transport=_Timed())

@@ -65,8 +65,8 @@ def make_overlay(links: Mapping[str, Path]) -> Path:
                 raise
     except OSError as error:
         raise RosNotFoundError(
-            f"links to its modules cannot be made in {folder.parent}: {error.strerror}; set XDG_CACHE_HOME to a folder "
-            "that you can write to"
+            f"links to ROS's Python modules cannot be created in {folder.parent}: {error.strerror}; "
+            "set XDG_CACHE_HOME to a writable folder"
         ) from error
     return folder
 
@@ -114,7 +114,7 @@ def environment_has(name: str) -> bool:
     spec = PathFinder.find_spec(name, path)
     return (
         spec is not None and spec.origin is not None
-    )  # a module without an origin is a namespace package, which may be any folder
+    )  # any folder without an __init__.py can be imported as a namespace package, which has no origin
 
 
 def _modules_of_ros(folder: Path) -> Iterator[str]:

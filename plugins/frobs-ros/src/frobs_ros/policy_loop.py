@@ -30,8 +30,8 @@ class RobotSilentError(FrobsError):
     def __init__(self, missing: str, seconds: float) -> None:
         self.missing, self.seconds = missing, seconds
         super().__init__(
-            f"no {missing} for {seconds:.2g} s; the robot was commanded to hold its position. Check that the robot is "
-            "running and publishes them, or allow more time with --timeout."
+            f"no {missing} received for {seconds:.2g} s; the robot was commanded to hold its position. Check that the "
+            "robot publishes its measurements, or allow more time with --timeout."
         )
 
 
@@ -95,7 +95,7 @@ def act(
             now = robot.now()
             state = robot.state() or state
             new = robot.new_goal()
-            if new is not None or now < last:  # the clock goes back when a simulation is reset
+            if new is not None or now < last:  # resetting a simulation sets the clock back
                 goal = goal if new is None else new
                 begin(goal)
                 report.restarts += 1

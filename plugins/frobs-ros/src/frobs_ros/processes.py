@@ -126,10 +126,14 @@ class Process:
         until = time.monotonic() + timeout
         while not ready():
             if not self.is_running:
-                raise ProcessError(self.name, f"it ended immediately with exit code {self.returncode}", self.output())
+                raise ProcessError(
+                    self.name, f"the process ended immediately with exit code {self.returncode}", self.output()
+                )
             if time.monotonic() > until:
                 self.stop()
-                raise ProcessError(self.name, f"it was not ready after {timeout:g} s and was ended", self.output())
+                raise ProcessError(
+                    self.name, f"the process was not ready after {timeout:g} s and was stopped", self.output()
+                )
             time.sleep(_POLL)
 
 
@@ -175,7 +179,7 @@ def start(
     words = [str(word) for word in command]
     program = shutil.which(words[0], path=variables.get("PATH"))
     if program is None:
-        raise ProcessError(name, f"the program '{words[0]}' is not installed; see 'frobs doctor ros'")
+        raise ProcessError(name, f"the program '{words[0]}' is not installed; run 'frobs doctor ros' for details")
     words[0] = program
     options = ["--grace", str(grace), *(["--respawn"] if respawn else [])]
     log = None

@@ -1,6 +1,6 @@
 """Implements FRobs_RL's ``RobotBasicEnv``, a Gymnasium environment for a robot in Gazebo or in the bridge.
 
-``RobotBasicEnv`` is intended for porting FRobs_RL environments. It does not use FRobs's simulators, robots,
+``RobotBasicEnv`` is intended for porting FRobs_RL environments. The class does not use FRobs's simulators, robots,
 controllers, tasks or algorithms. Subclasses implement six hook methods.
 """
 
@@ -104,7 +104,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         RosError: A ROS program did not start or rejected a request. The message contains details.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - same declaration as in Gymnasium
     _open: ClassVar[weakref.WeakSet[RobotBasicEnv]] = weakref.WeakSet()
 
     _is_constructing = False
@@ -220,7 +220,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         ]  # several environments may share a master
         if not processes.stop(ours):
             LOG.warning(
-                "not all processes of the environment could be ended: %s", [p.name for p in ours if p.is_running]
+                "some processes of the environment could not be stopped: %s", [p.name for p in ours if p.is_running]
             )
         super().close()
 
@@ -258,13 +258,13 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         """Wait until the required topics and services exist. Subclasses must implement this method."""
         raise NotImplementedError(
             f"{type(self).__name__} must implement _check_subs_and_pubs_connection, which waits for topics and "
-            "services; return True if it needs none"
+            "services and returns True when all of them exist"
         )
 
     def _set_episode_init_params(self) -> None:
         """Prepare an episode, with random poses and goals from ``np_random``. Subclasses must implement this method."""
         raise NotImplementedError(
-            f"{type(self).__name__} must implement _set_episode_init_params, which prepares an episode"
+            f"{type(self).__name__} must implement _set_episode_init_params, which prepares the next episode"
         )
 
 

@@ -86,7 +86,9 @@ class RobotSettings:
         if int(self.num_gazebo_steps) != self.num_gazebo_steps or self.num_gazebo_steps < 1:
             raise ParameterValueError("num_gazebo_steps", self.num_gazebo_steps, "an integer of at least 1")
         if self.step_mode == 1 and self.num_gazebo_steps != 1:
-            LOG.warning("num_gazebo_steps=%d is ignored: step_mode 1 uses the clock", self.num_gazebo_steps)
+            LOG.warning(
+                "num_gazebo_steps=%d is ignored because step_mode 1 does not count physics steps", self.num_gazebo_steps
+            )
         for name in ("gazebo_max_freq", "gazebo_timestep"):
             value = getattr(self, name)
             if value is not None and not (value > 0 or (value == 0 and name == "gazebo_max_freq")):

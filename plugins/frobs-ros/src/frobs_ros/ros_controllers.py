@@ -203,7 +203,9 @@ def _why_not_loaded(controller: str, ns: str | None) -> str:
     parameter = join(ns, controller, "type")
     master = connect()
     if not master.hasParam(parameter):
-        return f"the parameter {parameter} is missing; load the controllers' YAML file into {join(ns)} first"
+        return (
+            f"the parameter {parameter} is missing; load the controllers' YAML file into the namespace {join(ns)} first"
+        )
     kind = master.getParam(parameter)
     types = call(join(ns, "controller_manager", "list_controller_types"), ListControllerTypes).types
     if kind not in types:

@@ -100,7 +100,7 @@ def ros_kill_master() -> bool:
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
-        raise MasterError(master.master_uri(), "this process did not start it, so it is not ended")
+        raise MasterError(master.master_uri(), "this process did not start the master, so it does not stop the master")
     return ended
 
 
@@ -137,7 +137,7 @@ def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | N
 
     Python nodes from other packages run with this Python, which can import the modules that the packages require. ROS's
     own nodes run with the system's Python. For ROS's own nodes and for nodes that are not Python scripts, None is
-    returned instead of environment variables, and selects the variables for ROS programs.
+    returned instead of environment variables, which selects the variables for ROS programs.
     """
     with program.open("rb") as file:
         first = file.readline(200)

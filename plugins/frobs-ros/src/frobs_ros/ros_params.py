@@ -28,7 +28,7 @@ def _load(path: Path, ns: str) -> bool:
     """Load a file like ``rosparam load``, including angles such as ``deg(90)``, and keep all other parameters."""
     for parameters, namespace in _read(path, ns):
         if not isinstance(parameters, dict):
-            raise ConfigFileError(path, None, "it must contain a mapping of parameters.")
+            raise ConfigFileError(path, None, "the file must contain a mapping of parameter names to values.")
         master = connect()
         for name, value in _leaves(parameters):
             master.setParam(join(namespace, name), value)

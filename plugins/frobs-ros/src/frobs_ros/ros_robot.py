@@ -76,7 +76,7 @@ class RosRobot:
         topics = topics or Topics()
         if len(mirror.lidars) > 1:
             raise ConfigurationError(
-                f"the policy uses several lidars: {', '.join(mirror.lidars)}; only one is supported."
+                f"the policy uses the lidars {', '.join(mirror.lidars)}, but only one lidar is supported."
             )
         self._lock = threading.Lock()
         self._began = time.monotonic()
@@ -117,7 +117,9 @@ class RosRobot:
         given = rospy.get_param(self._name(f"{controller}/type"), None)
         if given is None:
             raise ControllerError(
-                controller, f"is not loaded in {self._namespace or '/'}; loaded controllers: {self._controllers()}"
+                controller,
+                f"the controller is not loaded in the namespace {self._namespace or '/'}; "
+                f"loaded controllers: {self._controllers()}",
             )
         self._check_running(controller)
         if "DiffDrive" in given and drive is not None:
@@ -125,13 +127,16 @@ class RosRobot:
         takes = _MODES.get(given.partition("_")[0])
         if takes is not mode:
             raise ControllerError(
-                controller, f"is a {given}, but the policy commands {mode.value}s; load one that accepts them."
+                controller,
+                f"the type {given} does not accept the policy's {mode.value} commands; choose a controller that "
+                "accepts them.",
             )
         self._order = list(rospy.get_param(self._name(f"{controller}/joints"), list(self._mirror.joint_names)))
         if sorted(self._order) != sorted(self._mirror.joint_names):
             raise ControllerError(
                 controller,
-                f"moves {', '.join(self._order)}, but the policy moves {', '.join(self._mirror.joint_names)}.",
+                f"the controller moves the joints {', '.join(self._order)}, but the policy moves the joints "
+                f"{', '.join(self._mirror.joint_names)}.",
             )
         topic = self._name(f"{controller}/command")
         if "JointTrajectory" in given:
@@ -140,7 +145,7 @@ class RosRobot:
             return rospy.Publisher(topic, Float64MultiArray, queue_size=1), self._group
         raise ControllerError(
             controller,
-            f"is a {given}, which moves a single joint; load a JointTrajectoryController or a JointGroup… controller.",
+            f"the type {given} moves a single joint; choose a JointTrajectoryController or a JointGroup… controller.",
         )
 
     def _check_running(self, controller: str) -> None:
@@ -155,8 +160,8 @@ class RosRobot:
             running = ", ".join(sorted(name for name, state in states.items() if state == "running"))
             raise ControllerError(
                 controller,
-                f"is {states.get(controller, 'not loaded')}; running controllers: {running or '(none)'}. "
-                "Start it first: ros_controllers.start_controllers_srv, or rosservice call …/switch_controller.",
+                f"the controller is {states.get(controller, 'not loaded')}; running controllers: {running or '(none)'}"
+                ". Start the controller with ros_controllers.start_controllers_srv or the service switch_controller.",
             )
 
     def _controllers(self) -> str:

@@ -32,7 +32,9 @@ def init_robot_state_pub(
     """
     description = join(namespace, _DESCRIPTION)
     if not connect().hasParam(description):
-        raise MasterError(master_uri(), f"there is no parameter {description}; load the robot's URDF into it first")
+        raise MasterError(
+            master_uri(), f"the parameter {description} does not exist; load the robot's URDF into this parameter first"
+        )
     if max_pub_freq is not None and not max_pub_freq > 0:
         raise ParameterValueError("max_pub_freq", max_pub_freq, "above 0 [Hz]")
     rate = (f"_publish_frequency:={max_pub_freq}",) if max_pub_freq is not None else ()

@@ -82,7 +82,7 @@ def xacro_arguments(arguments: Sequence[str] | None) -> Mapping[str, str]:
         ConfigurationError: An argument does not have the form ``name:=value``.
     """
     if isinstance(arguments, str):
-        raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value', not a string")
+        raise ParameterValueError("xacro arguments", arguments, "a list of 'name:=value' strings, not a single string")
     found = {}
     for argument in arguments or ():
         name, assigned, value = str(argument).partition(":=")

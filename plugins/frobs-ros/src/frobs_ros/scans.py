@@ -25,15 +25,15 @@ def rays_of(scan: Any, lidar: Lidar) -> Floats:
     wanted = np.arctan2(lidar.directions[:, 1], lidar.directions[:, 0])
     step = scan.angle_increment
     if not len(ranges) or step == 0.0:
-        raise ConfigurationError("the scan has no beams, or the angle between them is 0.")
+        raise ConfigurationError("the laser scan has no beams, or its angle_increment is 0.")
     beams = scan.angle_min + step * np.arange(len(ranges))
     off = np.abs((beams[None] - wanted[:, None] + math.pi) % (2.0 * math.pi) - math.pi)
     nearest = off.argmin(axis=1)
     missed = off[np.arange(len(wanted)), nearest] > 0.51 * abs(step)
     if missed.any():
         raise ConfigurationError(
-            f"the scan has no beam at {np.degrees(wanted[missed.argmax()]):.0f}°, where the policy's lidar has a ray; "
-            f"its beams range from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
+            f"the policy requires a laser beam at {np.degrees(wanted[missed.argmax()]):.0f}°, but the scan has none; "
+            f"the scan ranges from {math.degrees(beams[0]):.0f}° to {math.degrees(beams[-1]):.0f}°."
         )
     read: Floats = ranges[nearest]
     return read

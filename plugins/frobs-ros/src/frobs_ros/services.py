@@ -73,7 +73,11 @@ def wait_for(name: str, timeout: float | None = None) -> None:
     if name in _connections():
         return
     if not processes.wait_for(lambda: is_offered(name), patience() if timeout is None else timeout):
-        raise ServiceError(name, f"it is not available; is Gazebo or the bridge running with {master_uri()}?")
+        raise ServiceError(
+            name,
+            "the service is not available; check that Gazebo or the bridge is running with the ROS master "
+            f"{master_uri()}",
+        )
 
 
 def is_open(name: str) -> bool:

@@ -31,7 +31,7 @@ DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
 """Default maximum publishing rate [Hz]."""
 
-_AHEAD = 0.5  # how far the stamps of fixed joints on /tf are in the future [s]
+_AHEAD = 0.5  # offset of the time stamps of fixed joints on /tf into the future [s]
 _QUEUE = 100  # messages, as in tf2's broadcasters
 
 
@@ -43,7 +43,7 @@ def read_joints(text: str, source: str) -> tuple[Joint, ...]:
     """
     root = parse_xml(text, Path(source))
     if root.tag != "robot":
-        root.refuse("a robot description must be a URDF with <robot> as its first element.")
+        root.refuse("the robot description must be a URDF, whose root element is <robot>.")
     links, elements = check_unique(root.children("link")), check_unique(root.children("joint"))
     joints = [read_joint(element, links, elements) for element in elements.values()]
     check_tree(links, joints, elements, root)
@@ -246,7 +246,7 @@ def read_description() -> tuple[Joint, ...]:
         parameter = master.searchParam(DESCRIPTION)
         text = master.getParam(parameter)
     except (rosgraph.MasterError, KeyError) as error:
-        missing = f"there is no parameter {join(namespace, DESCRIPTION)}; load the robot's URDF into it first"
+        missing = f"the parameter {join(namespace, DESCRIPTION)} does not exist; load the robot's URDF into it first"
         raise MasterError(master_uri(), missing) from error
     return read_joints(str(text), parameter)
 

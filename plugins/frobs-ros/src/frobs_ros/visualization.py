@@ -20,8 +20,8 @@ PATH, MARKERS = "path", "visualization_marker_array"
 """Topic names, relative to the robot's namespace."""
 
 _INTERVAL = 0.1  # [s] between two messages of a topic
-_SPACING = 0.01  # [m] between two poses of a tool's path
-_BASE_SPACING = 0.05  # [m] between two poses of a base's path
+_SPACING = 0.01  # minimum distance between two poses in the path of a tool [m]
+_BASE_SPACING = 0.05  # minimum distance between two poses in the path of a base [m]
 _LENGTH = 1000  # maximum number of poses in a path, which take about 5 ms of a control step to serialize
 
 
@@ -30,8 +30,8 @@ class Visualization:
 
     The process must already be a ROS node. The path (``nav_msgs/Path``) shows the motion of a moving base, or of a
     fixed arm's tool, since the start of the episode. The markers (``visualization_msgs/MarkerArray``) are the task's
-    markers, and each marker's namespace is its name. The path and the markers are expressed in the odometry frame if
-    the base moves, and otherwise in the frame of the robot's root link.
+    markers, and each marker uses its name as its namespace. The path and the markers are expressed in the odometry
+    frame if the base moves, and otherwise in the frame of the robot's root link.
 
     Args:
         robot: Robot that the policy controls.
@@ -58,7 +58,8 @@ class Visualization:
         """Append the robot's measured pose to its path, and publish messages that are due.
 
         Args:
-            report: Run report after the policy's latest step. If the number of restarts has changed, a new path begins.
+            report: Report of the run after the latest step of the policy. If the number of restarts has changed, a new
+                path begins.
         """
         if report.restarts != self._restarts:
             self._restarts = report.restarts

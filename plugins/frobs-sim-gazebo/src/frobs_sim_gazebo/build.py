@@ -41,7 +41,7 @@ def built_plugin(installation: Installation) -> Path:
             if not folder.is_dir():
                 _build(installation, files, folder)
     except OSError as error:
-        raise SimulationError(f"the world plugin cannot be built in {folder.parent}: {error}") from error
+        raise SimulationError(f"the world plugin for Gazebo cannot be built in {folder.parent}: {error}") from error
     return folder
 
 
@@ -52,7 +52,7 @@ def stored_world(installation: Installation, text: bytes) -> Path:
         try:
             write_aside(path, lambda aside: aside.write_bytes(text), durable=False)
         except OSError as error:
-            raise SimulationError(f"the world cannot be written to {path}: {error}") from error
+            raise SimulationError(f"the world file cannot be written to {path}: {error}") from error
     return path
 
 
@@ -91,7 +91,7 @@ def _run(installation: Installation, command: list[str]) -> None:
         )
     except subprocess.TimeoutExpired as error:
         raise SimulationError(
-            f"building the world plugin took longer than {_LONGEST:.0f} s and was stopped."
+            f"building the world plugin for Gazebo took longer than {_LONGEST:.0f} s and was stopped."
         ) from error
     if done.returncode != 0:
         said = "\n".join(done.stdout.splitlines()[-30:])

@@ -63,7 +63,7 @@ class Fleet:
 
     def _started(self, env: int) -> None:
         server = Server(self._installation, self._world)
-        self._servers[env] = server  # stored before preparation, so that the server is closed if a server fails
+        self._servers[env] = server  # stored first, so that close() also closes this server if the preparation fails
         self._prepare(server)
 
     def _replaced(self, env: int) -> None:
@@ -134,7 +134,7 @@ class Fleet:
         self._lost[env] += 1
         if self._lost[env] >= _MOST_LOST:
             raise SimulationError(
-                f"environment {env} lost {_MOST_LOST} consecutive Gazebo servers; the last one: {error}"
+                f"environment {env} lost {_MOST_LOST} consecutive Gazebo servers; the last failure: {error}"
             ) from error
 
     def close(self) -> None:

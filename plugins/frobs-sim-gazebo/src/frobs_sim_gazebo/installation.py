@@ -109,14 +109,15 @@ def _find(named: str | None, cache: str, path: str) -> Installation:
     reason = f"{own} has version '{found.version}', not 11" if own else "gzserver is not installed"
     raise SimulationError(
         f"Gazebo 11 is not available: {reason}. Install Gazebo 11 (Debian 11, Ubuntu 20.04 or 22.04: apt-get install "
-        f"gazebo libgazebo-dev cmake g++), or create a separate folder for it on another Debian: sudo {tool()}."
+        f"gazebo libgazebo-dev cmake g++). On other Debian releases, create a root folder for Gazebo: sudo {tool()}."
     )
 
 
 def _in_root(root: Path, whence: str) -> Installation:
     if not (root / _MARK).is_file() or not (root / "usr/bin/gzserver").is_file():
         raise SimulationError(
-            f"the Gazebo root {root} (from {whence}) does not exist or is incomplete; create it: sudo {tool()} {root}."
+            f"the Gazebo root folder {root} (from {whence}) does not exist or is incomplete; to create it, run: "
+            f"sudo {tool()} {root}."
         )
     libraries = sorted(root.glob("usr/lib/*/libgazebo_physics.so.*.*"))  # running gzserver would take a second
     version = libraries[-1].name.partition(".so.")[2] if libraries else "11"

@@ -28,10 +28,10 @@ def main() -> None:
     """Run the command given in the command-line arguments. This function does not return."""
     parser = argparse.ArgumentParser()
     parser.add_argument(
-        "--root", default="", help="folder of the installation; default: the installation of this machine"
+        "--root", default="", help="root folder of the Gazebo installation; default: the root folder of this machine"
     )
     parser.add_argument("--network", choices=("own", "host"), default="own")
-    parser.add_argument("--scratch", default="", help="folder that is replaced with an empty in-memory folder")
+    parser.add_argument("--scratch", default="", help="mount point of an empty in-memory folder")
     parser.add_argument("command", nargs="+")
     given = parser.parse_args()
     try:

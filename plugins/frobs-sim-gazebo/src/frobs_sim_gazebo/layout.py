@@ -68,7 +68,10 @@ class Layout:
             self._add_shapes(FLOOR, "floor", FLOOR, LINK, ["0"])
         for name, body in scene.bodies.items():
             if body.rolling_friction > 0.0:
-                raise SceneError(f"scene body '{name}'", "has a rolling friction, which Gazebo does not simulate.")
+                raise SceneError(
+                    f"scene body '{name}'",
+                    "has rolling friction, which Gazebo does not support; set rolling_friction to 0.",
+                )
             text, shapes = body_sdf(self.model_names["body", name], body, meshes)
             self._add(("body", name), text)
             self._add_shapes(name, "body", name, LINK, shapes)

@@ -61,7 +61,7 @@ def _hull(mesh: Mesh, piece: MeshPart) -> MeshPart:
     try:
         found = ConvexHull(points)
     except (QhullError, ValueError) as error:
-        raise ModelFileError(mesh.path, "the mesh is flat, but colliding shapes need a volume.") from error
+        raise ModelFileError(mesh.path, "the mesh is flat, but collision shapes must have a volume.") from error
     faces = found.simplices.astype(np.int32)
     corners = points[faces]
     inward = (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * found.equations[:, :3]).sum(-1)

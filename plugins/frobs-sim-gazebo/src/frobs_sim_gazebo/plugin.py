@@ -18,10 +18,10 @@ def frobs_simulators() -> list[SimulatorRecord]:
     return [
         SimulatorRecord(
             name="gazebo",
-            summary="Gazebo 11 in lock-step: one server for each environment",
+            summary="Gazebo 11 in lockstep, with one server for each environment",
             entry_point="frobs_sim_gazebo.available:GazeboSimulation",
-            install_hint="pip install frobs-sim-gazebo, and Gazebo 11: apt-get install gazebo, or its "
-            "tools/make_root.sh",
+            install_hint="pip install frobs-sim-gazebo, and install Gazebo 11 with 'apt-get install gazebo' or the "
+            "plugin's tools/make_root.sh",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 **dict.fromkeys(approximate.split(), Level.APPROXIMATE),

@@ -19,7 +19,7 @@ from frobs_sim_gazebo.skeleton import Mass, Skeleton
 LINK = "link"
 """Name of the link in a scene body's model."""
 
-_OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits
+_OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits.
 # Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels off
 # the floor.
 _STIFFNESS, _DAMPING = 1e7, 1e3
@@ -85,7 +85,7 @@ def robot_sdf(name: str, placement: Placement, bones: Skeleton, meshes: MeshFile
     masses = bones.masses()
     fixed = robot.base == "fixed"
     if not fixed and masses[0].mass <= 0.0:
-        raise ModelFileError(model.path, f"the root '{model.root}' has no mass, so a movable base would have no mass.")
+        raise ModelFileError(model.path, f"the root link '{model.root}' has no mass, but a movable base requires mass.")
     if fixed:  # centered at the origin, because Gazebo ignores a fixed base's center of mass
         masses[0] = Mass(_STANDING, np.zeros(3), _STANDING * np.eye(3))
     collisions: list[list[str]] = [[] for _ in bones.bodies]

@@ -75,7 +75,7 @@ class Server:
             self._log.close()
             raise
         finally:
-            theirs.close()  # so that reading from the socket ends when the server exits
+            theirs.close()  # closed here, so that reading from the socket ends when the server exits
         self._finalizer = weakref.finalize(self, _end, self.process, self._socket, self._log)
         self._socket.settimeout(_START)
         self.send(Op.HELLO)
@@ -153,8 +153,9 @@ class Server:
             code = self.process.poll()
             if code == NO_NAMESPACE:
                 how = (
-                    "could not create a separate network, which prevents access from outside. Run as root, allow user "
-                    f"namespaces, or set {NETWORK_VARIABLE}=host to let it listen on this machine's network"
+                    "could not create the network namespace that protects it from access by other machines. Run as "
+                    f"root, allow user namespaces, or set {NETWORK_VARIABLE}=host to let the server listen on this "
+                    "machine's network"
                 )
             elif code is not None and code < 0:
                 how = f"was killed by {signal.Signals(-code).name}"

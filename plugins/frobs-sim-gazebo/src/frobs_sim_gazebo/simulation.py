@@ -275,7 +275,7 @@ class GazeboSimulation(Simulation):
         for row, env in enumerate(envs):
             sound = np.isfinite(raw[row]).all() and np.abs(raw[row, :, 7:]).max(initial=0.0) < FASTEST
             if not sound:
-                self._diverged[env] = True  # Gazebo could not handle such values
+                self._diverged[env] = True  # Gazebo cannot handle NaN, infinity or very high velocities
             if self._diverged[env]:
                 continue
             angles = np.full(self.layout.joint_count, np.nan)

@@ -74,7 +74,7 @@ def write(simulation: MujocoSimulation, name: str, target: str, values: Floats, 
             body = body_id(simulation, target)
             nominal = simulation.model.body_mass[body]
             if not nominal > 0:
-                raise PhysicsParameterError("mass", target, "cannot change, because it has no mass.")
+                raise PhysicsParameterError("mass", target, "cannot be changed, because this body has no mass.")
             batch.expand("body_mass")[rows, body] = values
             _write_inertia(simulation, target, rows)
             simulation.mark_constants_stale(mask)
@@ -177,7 +177,7 @@ def _geoms(simulation: MujocoSimulation, target: str) -> list[int]:
     body = body_id(simulation, target)
     found = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_contype[g]]
     if not found:
-        raise PhysicsParameterError("friction", target, "cannot change, because it does not collide.")
+        raise PhysicsParameterError("friction", target, "cannot be changed, because this body does not collide.")
     return found
 
 

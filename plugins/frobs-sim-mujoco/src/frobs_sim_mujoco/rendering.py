@@ -172,7 +172,9 @@ class Viewer:
 
     def __init__(self, drawn: Drawn) -> None:
         if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-            raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
+            raise RenderingUnavailableError(
+                "there is no display for a window", "xvfb, and start the program with xvfb-run"
+            )
         import mujoco.viewer
 
         self._drawn = drawn

@@ -189,7 +189,7 @@ class MujocoSimulation(Simulation):
         self._derived: dict[str, Floats] = {}
         self.wrenches: list[Wrench] = []
         self._rows: Floats | None = None
-        # Views of the states. They are bound only once, because binding takes 10 µs and the arrays are never
+        # These views of the states are bound only once, because binding takes 10 µs and the arrays are never
         # reallocated.
         self.states = {name: self.batch.bind(name) for name in _STATES}
         # The last step's efforts are copied, because after a write, MuJoCo recomputes derived values without efforts.
@@ -397,7 +397,7 @@ class MujocoSimulation(Simulation):
             self._renderer = Renderer(self._drawn())
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        drawn = chosen or [0]  # an empty result takes its shape and dtype from one image
+        drawn = chosen or [0]  # if no image is requested, one image determines the shape and dtype
         pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
         return np.stack(pictures)[: len(chosen)]
 

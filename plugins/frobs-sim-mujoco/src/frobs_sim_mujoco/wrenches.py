@@ -27,7 +27,9 @@ def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placeme
     for sensor, (link, pose) in placement.force_torque_sensors.items():
         name, body = f"{robot}/{sensor}", spec.body(f"{robot}/{link}")
         if body is None:
-            raise UnsuitableRobotError(robot, f"has no MJCF body '{link}' for the force-torque sensor '{sensor}'.")
+            raise UnsuitableRobotError(
+                robot, f"has no MJCF body '{link}', which the force-torque sensor '{sensor}' requires."
+            )
         body.add_site(name=name, pos=pose.pos, quat=pose.quat_wxyz, group=_HIDDEN)
         for number, kind in enumerate(_TYPES):
             spec.add_sensor(name=f"{name} {number}", type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)

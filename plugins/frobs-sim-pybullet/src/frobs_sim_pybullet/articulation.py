@@ -13,7 +13,7 @@ from frobs_sim_pybullet.transforms import Quat, Vector, compose, conjugate, from
 from frobs_sim_pybullet.urdf import VIRTUAL, principal, skeleton, write_dynamics_urdf, write_urdf
 
 FASTEST = 1e6
-"""Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
+"""Velocity beyond which an environment is considered diverged [rad/s or m/s]."""
 
 _STATIC = 2  # Bullet's collision group for static bodies
 
@@ -107,8 +107,8 @@ class Articulation:
                 activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING,
                 physicsClientId=client,
             )
-            # Set the friction in a separate call. Together with some of the settings above, Bullet would ignore the
-            # friction and use its default of 0.5.
+            # Set the friction in a separate call. If the friction were set in the call above, Bullet would ignore it
+            # and use its default of 0.5.
             friction = self.placement.robot.friction.get(name, 1.0)
             p.changeDynamics(self.body, link, lateralFriction=friction, physicsClientId=client)
             stands = link < 0 and not self.floating
@@ -185,7 +185,7 @@ class Articulation:
     def write_mass(self, link: str, mass: float) -> None:
         """Change a link's mass [kg], and scale its inertia by the same ratio."""
         if self.links[link] < 0 and not self.floating:
-            return  # a fixed base needs no mass, and Bullet would let a base with a mass fall
+            return  # a fixed base must remain massless, because Bullet would otherwise let it fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
         # Scale the model's inertia instead of the current inertia, so that earlier writes have no effect.

@@ -61,8 +61,8 @@ class Block:
         Args:
             method: Name of the method.
             ids: Indices of the environments.
-            arguments: Arguments of the method. From each array (n, …), every world receives its own row. Other
-                arguments are passed unchanged.
+            arguments: Arguments of the method. Each world receives its own row of each array (n, …). Other arguments
+                are passed unchanged.
 
         Returns:
             The method's results, in the order of ``ids``.

@@ -3,9 +3,9 @@
 Dry friction decelerates a joint with a bounded effort. A position limit pushes back a joint that has exceeded the
 limit. The resulting efforts f minimize
 
-    ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit,
+    ½·fᵀ·(A + R)·f + fᵀ·(a − a*),   |f| ≤ friction,   f ≥ 0 at a limit.
 
-where A is the inverse mass matrix, a is the acceleration without constraints, and a* = −B·v − K·d·r is the acceleration
+Here, A is the inverse mass matrix, a is the acceleration without constraints, and a* = −B·v − K·d·r is the acceleration
 that a constraint requests at a velocity v and a distance r. The softness R is (1 − d)/d times the diagonal of A at zero
 joint positions. Friction uses MuJoCo's defaults: d = 0.9, K = 0, and B = 2 / (0.95 · 20 ms). Limits are as hard as the
 timestep h allows: d rises from 0.99 to 0.999 over 1 mm or 1 mrad, K = 1 / (0.999 · 2h)², and B = 2 / (0.999 · 2h). For

@@ -24,7 +24,7 @@ class Question:
     Attributes:
         first: First side of the contact.
         second: Second side of the contact.
-        ignored: Objects that do not count as the second side. A link index of −2 ignores all links of a body.
+        ignored: Objects that cannot be the second side. A link index of −2 ignores all links of a body.
     """
 
     first: Side

@@ -47,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # not b"", because the gains of a robot without joints are empty
+        self._seen_gains: bytes | None = None  # not b"", because that is the value for a robot without joints
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
@@ -133,7 +133,7 @@ class Drive:
         """Set the efforts for the next physics step, or return False if the state has diverged.
 
         Args:
-            command: Kp·q*, Kd·v* or ff of each actuated joint, in the file's order.
+            command: Command of each actuated joint (Kp·q*, Kd·v* or ff), in the file's order.
         """
         robot = self._robot
         states = self._states or self._joint_states()

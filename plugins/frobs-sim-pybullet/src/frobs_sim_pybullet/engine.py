@@ -28,7 +28,9 @@ def connect() -> int:
     """
     client: int = pybullet.connect(pybullet.DIRECT)
     if client < 0:
-        raise SimulationError("Bullet supports at most 1,024 physics servers in one process; use more num_threads.")
+        raise SimulationError(
+            "Bullet supports at most 1,024 physics servers per process; increase num_threads to use more processes."
+        )
     return client
 
 

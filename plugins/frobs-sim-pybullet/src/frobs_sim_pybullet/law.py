@@ -1,12 +1,13 @@
-"""The drive law for one robot in one environment, in Python floats, which are faster than NumPy for few joints.
+"""The drive law for one robot in one environment, in pure Python, which is faster than NumPy for few joints.
 
-With the mass matrix M, bias forces b and physics timestep h, the acceleration a solves
+The acceleration a is the solution of the following equation with the mass matrix M, bias forces b and physics timestep
+h:
 
-    (M + h·D)·a = clip(Kp·(q* − q) − Kd·q̇ + ff) − d·q̇ − b,
+    (M + h·D)·a = clip(Kp·(q* − q) − Kd·q̇ + ff) − d·q̇ − b.
 
-where the diagonal matrix D contains the joint damping d, plus Kd for joints whose drives are not saturated. This
-equation corresponds to MuJoCo's ``implicitfast`` integrator with a position actuator. The effort M·a + b is passed to
-Bullet, whose own dynamics then yield the acceleration a.
+The diagonal matrix D contains the joint damping d, plus Kd for joints whose drives are not saturated. This equation
+corresponds to MuJoCo's ``implicitfast`` integrator with a position actuator. The effort M·a + b is passed to Bullet,
+whose own dynamics then yield the acceleration a.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def law(
     Args:
         q: Joint positions, (count,) [rad or m].
         v: Joint velocities, (count,) [rad/s or m/s].
-        command: Kp·q*, Kd·v* or ff of each joint, (count,) [N·m or N].
+        command: Command of each joint (Kp·q*, Kd·v* or ff), (count,) [N·m or N].
         constants: Constants of each joint, (count, 6).
         matrix: Mass matrix, (size, size), whose first size − count columns belong to a free base.
         bias: Bias forces, (size,).
@@ -141,7 +142,7 @@ def _elimination(size: int) -> tuple[list[_Pivot], list[_Row]]:
 
 
 def _solve_six(matrix: Matrix, diagonal: Sequence[float], right: Sequence[float]) -> Sequence[float]:
-    """Solve six equations, as for most arms, with the same rounding as the loops but in less than half the time.
+    """Solve six equations (the usual number) with the same rounding as the loops, but in less than half the time.
 
     In the variable names, m denotes an entry of the matrix, p an inverse pivot, l an entry of L, and u an entry of L·D.
     """

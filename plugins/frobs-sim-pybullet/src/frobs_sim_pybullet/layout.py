@@ -87,4 +87,4 @@ def split(name: str) -> list[str]:
 
 
 def _size(shape: tuple[int, ...], num_envs: int) -> int:
-    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # so that arrays do not share cache lines
+    return 64 * math.ceil(8 * math.prod(shape) * num_envs / 64)  # rounded up so that arrays do not share cache lines

@@ -20,7 +20,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
             name="pybullet",
             summary=_summary(),
             entry_point="frobs_sim_pybullet.simulation:PybulletSimulation",
-            install_hint="pip install frobs-sim-pybullet, with Python 3.11: PyBullet has no wheel for newer versions",
+            install_hint="pip install frobs-sim-pybullet (requires Python 3.11, because PyBullet has no newer wheels)",
             capabilities={
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 # Attachments are constraints in the engine, and the drive law does not include the attached mass.
@@ -40,5 +40,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
 def _summary() -> str:
     """Return the summary for ``frobs list``, with instructions if PyBullet does not support this Python version."""
     if sys.version_info < (3, 12) or find_spec("pybullet"):
-        return "PyBullet: many environments at once in worker processes"
-    return f"PyBullet, which has no wheel for Python {sys.version_info[0]}.{sys.version_info[1]}: use Python 3.11, or the simulator mujoco"
+        return "PyBullet: many environments in parallel worker processes"
+    return (
+        f"PyBullet has no wheel for Python {sys.version_info[0]}.{sys.version_info[1]}: use Python 3.11, or the "
+        "simulator mujoco"
+    )

@@ -29,7 +29,7 @@ from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine
 from frobs_sim_pybullet.worker import work
 
-CONTEXT = multiprocessing.get_context("spawn")  # a forked process would inherit locks without their threads
+CONTEXT = multiprocessing.get_context("spawn")  # forking would copy locks but not the threads that hold them
 
 _GRACE = 5.0  # [s] time for a worker to exit by itself after its pipe is closed
 
@@ -173,7 +173,7 @@ class Pool:
         for failure in found:
             if not isinstance(failure, Exception):
                 continue
-            self._failure = SimulationError("a worker process of this simulation has failed; build a new simulation.")
+            self._failure = SimulationError("a worker process of this simulation has failed; create a new simulation.")
             self.close()
             raise failure
         return found
@@ -189,7 +189,8 @@ class Pool:
                 how = f"was killed by {signal.Signals(-code).name}"
         ids = self._ids[number + 1]
         self._failure = SimulationError(
-            f"the PyBullet worker of environments {ids[0]} to {ids[-1]} {how} during {what}; build a new simulation."
+            f"the PyBullet worker process of environments {ids[0]} to {ids[-1]} {how} during {what}; "
+            "create a new simulation."
         )
         self.close()
         raise self._failure

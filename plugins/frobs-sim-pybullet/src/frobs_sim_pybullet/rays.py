@@ -38,7 +38,7 @@ def distances(geometry: Geometry, origins: Floats, directions: Floats) -> Floats
                 nearest: Floats = np.minimum.reduce([_side(origins, directions, radius, length), *balls])
                 return nearest
             case Mesh(path):
-                raise ValueError(f"{path}: distances to meshes must be measured by Bullet")
+                raise ValueError(f"{path}: exact distances to meshes are not supported")
 
 
 def _slabs(origins: Floats, directions: Floats, low: Floats, high: Floats) -> Floats:
@@ -68,7 +68,7 @@ def _side(origins: Floats, directions: Floats, radius: float, length: float) -> 
 
 
 def _cylinder(origins: Floats, directions: Floats, radius: float, length: float) -> Floats:
-    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # to the cap that faces the ray
+    cap = (-np.sign(directions[:, 2]) * length / 2 - origins[:, 2]) / directions[:, 2]  # distance to the facing cap
     there = origins[:, :2] + cap[:, None] * directions[:, :2]
     lid = _where((cap >= 0.0) & ((there**2).sum(axis=1) <= radius**2), cap)
     return np.minimum(_side(origins, directions, radius, length), lid)

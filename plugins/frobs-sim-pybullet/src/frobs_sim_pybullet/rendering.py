@@ -113,11 +113,13 @@ class Viewer:
 
     def __init__(self, robots: Mapping[str, Placement], scene: Scene) -> None:
         if sys.platform == "linux" and not os.environ.get("DISPLAY"):
-            raise RenderingUnavailableError("there is no display for a window", "xvfb, and run under xvfb-run")
+            raise RenderingUnavailableError(
+                "there is no display for a window", "xvfb, and start the program with xvfb-run"
+            )
         with quiet():
             self._client = p.connect(p.GUI)
         if self._client < 0:
-            raise RenderingUnavailableError("Bullet's window does not open (it requires OpenGL 3)", "libgl1-mesa-dri")
+            raise RenderingUnavailableError("Bullet cannot open its window, which requires OpenGL 3", "libgl1-mesa-dri")
         p.configureDebugVisualizer(p.COV_ENABLE_GUI, 0, physicsClientId=self._client)
         self._stage = Stage(self._client, robots, scene)
         camera = next(iter(scene.cameras.values()), _DEFAULT)

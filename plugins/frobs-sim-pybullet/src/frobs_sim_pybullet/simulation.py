@@ -144,7 +144,8 @@ class PybulletSimulation(Simulation):
         """
         if not isinstance(self._backend, Block):
             raise SimulationError(
-                "the environments are in worker processes; build with num_threads=1 to access them in this process."
+                "the environments run in worker processes; create the simulation with num_threads=1 to access them in "
+                "this process."
             )
         self.call("apply_sizes", None)
         worlds = self._backend.worlds.values()
@@ -268,7 +269,7 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # an empty result takes its shape and dtype from one image
+            for i in chosen or [0]  # an empty result gets its shape and dtype from an image
         ]
         return np.stack(pictures)[: len(chosen)]
 

@@ -24,7 +24,7 @@ _FAR, _LARGE_TILE, _MOST_TILES = (
     8.0,
     2.0,
     40,
-)  # [m] viewing distance beyond which tiles are larger, [m] their edge length, and their maximum number per axis
+)  # larger tiles: minimum viewing distance [m], edge length [m], and maximum number per axis
 
 
 class Stage:

@@ -121,7 +121,10 @@ def _hang_from_a_weight(
         if parent == root and joint.type is JointType.FIXED and links[joint.child].inertial is not None:
             break
     else:
-        raise ModelFileError(model.path, f"the root '{root}' has no mass, so a free base would have no mass.")
+        raise ModelFileError(
+            model.path,
+            f"the root link '{root}' and the links fixed to it have no mass, but a free base requires a mass.",
+        )
     base, back = joint.child, invert(place)
     joints.remove(found)
     bodies.remove(base)

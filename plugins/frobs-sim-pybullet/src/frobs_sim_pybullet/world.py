@@ -31,7 +31,7 @@ ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision groups of the robots. A robot's lidars ignore the robot's own group."""
 
 
-_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment, which would break at a few newtons by default
+_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment; with Bullet's default, it breaks at a few newtons
 
 
 class RobotRow(NamedTuple):
@@ -85,9 +85,8 @@ class World:
         client = self.client = connect()
         p.setTimeStep(self._h, client)
         p.setGravity(*self._scene.gravity, client)
-        # With sorted pairs, the results do not depend on the history before a reset or restore. The slop is 0, because
-        # with contacts that allow slight penetration, bodies would first fall and then be pushed up with more than
-        # their weight.
+        # With sorted pairs, the results do not depend on the history before a reset or restore. With a nonzero contact
+        # slop, bodies would first sink in and then be pushed up with more than their weight.
         p.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
         )
@@ -117,7 +116,7 @@ class World:
         if len(self._placements) > len(ROBOT_GROUPS):
             raise SceneError(
                 "the scene",
-                f"has {len(self._placements)} robots; PyBullet can distinguish at most {len(ROBOT_GROUPS)}.",
+                f"has {len(self._placements)} robots; PyBullet supports at most {len(ROBOT_GROUPS)}.",
             )
         self.robots: dict[str, Articulation] = {}
         for (name, placement), group in zip(self._placements.items(), ROBOT_GROUPS, strict=False):
@@ -284,8 +283,8 @@ class World:
 
         Args:
             decimation: Number of physics steps.
-            rows: Commands for each physics step, (decimation, dof), by robot. An omitted robot executes the command in
-                the shared arrays.
+            rows: Commands for each physics step, (decimation, dof), by robot. A robot without commands executes the
+                command in the shared arrays.
         """
         if self._broken or self._row["diverged"]:
             self._row["diverged"][...] = True

@@ -39,7 +39,7 @@ class WrenchSensor:
                 waiting += [joint.child for joint in children.get(name, ())]
         if min(self._joints) < 0:
             raise UnsuitableRobotError(
-                robot.name, f"has '{link}' as its base in PyBullet, so there is no joint above it."
+                robot.name, f"has '{link}' as its base in PyBullet, so this link has no joint to measure."
             )
         with quiet():  # Bullet prints a message if another sensor has already enabled the joint
             for joint in self._joints:

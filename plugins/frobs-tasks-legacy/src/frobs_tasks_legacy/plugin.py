@@ -53,7 +53,7 @@ def frobs_tasks() -> list[TaskRecord]:
     return [
         TaskRecord(
             name="reach_legacy",
-            summary="reach as in FRobs_RL: its observation, reward, termination and task YAML",
+            summary="FRobs_RL's reaching task, with its observation, reward, termination and task YAML files",
             entry_point="frobs_tasks_legacy.reach.task:ReachLegacy",
             install_hint=_INSTALL,
             needs=_TELEPORT,
@@ -65,14 +65,14 @@ def frobs_tasks() -> list[TaskRecord]:
         ),
         TaskRecord(
             name="reach_legacy_velocity",
-            summary="reach by joint velocities as in FRobs_RL",
+            summary="FRobs_RL's reaching task with joint velocity control",
             entry_point="frobs_tasks_legacy.reach.velocity:ReachLegacyVelocity",
             install_hint=_INSTALL,
             needs=_TELEPORT,
             environments=(
                 _environment(
                     "Irb140ReachVelocityLegacy",
-                    "IRB 140 reach by joint velocities as in FRobs_RL",
+                    "FRobs_RL's IRB 140 reaching task with joint velocity control",
                     100,
                     robot="irb140",
                     controller="joint_velocity",
@@ -82,7 +82,7 @@ def frobs_tasks() -> list[TaskRecord]:
         ),
         TaskRecord(
             name="navigate_legacy",
-            summary="navigation as in FRobs_RL: its observations, rewards, termination and task YAML",
+            summary="FRobs_RL's navigation tasks, with their observations, rewards, termination and task YAML files",
             entry_point="frobs_tasks_legacy.navigation.task:NavigateLegacy",
             install_hint=_INSTALL,
             needs={**_TELEPORT, "contacts": Level.APPROXIMATE},

@@ -30,8 +30,8 @@ class CubeTask(Manipulation):
         size: Edge length of the cube [m].
         mass: Mass of the cube [kg].
         friction: Sliding friction coefficient of the cube.
-        tolerance: Distance between the cube's center and the goal at which the goal counts as reached [m].
-        max_speed: Maximum speed at which the cube counts as still [m/s].
+        tolerance: Maximum distance between the cube's center and the goal at which the goal is considered reached [m].
+        max_speed: Maximum speed at which the cube is considered at rest [m/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:

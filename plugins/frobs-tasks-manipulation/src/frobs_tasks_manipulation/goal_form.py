@@ -44,7 +44,7 @@ class GoalForm(CubeTask, GoalTask):
         "distance": "−d",
     }
     success_rule: ClassVar[str] = (
-        "at the time limit, the object has been within the tolerance of the goal for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, the object is within the tolerance of the goal"
     )
     goal_clearance: ClassVar[float] = 0.0
 

@@ -28,21 +28,22 @@ class Lift(CubeTask):
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
-        lowest: Minimum height of the cube's bottom above the floor at which the cube counts as lifted [m].
-        highest: Maximum height of the cube's bottom at which the cube counts as lifted [m].
+        lowest: Minimum height of the cube's bottom above the floor at which the cube is considered lifted [m].
+        highest: Maximum height of the cube's bottom at which the cube is considered lifted [m].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:LiftCube"
     success_rule: ClassVar[str] = (
-        "at the time limit, the cube has been between the fingers, in the air and slow for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the cube is between the fingers, in the air and moving slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
         "lift": "0.8 · min(h / lowest, 1), where h is the height of the cube's bottom",
-        "achieved": "0.5 where the cube is held in the air and slow",
-        "unachieved": "−1 where the cube is not held in the air and slow",
+        "achieved": "0.5 if the cube is between the fingers, in the air and moving slowly",
+        "unachieved": "−1 unless the cube is between the fingers, in the air and moving slowly",
     }
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     shows_goal: ClassVar[bool] = False

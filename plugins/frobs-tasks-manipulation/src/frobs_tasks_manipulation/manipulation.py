@@ -251,7 +251,7 @@ class Manipulation(Task):
         if not np.all(np.abs(place[:, :2] - self.center) <= 1.0):
             center = numbers(self.center)
             raise ResetOptionError(
-                option, f"is {numbers(place[0])} m; it must be within 1 m of {center} m along x and y."
+                option, f"is {numbers(place[0])} m; it must be within 1 m of the center {center} m along x and y."
             )
         return place
 

@@ -17,21 +17,22 @@ class OpenDoor(OpenTask):
     Args:
         lowest: Minimum target angle [rad].
         highest: Maximum target angle [rad].
-        tolerance: Maximum error of the angle at which the target counts as reached [rad].
-        max_speed: Maximum speed at which the door counts as slow [rad/s].
+        tolerance: Maximum error of the angle at which the target is considered reached [rad].
+        max_speed: Maximum speed at which the door is considered slow [rad/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"
     success_rule: ClassVar[str] = (
-        "at the time limit, the door has been open as far as the target, and slow, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the door is at the target angle and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to handle",
         "open": "0.4 · max(1 − |target − q| / target, 0), where q is the angle of the door [rad]",
         "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
-        "achieved": "0.5 where the door is at the target and slow",
-        "unachieved": "−1 where the door is not at the target and slow",
+        "achieved": "0.5 if the door is at the target angle and moves slowly",
+        "unachieved": "−1 unless the door is at the target angle and moves slowly",
     }
     furniture: ClassVar[str] = "door"
     unit: ClassVar[str] = "rad"

@@ -17,21 +17,22 @@ class OpenDrawer(OpenTask):
     Args:
         lowest: Minimum target distance [m].
         highest: Maximum target distance [m].
-        tolerance: Maximum error of the distance at which the target counts as reached [m].
-        max_speed: Maximum speed at which the drawer counts as slow [m/s].
+        tolerance: Maximum error of the distance at which the target is considered reached [m].
+        max_speed: Maximum speed at which the drawer is considered slow [m/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.open:PullHandle"
     success_rule: ClassVar[str] = (
-        "at the time limit, the drawer has been open as far as the target, and slow, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the drawer is at the target distance and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to handle",
         "open": "0.4 · max(1 − |target − q| / target, 0), where q is the opening of the drawer [m]",
         "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
-        "achieved": "0.5 where the drawer is at the target and slow",
-        "unachieved": "−1 where the drawer is not at the target and slow",
+        "achieved": "0.5 if the drawer is at the target distance and moves slowly",
+        "unachieved": "−1 unless the drawer is at the target distance and moves slowly",
     }
     furniture: ClassVar[str] = "drawer"
     unit: ClassVar[str] = "m"

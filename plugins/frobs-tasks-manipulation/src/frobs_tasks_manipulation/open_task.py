@@ -42,8 +42,8 @@ class OpenTask(Manipulation):
         start_height: Height of the tool above the floor at the start of an episode [m].
         lowest: Minimum target position of the joint [m or rad].
         highest: Maximum target position of the joint [m or rad].
-        tolerance: Distance between the joint and its target at which the target counts as reached [m or rad].
-        max_speed: Maximum speed at which the joint counts as slow [m/s or rad/s].
+        tolerance: Maximum distance of the joint from its target at which the target is considered reached [m or rad].
+        max_speed: Maximum speed at which the joint is considered slow [m/s or rad/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:
@@ -130,7 +130,10 @@ class OpenTask(Manipulation):
         if "target" in options:
             target = options["target"]
             if target.shape[1:] != (1,) or not np.all((target > 0.0) & (target <= self._prop.position_upper[:1])):
-                reason = f"is {target[0].tolist()}; it must be one number in (0, {self._prop.position_upper[0, 0]:g}] {self.unit}."
+                reason = (
+                    f"is {target[0].tolist()}; it must be one number in "
+                    f"(0, {self._prop.position_upper[0, 0]:g}] {self.unit}."
+                )
                 raise ResetOptionError("target", reason)
         self.target[rows_of(mask)] = target[:, 0]
 

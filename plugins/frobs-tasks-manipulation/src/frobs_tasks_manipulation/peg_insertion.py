@@ -53,15 +53,16 @@ class PegInsertion(CubeTask):
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
-        "at the time limit, the peg has been in the hole, deep enough and still, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to its grip on the peg",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the grip position on the "
+        "peg",
         "insert": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the peg to its place in the hole",
         "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
-        "0.2 above the hole",
-        "achieved": "0.5 where the condition is met",
-        "unachieved": "−1 where the condition is not met",
+        "0.2 if the peg is in or above the hole",
+        "achieved": "0.5 if the peg is at rest and deep enough in the hole",
+        "unachieved": "−1 unless the peg is at rest and deep enough in the hole",
     }
 
     def __init__(

@@ -36,15 +36,16 @@ class PickAndPlace(CubeTask):
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:CarryCube"
     success_rule: ClassVar[str] = (
-        "at the time limit, the cube has been within the tolerance of the goal, and slow, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the cube is within the tolerance of the goal and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
         "carry": "0.8 · (1 − tanh(d / 0.25 m)), where d is the distance from cube to goal",
         "lift": "0.3 · min(h / 0.05 m, 1), where h is the height of the cube's bottom; only for goals in the air",
-        "achieved": "0.5 where the cube is at the goal and slow",
-        "unachieved": "−1 where the cube is not at the goal and slow",
+        "achieved": "0.5 if the cube is at the goal and moves slowly",
+        "unachieved": "−1 unless the cube is at the goal and moves slowly",
     }
 
     def __init__(self, *, air_share: float = 0.5, highest: float = 0.25, **keywords: Any) -> None:

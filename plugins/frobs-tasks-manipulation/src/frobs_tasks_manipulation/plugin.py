@@ -13,7 +13,7 @@ _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush",
 """Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""
 
 _GOAL_MAX_DELTA = 0.05
-"""Step size [m] as in panda-gym, with which 50 steps suffice to grasp a cube and carry it to a goal."""
+"""Step size [m] as in panda-gym, large enough to grasp a cube and carry it to a goal in 50 steps."""
 
 
 def _task(
@@ -121,10 +121,10 @@ def frobs_tasks() -> list[TaskRecord]:
             50,
             max_delta=_GOAL_MAX_DELTA,
         ),
-        _task("stack", "Stack", "stack:Stack", "put a cube on another one and let go", 125),
+        _task("stack", "Stack", "stack:Stack", "put a cube on another cube and release it", 125),
         _with_tight_hole(
             _task("peg_insertion", "PegInsertion", "peg_insertion:PegInsertion", "put a peg into a hole", 300)
         ),
-        _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open as far as a target", 85),
+        _task("open_drawer", "OpenDrawer", "open_drawer:OpenDrawer", "pull a drawer open to a target distance", 85),
         _task("open_door", "OpenDoor", "open_door:OpenDoor", "pull a door open to a target angle", 90),
     ]

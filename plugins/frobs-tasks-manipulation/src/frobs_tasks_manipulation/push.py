@@ -35,14 +35,15 @@ class Push(CubeTask):
 
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.push:PushCube"
     success_rule: ClassVar[str] = (
-        "at the time limit, the cube has been within the tolerance of the goal, and still, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the cube is within the tolerance of the goal and at rest"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to a point 2 cm behind the "
-        "cube; 0.3 where the cube is at the goal",
+        "cube; 0.3 if the cube is at the goal",
         "push": "0.7 · (1 − tanh(d / 0.15 m)), where d is the distance from cube to goal",
-        "achieved": "0.5 where the cube is at the goal and still",
-        "unachieved": "−1 where the cube is not at the goal and still",
+        "achieved": "0.5 if the cube is at the goal and at rest",
+        "unachieved": "−1 unless the cube is at the goal and at rest",
     }
     start_opening: ClassVar[float] = 0.0
 

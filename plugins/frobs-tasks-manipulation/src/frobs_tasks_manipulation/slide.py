@@ -54,14 +54,15 @@ class Slide(CubeTask):
     reset_options: ClassVar[Sequence[str]] = ("puck_position", "goal")
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.slide:SlidePuck"
     success_rule: ClassVar[str] = (
-        "at the time limit, the puck has been within the tolerance of the goal, and slow, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the puck is within the tolerance of the goal and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to puck; "
-        "0.2 once the puck has left",
+        "0.2 once the puck has left the working area",
         "slide": "0.8 · (1 − tanh(d / 0.3 m)), where d is the distance from puck to goal",
-        "achieved": "0.5 where the puck is at the goal and slow",
-        "unachieved": "−1 where the puck is not at the goal and slow",
+        "achieved": "0.5 if the puck is at the goal and moves slowly",
+        "unachieved": "−1 unless the puck is at the goal and moves slowly",
     }
     start_opening: ClassVar[float] = 0.0
     body_name: ClassVar[str] = PUCK

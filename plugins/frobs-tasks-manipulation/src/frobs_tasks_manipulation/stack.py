@@ -41,24 +41,25 @@ class Stack(CubeTask):
     the other cube.
 
     Args:
-        tolerance: Distance between the cube's center and its place at which the cube counts as stacked [m].
-        released: Distance between the tool and the cube at which the cube counts as released [m].
+        tolerance: Maximum distance between the cube's center and its place at which the cube is considered stacked [m].
+        released: Minimum distance between the tool and the cube at which the cube is considered released [m].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.grasp:StackCube"
     success_rule: ClassVar[str] = (
-        "at the time limit, the cube has been on the other one, both still and released, for the last hold_steps"
+        "during the last hold_steps control steps before the time limit, "
+        "the cube is released on the other cube and both cubes are at rest"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube; "
-        "0.2 where the cube is stacked",
+        "0.2 if the cube is stacked",
         "carry": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the cube to its place",
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
-        "release": "0.5 · min(d / released, 1) where the cube is stacked and d is the distance from tool to cube",
-        "achieved": "0.5 where the condition is met",
-        "unachieved": "−1 where the condition is not met",
+        "release": "0.5 · min(d / released, 1) if the cube is stacked, where d is the distance from tool to cube",
+        "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
+        "unachieved": "−1 unless the cube is released on the other cube and both cubes are at rest",
     }
 
     def __init__(self, *, tolerance: float = 0.015, released: float = 0.07, **keywords: float) -> None:

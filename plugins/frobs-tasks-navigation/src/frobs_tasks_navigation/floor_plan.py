@@ -45,7 +45,7 @@ class Box2d(_Element):
     @model_validator(mode="after")
     def _is_one(self) -> Box2d:
         if not all(a <= b for a, b in zip(self.low, self.high, strict=True)):
-            raise ValueError(f"low {self.low} must not be above high {self.high}")
+            raise ValueError(f"low {self.low} must not exceed high {self.high} in any coordinate")
         return self
 
 
@@ -77,9 +77,9 @@ class Wall(_Element):
         ends, middle = (self.from_, self.to), (self.centre, self.length, self.along)
         given = [part is not None for part in (*ends, *middle)]
         if given not in ([True] * 2 + [False] * 3, [False] * 2 + [True] * 3):
-            raise ValueError("a wall needs either 'from' and 'to', or 'centre', 'length' and 'along'")
+            raise ValueError("a wall requires either 'from' and 'to', or 'centre', 'length' and 'along'")
         if self.from_ is not None and self.from_ == self.to:
-            raise ValueError("the ends of a wall must differ")
+            raise ValueError("the two ends of a wall must be different points")
         return self
 
     @property
@@ -148,7 +148,7 @@ class Start(_Element):
     @model_validator(mode="after")
     def _is_one(self) -> Start:
         if (self.pos is None) == (self.low is None) or (self.low is None) != (self.high is None):
-            raise ValueError("a start needs either 'pos', or 'low' and 'high'")
+            raise ValueError("a start requires either 'pos', or 'low' and 'high'")
         if self.low is not None and self.high is not None:
             Box2d(low=self.low, high=self.high)
         return self
@@ -184,7 +184,7 @@ class FloorPlan(_Element):
     @model_validator(mode="after")
     def _leads_somewhere(self) -> FloorPlan:
         if bool(self.routes) == (self.goals is not None):
-            raise ValueError("a floor plan needs either 'routes' or 'goals'")
+            raise ValueError("a floor plan requires either 'routes' or 'goals'")
         low, high = self.bounds
         for what, points in {"the start": self.start.box, **self._destinations()}.items():
             for point in points:
@@ -238,7 +238,9 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
             path = resolve_path(plan)
         except ModelFileError as error:
             known = ", ".join(f"'{name}'" for name in BUILT_IN)
-            raise ConfigFileError(plan, None, f"is not a floor plan: {error} Built-in plans: {known}.") from error
+            raise ConfigFileError(
+                plan, None, f"the floor plan cannot be found: {error} The built-in plans are {known}."
+            ) from error
     document = load_yaml(path)
     try:
         return validate(FloorPlan, document, f"floor plan '{path.name}'")

@@ -132,7 +132,7 @@ class Navigate(Task):
                 raise UnknownNameError("term of the observation", name, OBSERVABLE)
         if not self._observed or len(set(self._observed)) < len(self._observed):
             raise ParameterValueError(
-                "observation", list(observation), "a list of at least one term, without duplicates"
+                "observation", list(observation), "a list of at least one observation term, without duplicates"
             )
         self.lidar, self.bumper = lidar, bumper
         self.collision_ends = boolean("collision_ends", collision_ends)
@@ -157,7 +157,9 @@ class Navigate(Task):
         self._robot: RobotHandle = simulation.robots["robot"]
         name = self._robot.robot.name
         if self._robot.robot.base == "fixed":
-            raise UnsuitableRobotError(name, "has a fixed base, so it cannot drive; set base='wheeled' if it can.")
+            raise UnsuitableRobotError(
+                name, "has a fixed base, so it cannot drive; set base='wheeled' if it has wheels."
+            )
         sees = not {"lidar", "nearness"}.isdisjoint(self._observed)
         if sees and self.lidar not in self._robot.robot.lidars:
             raise UnknownNameError(f"lidar of robot '{name}'", self.lidar, self._robot.robot.lidars)
@@ -280,7 +282,8 @@ class Navigate(Task):
         way = np.concatenate([self._course.way, np.zeros((*self._course.way.shape[:2], 1))], axis=-1)
         beacons = [Marker(way[:, i], 0.15, (0.95, 0.75, 0.15, 1.0), "way_points") for i in range(way.shape[1])]
         target = np.concatenate([self._course.target, np.zeros((len(way), 1))], axis=-1)
-        above = self._robot.base_pose[0] + np.array([0.0, 0.0, 0.4])  # visible in an image of the whole plan
+        # The marker is above the robot, so that it is visible in an image of the whole plan.
+        above = self._robot.base_pose[0] + np.array([0.0, 0.0, 0.4])
         return (*beacons, Marker(target, self.tolerance), Marker(above, 0.2, (0.85, 0.12, 0.25, 1.0), "robot"))
 
     def snapshot(self) -> Snapshot:

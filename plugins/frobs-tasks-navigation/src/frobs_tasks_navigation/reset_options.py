@@ -20,7 +20,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
         ConfigurationError: A goal does not consist of two numbers, or is outside the area.
     """
     if goal.shape[1:] != (2,):
-        raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; it must be (2,): x, y [m].")
+        raise ResetOptionError("goal", f"has the shape {goal.shape[1:]}; expected the shape (2,), with x and y [m].")
     _check_inside("goal", goal, low, high)
     return goal
 
@@ -34,7 +34,9 @@ def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
         ConfigurationError: A start does not consist of three numbers, or is outside the area.
     """
     if start.shape[1:] != (3,):
-        raise ResetOptionError("start", f"has the shape {start.shape[1:]}; it must be (3,): x, y [m], yaw [rad].")
+        raise ResetOptionError(
+            "start", f"has the shape {start.shape[1:]}; expected the shape (3,), with x, y [m] and yaw [rad]."
+        )
     _check_inside("start", start[:, :2], low, high)
     return start
 

@@ -35,7 +35,7 @@ class ReachDynamic(Reach):
     velocity.
 
     Args:
-        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
         goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
             reach.
         goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
@@ -96,8 +96,8 @@ class ReachDynamic(Reach):
         self._workspace.shrink(self.max_amplitude)
         if self._workspace.is_empty:
             raise ConfigurationError(
-                f"the {self._box_text} has no room within reach for a goal that oscillates by {self.max_amplitude} m; "
-                "choose a smaller max_amplitude or a larger box."
+                f"the {self._box_text} has too little reachable space for a goal that oscillates by "
+                f"{self.max_amplitude} m; choose a smaller max_amplitude or a larger box."
             )
 
     @property

@@ -15,7 +15,7 @@ Solid = tuple[Geometry, Floats, Floats]
 
 
 class FloorClearance:
-    """Checker for whether the collision shapes of an arm's moving links are above the floor.
+    """Checks whether the collision shapes of an arm's moving links are above the floor.
 
     Each mesh is replaced by its bounding box. Links that are never above the floor in the given postures are
     ignored, for example if the arm hangs down.

@@ -35,7 +35,7 @@ class ReachGoal(Reach, GoalTask):
     - ``dense``: −d
 
     Args:
-        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
         goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
             reach.
         goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
@@ -48,7 +48,7 @@ class ReachGoal(Reach, GoalTask):
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "outside": "−1 if d > tolerance, otherwise 0; d is the distance from tool to goal",
+        "outside": "−1 if d > tolerance, otherwise 0, where d is the distance from tool to goal",
         "distance": "−d",
     }
 

@@ -58,7 +58,7 @@ _ARMS = (_IRB120, _IRB140, _UR5)
 
 _ANY_ARM = EnvironmentRecord(
     id="frobs/Reach-v0",
-    summary="any arm holds its tool at a goal: set robot=… to a name or a model file",
+    summary="any arm holds its tool at a goal; set robot=… to a robot name or a model file",
     robot="",
     controller="tcp_delta_position",
     max_episode_steps=100,
@@ -86,7 +86,9 @@ def frobs_tasks() -> list[TaskRecord]:
             *(arm.environment("Reach", "holds its tool at a goal") for arm in _ARMS),
             *(
                 arm.environment(
-                    "ReachVelocity", "holds its tool at a goal, by joint velocities", controller="joint_velocity"
+                    "ReachVelocity",
+                    "holds its tool at a goal with joint velocity commands",
+                    controller="joint_velocity",
                 )
                 for arm in _ARMS
             ),
@@ -101,8 +103,12 @@ def frobs_tasks() -> list[TaskRecord]:
         _task(
             "reach_goal",
             "goal:ReachGoal",
-            "reach, goal-conditioned: for hindsight experience replay",
-            *(arm.environment("ReachGoal", "reach, goal-conditioned") for arm in _ARMS),
+            "hold the tool center point at a fixed goal, goal-conditioned for hindsight experience replay",
+            *(arm.environment("ReachGoal", "holds its tool at a goal, goal-conditioned") for arm in _ARMS),
         ),
-        _task("reach_together", "together:ReachTogether", "several arms, each holding its tool at its own goal"),
+        _task(
+            "reach_together",
+            "together:ReachTogether",
+            "hold the tool center points of several arms, each at its own goal",
+        ),
     ]

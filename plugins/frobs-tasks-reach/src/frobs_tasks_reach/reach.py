@@ -40,7 +40,7 @@ class Reach(EpisodeStart):
     - ``sparse``: 0 if d ≤ tolerance, otherwise −1
 
     Args:
-        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
         goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
             reach.
         goal_high: Maximum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
@@ -114,9 +114,9 @@ class Reach(EpisodeStart):
         self._simulation = simulation
         self._robot: RobotHandle = simulation.robots[self.robot_name]
         if not self._robot.dof:
-            raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joint, so it cannot reach.")
+            raise UnsuitableRobotError(self._robot.robot.name, "has no actuated joints, so it cannot reach a goal.")
         if self._robot.robot.base == "wheeled":
-            text = "drives on wheels, but goals for its tool are fixed; use 'frobs/Navigate-v0', or base='fixed'."
+            text = "has a wheeled base, which this task does not support; use 'frobs/Navigate-v0', or set base='fixed'."
             raise UnsuitableRobotError(self._robot.robot.name, text)
         self._bind_start(self._robot)
         self._goal, self._tcp, self._offset, self._from_shoulder = np.zeros((4, self._robot.num_envs, 3))
@@ -267,6 +267,6 @@ def missed(distance: Floats, tolerance: Floats) -> Floats:
 
     Args:
         distance: Distances from tool to goal, (...) [m].
-        tolerance: Distance at which a goal is reached, () [m].
+        tolerance: Maximum distance at which a goal is considered reached, () [m].
     """
     return np.where(distance <= tolerance, 0.0, -1.0)

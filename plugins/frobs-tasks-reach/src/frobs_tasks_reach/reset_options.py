@@ -46,7 +46,8 @@ def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
     if positions.shape[1:] != lower.shape:
         raise ResetOptionError(
             "joint_positions",
-            f"has the shape {positions.shape[1:]}; it must be {lower.shape}: {', '.join(robot.joint_names)}.",
+            f"has the shape {positions.shape[1:]}; it must be {lower.shape}, with one value for each of "
+            f"{', '.join(robot.joint_names)}.",
         )
     outside = (positions < lower - _ROUNDING) | (positions > upper + _ROUNDING)  # (n, dof)
     if outside.any():

@@ -119,8 +119,8 @@ class JointSampler:
                 break
         if open_rows.any():
             raise ConfigurationError(
-                f"{what}: {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' were tried in "
-                f"environment {int(np.flatnonzero(open_rows)[0])} without success; choose a larger box."
+                f"{what}: none of {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' was suitable "
+                f"in environment {int(np.flatnonzero(open_rows)[0])}; choose a larger box."
             )
         return joint_positions[wanted], positions[wanted]
 

@@ -22,7 +22,7 @@ class ReachTogether(Task):
     The reward is the sum over all robots. Each robot's goals are drawn from the robot's entire reach.
 
     Args:
-        tolerance: Distance between the tool and the goal at which the goal counts as reached [m].
+        tolerance: Maximum distance between the tool and the goal at which the goal is considered reached [m].
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
         distance_weight: Penalty per meter of distance to the goal [1/m].
         precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.

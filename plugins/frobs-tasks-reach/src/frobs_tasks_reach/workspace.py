@@ -33,7 +33,7 @@ class Workspace:
     def shrink(self, margin: float) -> None:
         """Keep only cells from which all motions of up to ``margin`` [m] along each axis stay in reachable cells."""
         steps = np.ceil(margin / self._cell - 1e-9).astype(int)
-        padded = np.pad(self._cells, [(s, s) for s in steps])  # cells outside the box count as unreachable
+        padded = np.pad(self._cells, [(s, s) for s in steps])  # cells outside the box are unreachable
         shape = self._cells.shape
         for shift in itertools.product(*(range(2 * s + 1) for s in steps)):
             self._cells &= padded[tuple(slice(s, s + n) for s, n in zip(shift, shape, strict=True))]

@@ -8,8 +8,8 @@ _SUMMARIES = {
     "evaluate": "Measure the success of a policy on new episodes.",
     "play": "Watch a policy in a window, or record a video.",
     "plot": "Plot learning curves of one or several runs.",
-    "export": "Write a policy as one file for deployment.",
-    "compare": "Compare runs over their seeds, with confidence intervals.",
+    "export": "Write a policy to a single file for deployment.",
+    "compare": "Compare runs across seeds, with confidence intervals.",
     "tune": "Search for better training settings.",
 }
 

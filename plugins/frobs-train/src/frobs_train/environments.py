@@ -28,8 +28,7 @@ class EnvironmentRecipe:
         environment: Gymnasium ID.
         kwargs: Keywords of the environment.
         wrappers: Wrappers of the run's configuration.
-        obstacle: Reason why additional environments would not be equivalent, as a clause for an error message, or an
-            empty string.
+        obstacle: Reason why other processes cannot make equivalent environments, or an empty string.
     """
 
     environment: str
@@ -103,7 +102,7 @@ def _make_vec(
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:
-    """Return whether a simulator, given by name or record, is paced. Unknown simulators count as not paced."""
+    """Return whether a simulator, given by name or record, is paced. Return False for unknown simulators."""
     record = plugins.records("simulator").get(simulator) if isinstance(simulator, str) else simulator
     return isinstance(record, SimulatorRecord) and record.is_paced
 

@@ -32,8 +32,8 @@ class RunExistsError(RunError):
     def __init__(self, path: Path) -> None:
         self.path = path
         super().__init__(
-            f"the run folder {path} exists; choose another with --run-dir, remove it, continue it with "
-            f"'frobs resume {path}', or pass --on-existing increment, overwrite or resume."
+            f"the run folder {path} already exists; choose another folder with --run-dir, remove the folder, continue "
+            f"the run with 'frobs resume {path}', or pass --on-existing increment, overwrite or resume."
         )
 
 
@@ -52,8 +52,8 @@ class RunBusyError(RunError):
         self.host = host
         who = "another process" if pid is None else f"process {pid}{f' on {host}' if host else ''}"
         super().__init__(
-            f"{who} is training in {path}; wait until it ends, or stop it with 'kill {pid or 'PID'}', which "
-            "writes a checkpoint first. Meanwhile, you can evaluate, play and plot the run."
+            f"{who} is training in {path}; wait until the process ends, or stop it with 'kill {pid or 'PID'}', "
+            "which writes a checkpoint first. Meanwhile, you can evaluate, play and plot the run."
         )
 
 

@@ -51,7 +51,7 @@ class BasicModel:
         log_folder: Log folder of this training run, or None until the folder is chosen.
 
     Raises:
-        ConfigurationError: A key, value, package or file cannot be used.
+        ConfigurationError: A key or value is invalid, or a package or file cannot be read.
         LogFolderExistsError: The log folder already exists. This error is also a ValueError.
         UntrustedFileError: Loading the model requires ``trust``.
         CheckpointError: The model file is damaged.
@@ -176,9 +176,11 @@ class BasicModel:
         """
         self._training_settings()
         if not isinstance(self.model, OffPolicyAlgorithm) or self.model.replay_buffer is None:
-            raise ConfigurationError(f"{type(self).__name__} has no replay buffer: it learns from each step once.")
+            raise ConfigurationError(
+                f"{type(self).__name__} has no replay buffer, because it does not reuse old steps for learning."
+            )
         if self._saved is None or self.model.replay_buffer.size() == 0:
-            raise NotTrainedError("there is nothing to save yet: call train() first.")
+            raise NotTrainedError("there is no replay buffer to save yet; call train() first.")
         path = self._saved[0].with_name(f"{self._saved[0].stem}_replay_buffer.npz")
         write_replay_buffer(self.model.replay_buffer, path)
         return path

@@ -17,7 +17,7 @@ class Strict(BaseModel):
 
 
 class TrainFrequency(Strict):
-    """The interval between two rounds of learning of an off-policy algorithm.
+    """Interval between two training rounds of an off-policy algorithm.
 
     Attributes:
         freq: Length of the interval in ``unit``.

@@ -94,7 +94,7 @@ def _noise(settings: FileSettings, env: Env) -> NormalActionNoise:
         raise IncompatibleSpaceError(
             f"algorithm '{settings.algorithm}'",
             space,
-            f"needs actions in a Box, but the action space is {space}; choose PPO, A2C or DQN.",
+            f"requires a Box action space, but the action space is {space}; choose PPO, A2C or DQN.",
         )
     return NormalActionNoise(np.full(space.shape[-1], noise.mean), np.full(space.shape[-1], noise.sigma))
 
@@ -106,8 +106,8 @@ def _load_buffer(model: OffPolicyAlgorithm, path: Path, trust: bool) -> None:
         assert model.replay_buffer is not None
         read_replay_buffer(model.replay_buffer, arrays)
     elif not pickled.is_file():
-        _log.info("no replay buffer was saved with %s; an empty one is used.", path)
+        _log.info("no replay buffer was saved with %s; training starts with an empty replay buffer.", path)
     elif trust:
         model.load_replay_buffer(pickled)
     else:
-        raise UntrustedFileError(pickled, "it is a pickle, and opening a pickle executes code from it")
+        raise UntrustedFileError(pickled, "the file is a pickle, and opening a pickle can execute code in it")

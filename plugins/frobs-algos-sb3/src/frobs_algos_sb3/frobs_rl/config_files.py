@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""Name of FRobs_RL's package. The default files are also found under this name."""
+"""Name of FRobs_RL's package, under which the default files are also found."""
 
 DEFAULTS = Path(__file__).parent / "config"
 """Folder of the default files."""
@@ -36,7 +36,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
             return folder / filename
     if not folders:
         raise ConfigurationError(
-            f"no package is named '{package}' in Python or ROS; install it, or pass a path: "
+            f"there is no Python package or ROS package named '{package}'; install the package, or pass a path: "
             "config_file_pkg=None, config_filename='path/to/file.yaml'."
         )
     there = sorted({path.name for folder in folders for path in folder.glob("*.y*ml")})

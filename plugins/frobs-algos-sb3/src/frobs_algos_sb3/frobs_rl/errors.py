@@ -17,8 +17,9 @@ class LogFolderExistsError(RunError, ValueError):
     def __init__(self, path: Path) -> None:
         self.path = path
         super().__init__(
-            f"the log folder {path} exists; change log_folder in the YAML file, or choose on_existing='increment' (the next "
-            "free name), 'overwrite' (its logs are removed) or 'resume' (they are continued)."
+            f"the log folder {path} already exists; change log_folder in the YAML file, or choose "
+            "on_existing='increment' "
+            "(use the next free name), 'overwrite' (delete the old logs) or 'resume' (append to the old logs)."
         )
 
 

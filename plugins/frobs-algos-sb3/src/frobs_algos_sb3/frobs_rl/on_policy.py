@@ -26,7 +26,9 @@ class OnPolicyModel(BasicModel):
         self, *args: Any, load_il_policy: bool = False, il_policy_path: Path | str | None = None, **kwargs: Any
     ) -> None:
         if load_il_policy and il_policy_path is None:
-            raise MissingSettingError("load_il_policy", "il_policy_path", "set it to the model to start from")
+            raise MissingSettingError(
+                "load_il_policy", "il_policy_path", "set il_policy_path to the model file from imitation learning"
+            )
         self._il_policy = Path(il_policy_path) if load_il_policy and il_policy_path is not None else None
         super().__init__(*args, **kwargs)
 

@@ -37,7 +37,9 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
         return mapping
     if not server.has_param(_name(ns)):
         raise ConfigFileError(
-            f"the parameter server, {_name(ns)}", None, "the parameters no longer exist; build the model again."
+            f"the parameter server, {_name(ns)}",
+            None,
+            "the parameters no longer exist; create the model again to reload them.",
         )
     now = server.get_param(_name(ns))
     return mapping if now == plain(mapping[ROOT], for_yaml=True) else {ROOT: now}

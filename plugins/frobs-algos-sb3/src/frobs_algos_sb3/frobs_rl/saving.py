@@ -1,4 +1,4 @@
-"""Names of model files, and models that are saved during training."""
+"""Names model files, and saves models during training."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def free_name(path: Path) -> Path:
 
 
 def existing_model(folder: Path, name: str) -> Path:
-    """Return the path of a model to train further, or raise a ConfigurationError that lists the existing models."""
+    """Return the path of a model that is to be trained further, or raise an error that lists the existing models."""
     path = folder / f"{name.removesuffix('.zip')}.zip"
     if not path.is_file():
         there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []
         similar = nearest(name, there)
         hint = f" Did you mean '{similar}'?" if similar else ""
         raise ConfigurationError(
-            f"load_model: {path} does not exist; set model_name to one that does, or load_model to False.{hint} "
+            f"load_model: {path} does not exist; set model_name to an existing model, or load_model to False.{hint} "
             f"Available: {', '.join(there) or 'none'}."
         )
     return path

@@ -21,7 +21,7 @@ ACTIVATIONS = {"relu": "ReLU", "tanh": "Tanh", "elu": "ELU", "selu": "SELU"}
 
 
 class PolicyParams(Strict):
-    """Settings of the networks of a new model, used if ``use_custom_policy`` is true.
+    """Network settings of a new model, used if ``use_custom_policy`` is true.
 
     Attributes:
         net_arch: Widths of the hidden layers.
@@ -49,7 +49,7 @@ class PolicyParams(Strict):
 
         if self.features_extractor_class == "BaseFeaturesExtractor":
             raise ConfigurationError(
-                "features_extractor_class BaseFeaturesExtractor is only a base class; use FlattenExtractor, "
+                "features_extractor_class cannot be BaseFeaturesExtractor, which is abstract; use FlattenExtractor, "
                 "or CombinedExtractor for Dict observations."
             )
         return {
@@ -164,7 +164,7 @@ def read_settings(mapping: Mapping[str, Any], algorithm: str, path: Path | str =
     if not isinstance(given, Mapping):
         similar = nearest(ROOT, mapping)
         instead = f" instead of '{similar}'" if similar and ROOT not in mapping else ""
-        raise ConfigFileError(path, None, f"has no mapping '{ROOT}'; write it{instead} as the root key.")
+        raise ConfigFileError(path, None, f"a mapping is required under the root key '{ROOT}'{instead}.")
     block_name = f"{algorithm}_params"
     if not isinstance(given.get(block_name), Mapping):
         found = [f"{name}_params" for name in algorithms_in(mapping)]

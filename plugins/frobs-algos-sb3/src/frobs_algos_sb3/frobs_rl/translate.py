@@ -35,8 +35,9 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         raise ConfigFileError(
             path,
             None,
-            f"load_model trains a saved model further, but a run starts with a new one; set it to False, or use the class "
-            f"frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
+            "load_model continues training a saved model, but a run starts with a new model; set load_model to False, "
+            "or "
+            f"use the class frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
     if params.save_freq:
@@ -44,7 +45,9 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
     config["algorithm_config"] = algorithm_config(settings)
     unused = [key for key in mapping[ROOT] if key in (*_ELSEWHERE, *settings.unused)]
     note = (
-        f"{path}: not used in a run, which chooses its own file names and logs: {', '.join(unused)}." if unused else ""
+        f"{path}: a run chooses its own file names and logs, so these keys have no effect: {', '.join(unused)}."
+        if unused
+        else ""
     )
     return config, note
 

@@ -83,7 +83,7 @@ def read_archive(path: Path | str) -> ModelArchive:
         known_version = "_stable_baselines3_version" in names
         version = _member(path, archive, "_stable_baselines3_version")[:64] if known_version else b""
     for name in _VARIABLES:
-        tensors.pop(name.removesuffix(".pth"), None)  # only checked here, because the loader reads them again
+        tensors.pop(name.removesuffix(".pth"), None)  # only checked here, because the loader reads the file again
     return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
 
 
@@ -121,14 +121,18 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
         if not allowed.match(member.filename):
             raise CheckpointError(f"{where} is rejected: it contains a file named {member.filename!r}.")
         if member.flag_bits & 0x1:
-            raise CheckpointError(f"{where} is rejected: '{member.filename}' in it is encrypted.")
+            raise CheckpointError(f"{where} is rejected: its file '{member.filename}' is encrypted.")
     if len(set(names)) < len(names):
         raise CheckpointError(f"{where} is rejected: it contains two files with the same name.")
     if not part and len(names) > MAX_MEMBERS:
-        raise CheckpointError(f"{where} is rejected: it contains {len(names)} files, more than {MAX_MEMBERS}.")
+        raise CheckpointError(
+            f"{where} is rejected: it contains {len(names)} files, more than the limit of {MAX_MEMBERS} files."
+        )
     total = sum(member.file_size for member in members)
     if total > MAX_GROWTH * size:
-        raise CheckpointError(f"{where} is rejected: its {size:,} bytes would expand to {total:,} bytes.")
+        raise CheckpointError(
+            f"{where} is rejected: its size would grow from {size:,} to {total:,} bytes when unpacked."
+        )
     return archive
 
 
@@ -136,19 +140,21 @@ def _member(path: Path, archive: zipfile.ZipFile, name: str) -> bytes:
     try:
         return archive.read(name)
     except (*_DAMAGE, ValueError) as error:
-        raise CheckpointError(f"{path} is damaged: '{name}' in it cannot be read ({error}).") from error
+        raise CheckpointError(f"{path} is damaged: its file '{name}' cannot be read ({error}).") from error
 
 
 def _read_json(path: Path, archive: zipfile.ZipFile) -> tuple[dict[str, Any], frozenset[str]]:
     size = archive.getinfo("data").file_size
     if size > MAX_JSON_BYTES:
-        raise CheckpointError(f"{path} is rejected: 'data' in it has {size:,} bytes, more than {MAX_JSON_BYTES:,}.")
+        raise CheckpointError(
+            f"{path} is rejected: its file 'data' has {size:,} bytes, more than the limit of {MAX_JSON_BYTES:,} bytes."
+        )
     try:
         data = json.loads(_member(path, archive, "data"))
     except (ValueError, RecursionError) as error:
-        raise CheckpointError(f"{path} is damaged: 'data' in it is not JSON ({error}).") from error
+        raise CheckpointError(f"{path} is damaged: its file 'data' is not valid JSON ({error}).") from error
     if not isinstance(data, dict):
-        raise CheckpointError(f"{path} is damaged: 'data' in it is not a JSON object.")
+        raise CheckpointError(f"{path} is damaged: its file 'data' is not a JSON object.")
     pickled = frozenset(key for key, value in data.items() if isinstance(value, dict) and ":serialized:" in value)
     for key in pickled:
         data[key] = {name: value for name, value in data[key].items() if name != ":serialized:"}
@@ -163,12 +169,14 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
             warnings.simplefilter("ignore")  # ignore warnings about the file: problems are reported below
             value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
-        raise UntrustedFileError(path, f"'{name}' in it contains objects that only Python code can build") from error
+        raise UntrustedFileError(
+            path, f"its file '{name}' contains objects that can only be created by executing code"
+        ) from error
     except (RuntimeError, EOFError, KeyError, ValueError, TypeError, AttributeError, IndexError) as error:
-        raise CheckpointError(f"{path} is damaged: '{name}' in it cannot be read ({error}).") from error
+        raise CheckpointError(f"{path} is damaged: its file '{name}' cannot be read ({error}).") from error
     for tensor in _walk(value):
         if tensor.numel() * tensor.element_size() > max(tensor.untyped_storage().nbytes(), 1):
-            raise CheckpointError(f"{path} is rejected: a tensor in '{name}' declares more numbers than it contains.")
+            raise CheckpointError(f"{path} is rejected: a tensor in its file '{name}' is larger than the stored data.")
     return value
 
 

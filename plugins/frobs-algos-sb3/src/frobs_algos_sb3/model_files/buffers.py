@@ -33,8 +33,9 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     """
     if type(buffer) not in (ReplayBuffer, DictReplayBuffer) or buffer.optimize_memory_usage:
         raise ConfigurationError(
-            f"a {type(buffer).__name__}{' that saves memory' if buffer.optimize_memory_usage else ''} cannot be written as "
-            "arrays; use ReplayBuffer or DictReplayBuffer with optimize_memory_usage=False."
+            f"a {type(buffer).__name__}{' with optimize_memory_usage=True' if buffer.optimize_memory_usage else ''} "
+            "cannot "
+            "be saved as arrays; use ReplayBuffer or DictReplayBuffer with optimize_memory_usage=False."
         )
     size = buffer.size()
     arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}
@@ -58,16 +59,21 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     own = _arrays(buffer)
     rows = {len(saved[name]) for name in own if name in saved}
     if set(saved) != {*own, "format", "next"} or len(rows) != 1 or int(saved["format"]) != FORMAT:
-        raise CheckpointError(f"{path} is not a replay buffer of this kind: it contains {', '.join(sorted(saved))}.")
+        raise CheckpointError(
+            f"{path} does not match the model's replay buffer: it contains the arrays {', '.join(sorted(saved))}."
+        )
     for name, whole in own.items():
         if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
             raise CheckpointError(
-                f"{path} does not fit the model: '{name}' in it is {saved[name].dtype} {saved[name].shape[1:]} per step, "
-                f"but the model needs {whole.dtype} {whole.shape[1:]}."
+                f"{path} does not match the model: its array '{name}' contains {saved[name].dtype} "
+                f"{saved[name].shape[1:]} "
+                f"per step, but the model requires {whole.dtype} {whole.shape[1:]}."
             )
     count, following, capacity = rows.pop(), int(saved["next"]), buffer.buffer_size
     if not 0 <= following <= count:
-        raise CheckpointError(f"{path} is damaged: the next step would go to {following} of {count}.")
+        raise CheckpointError(
+            f"{path} is damaged: the index of the next step is {following}, but the buffer contains {count} steps."
+        )
     if count <= capacity and (count == capacity or following == count):
         order, start = np.arange(count), following % capacity
     else:  # different capacity: use the newest steps that fit, oldest first
@@ -95,16 +101,16 @@ def _read(path: Path) -> dict[str, np.ndarray[Any, Any]]:
         with path.open("rb") as file:
             start = file.read(2)
             if start != b"PK":
-                raise UntrustedFileError(path, "it is a pickle, and opening a pickle executes code from it")
+                raise UntrustedFileError(path, "the file is a pickle, and opening a pickle can execute code in it")
             with zipfile.ZipFile(file) as archive:
                 for member in archive.infolist():
                     if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & 0x1:
-                        raise CheckpointError(f"{path} is rejected: '{member.filename}' in it is compressed.")
+                        raise CheckpointError(f"{path} is rejected: its array '{member.filename}' is compressed.")
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}
     except ValueError as error:
         if "allow_pickle" in str(error) or "Object arrays" in str(error):
-            raise UntrustedFileError(path, "it contains arrays of Python objects") from error
+            raise UntrustedFileError(path, "the file contains arrays of Python objects") from error
         raise CheckpointError(f"{path} is damaged: {error}.") from error
     except (OSError, EOFError, KeyError, zipfile.BadZipFile, MemoryError, io.UnsupportedOperation) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error

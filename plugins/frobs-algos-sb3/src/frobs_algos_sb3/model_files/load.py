@@ -74,7 +74,9 @@ def load_model(
     name = algorithm or known.identify(archive.data)
     if name is None or name not in known.ALGORITHMS:
         raise CheckpointError(
-            f"{archive.path} was saved by {name or 'an algorithm that it does not name'}; choose one of {', '.join(known.ALGORITHMS)}."
+            f"{archive.path} was saved by {name or 'an algorithm that cannot be identified'}; choose one of these "
+            "algorithms: "
+            f"{', '.join(known.ALGORITHMS)}."
         )
     _check_algorithm(archive, name)
     try:
@@ -148,24 +150,29 @@ def _fill_in(archive: ModelArchive, found: Rebuilt, defaults: Mapping[str, Any],
         del found.unreadable["target_entropy"]
     for key in _NEEDED:
         if key not in found.values and key not in found.unreadable:
-            raise CheckpointError(f"{archive.path} is damaged: 'data' in it has no '{key}'.")
+            raise CheckpointError(f"{archive.path} is damaged: its file 'data' does not contain the attribute '{key}'.")
     missing = [key for key in found.unreadable if training or key in _NEEDED]
     for key in missing:
         if key not in archive.pickled:
-            raise CheckpointError(f"{archive.path} is damaged: '{key}' in it cannot be used: {found.unreadable[key]}.")
+            raise CheckpointError(
+                f"{archive.path} is damaged: the value of the attribute '{key}' cannot be used: "
+                f"{found.unreadable[key]}."
+            )
     if missing:
         raise UntrustedFileError(archive.path, "; ".join(_reason(key, found.unreadable[key]) for key in missing))
 
 
 def _reason(key: str, why: str) -> str:
-    """Return why an attribute cannot be read without ``trust``, and how else the model can be opened."""
+    """Explain why an attribute cannot be read without ``trust``, and how to open the model instead."""
     way = ""
     if key in ("observation_space", "action_space"):
-        way = ", or open it with an environment"
+        way = ", or open the model with an environment"
     elif key not in ("policy_class", "policy_kwargs"):
         way = f", or pass {key}=…"
     return (
-        f"'{key}' is a pickle, which executes code when it is opened, and its readable part is not enough ({why}){way}"
+        f"the attribute '{key}' is stored as a pickle, which can execute code when it is opened, and the text next to "
+        "the "
+        f"pickle is not sufficient ({why}){way}"
     )
 
 
@@ -189,7 +196,9 @@ def _build(
             warnings.filterwarnings("ignore", "This system does not have apparently enough memory")
             model = cls.load(clean_copy(archive, values), env, device, custom_objects=values, **overrides)
     except _FAILURES as error:
-        raise CheckpointError(f"{archive.path}: its parts do not fit each other: {_first_line(error)}.") from error
+        raise CheckpointError(
+            f"{archive.path} cannot be opened, because its parts do not match each other: {_first_line(error)}."
+        ) from error
     if frozen:
         model.lr_schedule = _Unreadable(archive.path)
     return model
@@ -217,5 +226,6 @@ class _Unreadable:
         """Raise an error."""
         raise UntrustedFileError(
             self._path,
-            "'learning_rate' is a function, which was not read from the file; pass learning_rate=… to open the model",
+            "the learning rate is a function, which was not read from the file; pass learning_rate=… when you open the "
+            "model",
         )

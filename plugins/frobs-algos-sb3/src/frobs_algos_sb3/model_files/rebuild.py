@@ -29,7 +29,7 @@ _FRESH = (
     "_last_lstm_states",
     "ep_info_buffer",
     "ep_success_buffer",
-    "tensorboard_log",  # must not be chosen by an untrusted file
+    "tensorboard_log",  # an untrusted file must not choose the log folder
     "start_time",
 )
 """Attributes that an opened model initializes itself, so that their values in the file are ignored."""
@@ -65,7 +65,7 @@ def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str
             result.values[name] = _reader(name, archive)(data[name])
         except Unreadable as problem:
             result.unreadable[name] = str(problem)
-    if "policy_class" in result.unreadable:  # the keywords are useless without their class
+    if "policy_class" in result.unreadable:  # the keyword arguments cannot be used without the class
         result.unreadable.pop("policy_kwargs", None)
         result.values["policy_kwargs"] = {}
     return result
@@ -113,7 +113,7 @@ def _scalar(value: Any) -> bool | int | float | None:
 
 
 def _pickled(_value: Any) -> Any:
-    raise Unreadable("the file contains only the code of the value, which is not executed")
+    raise Unreadable("the file contains the value only as code, which is not executed")
 
 
 def _word_or_number(value: Any) -> str | float:
@@ -121,13 +121,13 @@ def _word_or_number(value: Any) -> str | float:
         first, _, rest = value.partition("_")
         if first == "auto" and (not rest or text.number(rest) > 0.0):
             return value
-        raise Unreadable("it is neither a number nor 'auto'")
+        raise Unreadable("the value is neither a number nor 'auto'")
     return text.number(value)
 
 
 def _plain_mapping(value: Any) -> dict[str, Any]:
     if not isinstance(value, dict) or ":type:" in value:
-        raise Unreadable("the file contains only the code of the value, which is not executed")
+        raise Unreadable("the file contains the value only as code, which is not executed")
     return {str(key): item if isinstance(item, str) else _scalar(item) for key, item in value.items()}
 
 
@@ -135,7 +135,7 @@ def _class_of_constructor(value: Any) -> str:
     """Return the name of a pickled class, read from the name of its constructor."""
     written = value.get("__init__") if isinstance(value, dict) else None
     if not isinstance(written, str) or not written.startswith("<function "):
-        raise Unreadable("the file does not name its class")
+        raise Unreadable("the file does not contain the name of the class")
     return written.removeprefix("<function ").partition(".")[0]
 
 
@@ -176,7 +176,7 @@ def _keyword(key: str, value: Any, accepted: Mapping[str, Any], sizes: set[int])
         if value is None:
             return None
         if not isinstance(value, dict):
-            raise Unreadable(f"'{key}' is written only as code")
+            raise Unreadable(f"'{key}' is stored only as code")
         return {str(name): _inner(str(name), item, sizes) for name, item in value.items()}
     return _inner(key, value, sizes)
 
@@ -189,7 +189,7 @@ def _inner(key: str, value: Any, sizes: set[int]) -> Any:
     if key in _COUNTS:
         return text.integer(value, 1, 1024)
     if isinstance(value, str):
-        raise Unreadable(f"'{key}' is written only as code")
+        raise Unreadable(f"'{key}' is stored only as code")
     return _scalar(value)
 
 
@@ -201,7 +201,7 @@ def _net_arch(value: Any, sizes: set[int]) -> Any:
     if value is None:
         return None
     if not isinstance(value, list) or len(value) > _MAX_LAYERS:
-        raise Unreadable("'net_arch' is not a list of widths")
+        raise Unreadable("'net_arch' is not a list of layer widths")
     return [_size(width, sizes) for width in value]
 
 

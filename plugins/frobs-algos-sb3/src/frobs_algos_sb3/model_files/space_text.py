@@ -81,29 +81,29 @@ class _Reader:
     def expect(self, literal: str) -> None:
         """Consume a literal, or raise Unreadable."""
         if not self._text.startswith(literal, self._place):
-            raise Unreadable(f"'{literal}' is missing in the text of its spaces")
+            raise Unreadable(f"'{literal}' is missing in the text of the space")
         self._place += len(literal)
 
     def end(self) -> None:
         """Raise Unreadable unless the end of the text is reached."""
         if self._text[self._place :].strip():
-            raise Unreadable("something follows the text of its spaces")
+            raise Unreadable("there are unexpected characters after the text of the space")
 
     def items(self, pairs: bool, depth: int) -> OrderedDict[str, gym.Space[Any]]:
         """Parse keys and spaces, which have the form ``('key', space)`` if ``pairs`` is set."""
         if depth > MAX_DEPTH:
-            raise Unreadable(f"its spaces are nested deeper than {MAX_DEPTH}")
+            raise Unreadable(f"the space has more than {MAX_DEPTH} levels of nesting")
         found: OrderedDict[str, gym.Space[Any]] = OrderedDict()
         while True:
             if pairs:
                 self.expect("(")
             key = _KEY.match(self._text, self._place)
             if key is None or key[3] != ("," if pairs else ":"):
-                raise Unreadable("a key is missing in the text of its spaces")
+                raise Unreadable("a key is missing in the text of the space")
             self._place = key.end()
             name = key[1] if key[1] is not None else key[2]
             if name in found:
-                raise Unreadable(f"the key '{name}' occurs twice in the text of its spaces")
+                raise Unreadable(f"the key '{name}' occurs twice in the text of the space")
             found[name] = self.space(depth + 1)
             if pairs:
                 self.expect(")")
@@ -116,7 +116,7 @@ class _Reader:
         """Parse one space."""
         kind = re.compile(r"(Box|Discrete|MultiDiscrete|MultiBinary|Dict)\(").match(self._text, self._place)
         if kind is None:
-            raise Unreadable("the text of its spaces names an unknown kind of space")
+            raise Unreadable("the text of the space contains an unknown type of space")
         self._place = kind.end()
         if kind[1] == "Dict":
             found = self.items(pairs=False, depth=depth)
@@ -135,7 +135,7 @@ class _Reader:
         if kind[1] == "MultiBinary" and len(plain) == 1:
             sizes = [int(item) for item in re.findall(r"\d{1,9}", plain[0])]
             return _multi_binary(sizes if "[" in plain[0] or "(" in plain[0] else sizes[0])
-        raise Unreadable(f"the text of a {kind[1]} space does not have the format of Gymnasium")
+        raise Unreadable(f"the text of a {kind[1]} space does not have Gymnasium's format")
 
     def _arguments(self) -> list[str]:
         """Parse the arguments of a call up to its closing bracket."""
@@ -152,7 +152,7 @@ class _Reader:
                 if letter == ")":
                     self._place = start
                     return found
-        raise Unreadable("a bracket is missing in the text of its spaces")
+        raise Unreadable("a bracket is missing in the text of the space")
 
 
 def _dtype(written: Any) -> np.dtype[Any]:
@@ -168,9 +168,9 @@ def _box(low: Any, high: Any, of_shape: tuple[int, ...], dtype: Any) -> spaces.B
     if kind.kind != "f":
         limits = (0, 1) if kind.kind == "b" else (np.iinfo(kind).min, np.iinfo(kind).max)
         if np.any(lower < limits[0]) or np.any(upper > limits[1]):
-            raise Unreadable(f"its bounds are not of the type {kind}")
+            raise Unreadable(f"the bounds of the space are not of the type {kind}")
     if np.any(lower > upper):
-        raise Unreadable("its lower bounds are above its upper ones")
+        raise Unreadable("a lower bound of the space is above the upper bound")
     return spaces.Box(lower.astype(kind), upper.astype(kind), of_shape, kind.type)
 
 
@@ -182,7 +182,7 @@ def _discrete(n: Any, start: Any, dtype: Any) -> spaces.Discrete:
 
 def _multi_discrete(nvec: Any, start: Any, dtype: Any) -> spaces.MultiDiscrete:
     if (isinstance(nvec, str) and "\n" in nvec) or str(nvec).count("[") > 1:
-        raise Unreadable("a MultiDiscrete space of several dimensions cannot be read")
+        raise Unreadable("a MultiDiscrete space with several dimensions cannot be read")
     counts = [text.integer(float(value), 1, text.MAX_VALUES) for value in text.array(nvec)]
     first = None if start is None else text.array(start, (len(counts),)).astype(np.int64)
     return spaces.MultiDiscrete(counts, dtype=_dtype(dtype).type, start=first)

@@ -85,7 +85,7 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
     if len(set(values)) == 1 and (shortened or not text.startswith("[")):
         return np.full(of_shape, values[0])
     if len(values) != math.prod(of_shape):
-        raise Unreadable(f"{len(values)} numbers do not fit the shape {of_shape}")
+        raise Unreadable(f"{len(values)} numbers do not match the shape {of_shape}")
     return np.array(values, np.float64).reshape(of_shape)
 
 
@@ -106,13 +106,13 @@ def schedule(value: Any) -> float | Callable[[float], float]:
             return number(arguments.get("val"))
         if name == "LinearSchedule":
             return _linear(*(arguments.get(key) for key in ("start", "end", "end_fraction")))
-    raise Unreadable("it is a function, and the file contains only its code")
+    raise Unreadable("the value is a function, and the file contains only the function's code")
 
 
 def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
     share = number(fraction)
     if not 0.0 < share <= 1.0:
-        raise Unreadable(f"{share} is not a fraction of the training (above 0, at most 1)")
+        raise Unreadable(f"{share} is not a fraction of the training run, which must be above 0 and at most 1")
     return LinearSchedule(number(start), number(end), share)
 
 
@@ -126,7 +126,7 @@ def action_noise(value: Any) -> ActionNoise | None:
     if kind == "stable_baselines3.common.noise.OrnsteinUhlenbeckActionNoise" and value.get("initial_noise") is None:
         mean, sigma = array(value.get("_mu")), array(value.get("_sigma"))
         return OrnsteinUhlenbeckActionNoise(mean, sigma, number(value.get("_theta")), number(value.get("_dt")))
-    raise Unreadable("it is a kind of noise, and the file contains only its code")
+    raise Unreadable("the noise is of an unsupported type, and the file contains only the noise's code")
 
 
 def class_name(text: Any) -> str:

@@ -46,7 +46,7 @@ def bench(
         typer.Option(
             metavar="NAME",
             show_default="ppo",
-            help="Algorithm of --training and --predict: a name from 'frobs list algorithms'.",
+            help="Algorithm for --training and --predict: a name from 'frobs list algorithms'.",
         ),
     ] = None,
     num_envs: Annotated[
@@ -90,7 +90,7 @@ def bench(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the training run of --training or --scaling, as in 'frobs train'. Repeatable.",
+            help="Training setting for --training or --scaling, in the same form as for 'frobs train'. Repeatable.",
         ),
     ] = None,
     json: Json = False,
@@ -140,7 +140,8 @@ def bench(
         _reject({"--training": training}, "choose either --training or --scaling.")
         if steps is not None and predict is None:
             raise CommandLineError(
-                "--steps", "with --scaling, only a prediction has this option; add --predict 10,100,1000."
+                "--steps",
+                "this option requires --predict if --scaling is used; add, for example, --predict 10,100,1000.",
             )
         flags = {"algorithm": algorithm, "robot": robot, "tcp": tcp, "steps": steps, **keywords}
         with only_json(json):
@@ -149,7 +150,7 @@ def bench(
         return
     only_scaling = {f"--{name.replace('_', '-')}": value for name, value in (ranges | prediction).items()}
     only_scaling["--runner"] = None if runner == "local" else runner
-    _reject(only_scaling, "only --scaling has this option; add --scaling.")
+    _reject(only_scaling, "this option requires --scaling.")
     count = _one_size(num_envs)
     if training:
         flags = {"algorithm": algorithm, "num_envs": count, "robot": robot, "tcp": tcp, **keywords}
@@ -157,7 +158,7 @@ def bench(
             trained = _measure_training(_resolve(env_id, flags, settings), steps)
         print_json(trained) if json else print_facts(_training_facts(trained))
         return
-    _reject({"--algorithm": algorithm, "--set": settings}, "only a training run has this option; add --training.")
+    _reject({"--algorithm": algorithm, "--set": settings}, "this option requires --training or --scaling.")
     from frobs_devkit.bench import bench as measure
 
     options = robot_keywords(robot, tcp, args, package_path)
@@ -179,7 +180,9 @@ def _one_size(num_envs: str | None) -> int | None:
     if sizes is None:
         return None
     if len(sizes) > 1:
-        raise CommandLineError("--num-envs", "only --scaling measures several numbers; give one, or add --scaling.")
+        raise CommandLineError(
+            "--num-envs", "a list of numbers requires --scaling; add --scaling, or specify a single number."
+        )
     return sizes[0]
 
 

@@ -58,9 +58,7 @@ Jobs = Annotated[
 
 Seconds = Annotated[
     float | None,
-    typer.Option(
-        metavar="S", min=0.1, show_default="2", help="With --scaling: time to measure at each size, in seconds."
-    ),
+    typer.Option(metavar="S", min=0.1, show_default="2", help="With --scaling: measurement time per size, in seconds."),
 ]
 
 Predict = Annotated[
@@ -68,7 +66,8 @@ Predict = Annotated[
     typer.Option(
         metavar="N,N…",
         show_default=False,
-        help="With --scaling: numbers of nodes for which to predict speed and time of a training run of --steps steps.",
+        help="With --scaling: numbers of nodes for which to predict the speed and duration of a training run with "
+        "--steps steps.",
     ),
 ]
 
@@ -87,7 +86,7 @@ Network = Annotated[
     typer.Option(
         metavar="GBIT",
         min=1e-6,
-        show_default="as measured between several machines, else unlimited",
+        show_default="the measured bandwidth if the cluster has several machines, otherwise unlimited",
         help="With --predict: network bandwidth of the learner's machine, in Gbit/s.",
     ),
 ]
@@ -135,12 +134,12 @@ def report_scaling(
         values = {"--node-processors": node_processors, "--network": network, "--price": price}
         for name, value in values.items():
             if value is not None:
-                raise CommandLineError(name, "only a prediction has this option; add --predict 10,100,1000.")
+                raise CommandLineError(name, "this option requires --predict; add, for example, --predict 10,100,1000.")
     if out is not None and out.suffix.lower() != ".png":
         raise CommandLineError("--out", f"'{out}' is not a PNG file; use a name such as scaling.png.")
     cluster = None if runner == LOCAL and ray_address is None else open_runner(runner, ray_address, None, None)
     if cluster is None and jobs is not None:
-        raise CommandLineError("--jobs", "only a cluster has this option; add --runner ray.")
+        raise CommandLineError("--jobs", "this option requires a cluster; add --runner ray.")
     ranges = ScalingRanges.choose(
         config,
         num_envs=read_sizes("--num-envs", num_envs),
@@ -169,7 +168,7 @@ def report_scaling(
     print_facts(scaling_facts(found, model))
     if found.is_disturbed:
         print_note(
-            "Other programs used the processors, so the speed of an idle machine is higher. Close them and measure again."
+            "Other programs were using the processors, so the measured speed is too low. Close them and measure again."
         )
     if predictions:
         print_line()
@@ -179,7 +178,7 @@ def report_scaling(
 
 
 def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
-    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option is not given.
+    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option is missing.
 
     Raises:
         CommandLineError: The text is not a list of positive integers.
@@ -196,7 +195,7 @@ def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
 
 
 def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
-    """Return the measurements as the facts that the command prints."""
+    """Return the measurements as a dictionary for printing."""
     per_env = None if found.memory_per_env is None else f" + {found.memory_per_env / 1e3:,.1f} kB per environment"
     traffic = found.traffic
     return {
@@ -209,7 +208,8 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
         else f"{traffic.bytes_per_step:,.0f} bytes per environment step; a learner receives "
         f"{traffic.bytes_per_second / 1e6:,.0f} MB/s = {traffic.steps_per_second:,.0f} steps/s",
         "machine": found.machine,
-        "load": f"{found.load:.1f} processes used or waited for a processor before the measurement",
+        "load": f"on average, {found.load:.1f} processes were running or waiting for a processor before the "
+        "measurement",
         "measured": [_row(point) for point in found.points],
     }
 
@@ -217,15 +217,15 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
 def prediction_facts(
     model: ScalingModel, predictions: Sequence[Prediction], steps: int, processors: int
 ) -> dict[str, Any]:
-    """Return the predictions as the facts that the command prints."""
+    """Return the predictions as a dictionary for printing."""
     learner = model.learner
     return {
         "name": "prediction",
         "kind": f"{steps:,} environment steps on nodes of {processors} processors each",
-        "model": "n · p · s / ((1 + α (p − 1)) (1 + β (n − 1))), at most what one learner can use",
+        "model": "n · p · s / ((1 + α (p − 1)) (1 + β (n − 1))), limited by the rate that one learner can handle",
         "parameters": f"s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, "
         f"β = {model.node_contention:.3f} ({'measured' if model.node_contention_measured else 'assumed'})",
-        "correction": "rates ÷ share of processor time, because other programs used the processors"
+        "correction": "rates are divided by the share of processor time, because other programs used the processors"
         if model.corrected
         else None,
         "learner": None if learner is None else f"{1.0 / learner.learning:,.0f} steps/s with {learner.algorithm}",
@@ -275,7 +275,11 @@ def _errors(model: ScalingModel) -> str:
         for name, error in errors.items()
         if error is not None
     ]
-    return "; ".join(shown) + ", if these are left out of the fit" if shown else "unknown: measure at least two sizes"
+    return (
+        "; ".join(shown) + ", each predicted by a fit that excludes this measurement"
+        if shown
+        else "unknown; measure at least two sizes to estimate the error"
+    )
 
 
 @contextmanager

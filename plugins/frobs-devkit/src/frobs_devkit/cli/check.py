@@ -39,7 +39,7 @@ def check(
         str | None,
         typer.Option(
             metavar="NAME",
-            show_default="that of ID_OR_PLUGIN, or a small one of the kit",
+            show_default="the robot of ID_OR_PLUGIN, or a small test robot",
             help="Robot to use for checks of controllers, tasks and environments.",
         ),
     ] = None,
@@ -47,7 +47,7 @@ def check(
         str | None,
         typer.Option(
             metavar="NAME",
-            show_default="that of ID_OR_PLUGIN; for a robot, all installed ones",
+            show_default="the simulator of ID_OR_PLUGIN; for a robot, all installed simulators",
             help="Simulator to run the checks in.",
         ),
     ] = None,
@@ -56,7 +56,7 @@ def check(
         typer.Option(
             metavar="CHECK=REASON",
             show_default=False,
-            help="Check that is expected to fail, and the reason. If the check passes, this counts as a failure. "
+            help="Check that is expected to fail, and the reason. If the check passes, it is reported as failed. "
             "Repeatable.",
         ),
     ] = None,
@@ -66,7 +66,7 @@ def check(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the algorithm, or keyword of the environment, task or controller. Repeatable.",
+            help="Setting of the algorithm, or keyword argument of the environment, task or controller. Repeatable.",
         ),
     ] = None,
     steps: Annotated[
@@ -75,7 +75,7 @@ def check(
             metavar="N",
             min=1,
             show_default="300",
-            help="Number of environment steps in the short training run of an algorithm.",
+            help="Number of environment steps in the short training run that checks an algorithm.",
         ),
     ] = None,
     json: Json = False,
@@ -118,7 +118,7 @@ def check(
 def _reason(given: str) -> tuple[str, str]:
     name, sign, reason = given.partition("=")
     if not (sign and name.strip() and reason.strip()):
-        raise CommandLineError("--expect-failure", f"'{given}' is not of the form CHECK=REASON.")
+        raise CommandLineError("--expect-failure", f"expected CHECK=REASON, got '{given}'.")
     return name.strip(), reason.strip()
 
 
@@ -141,7 +141,10 @@ def _print_end(subject: Subject, report: Report) -> None:
     if report.inconclusive:
         names = ", ".join(result.name for result in report.inconclusive)
         out.print(
-            Text(f"warning: inconclusive, because the situation to be checked did not occur: {names}", style="yellow"),
+            Text(
+                f"warning: some checks were inconclusive because the situation they test did not occur: {names}",
+                style="yellow",
+            ),
             soft_wrap=True,
         )
     verified = [f"{name} ({subject.claims[name]})" if name in subject.claims else name

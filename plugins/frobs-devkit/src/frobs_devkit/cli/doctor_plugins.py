@@ -26,7 +26,7 @@ def plugins(
         typer.Argument(
             metavar="[NAME]...",
             show_default=False,
-            help="Plugins or distributions to examine. If no plugins are named, all are examined.",
+            help="Plugins or distributions to examine. By default, all installed plugins are examined.",
         ),
     ] = None,
     timeout: Annotated[

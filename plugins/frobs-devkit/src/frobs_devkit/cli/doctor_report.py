@@ -87,7 +87,7 @@ def _axis(axis: Sequence[float]) -> str:
 
 def _print_drives(joints: Sequence[JointFacts]) -> None:
     drives = [(joint, joint.drive) for joint in joints if joint.drive is not None]
-    _section("drives", "from the largest inertia, unless declared")
+    _section("drives", "derived from the largest inertia unless the robot declares gains")
     rows = []
     for joint, drive in drives:
         numbers = (drive.inertia, drive.stiffness, drive.damping, abs(drive.holding_effort))
@@ -127,12 +127,15 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
     if simulator.builds is None:
         verdict, style = f"not checked: {simulator.reason}", "dim"
     elif not simulator.builds:
-        verdict, style = f"cannot simulate it: {simulator.reason}", "bold red"
+        verdict, style = f"cannot simulate the robot: {simulator.reason}", "bold red"
     elif simulator.overlaps:
-        verdict, style = f"simulates it; {_count(len(simulator.overlaps), 'pair')} of links overlap at home", "yellow"
+        verdict, style = (
+            f"simulates the robot; {_count(len(simulator.overlaps), 'pair')} of links overlap in the home position",
+            "yellow",
+        )
     else:
-        free = "" if simulator.overlaps is None else "; no links overlap at home"
-        verdict, style = f"simulates it{free}", "green"
+        free = "" if simulator.overlaps is None else "; no links overlap in the home position"
+        verdict, style = f"simulates the robot{free}", "green"
     _print_grid([[Text(verdict, style=style)]], indent=4)
     if simulator.elements:
         rows: list[list[str | Text]] = [
@@ -150,8 +153,8 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
 def print_findings(findings: Sequence[Finding]) -> None:
     """Write findings to stdout.
 
-    If there are many findings of one kind, only the first is printed in full, followed by the names of the other
-    affected objects.
+    If there are many findings of one kind, only the first finding is printed in full, followed by the names of the
+    other affected objects.
     """
     kinds: dict[tuple[Severity, str], list[Finding]] = {}
     for finding in findings:
@@ -221,7 +224,7 @@ def _print_table(
 
     Args:
         heads: Column headings.
-        rows: Rows, each with one text per column.
+        rows: Rows, each with one string per column.
         right: Indices of the right-aligned columns.
         header: Whether to show the column headings.
         indent: Indentation of each line, in characters.

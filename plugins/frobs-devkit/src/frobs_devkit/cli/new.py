@@ -27,14 +27,14 @@ def new(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="NAME", show_default=False, help="Name of the new part as users will write it, such as my_arm."
+            metavar="NAME", show_default=False, help="Name by which users refer to the new part, such as my_arm."
         ),
     ] = None,
     example: Annotated[
         str | None,
         typer.Option(
             metavar="NAME",
-            show_default="arm, or file with --robot-file",
+            show_default="arm; file if --robot-file is given",
             help="Example to start from: arm (reaches), wheeled (drives to a goal) or file (your own arm).",
         ),
     ] = None,
@@ -49,7 +49,7 @@ def new(
         str | None,
         typer.Option(
             metavar="LINK",
-            show_default="the likeliest link",
+            show_default="the most likely link",
             help="Link of your arm that is the tool center point (TCP).",
         ),
     ] = None,
@@ -60,18 +60,21 @@ def new(
         typer.Option(
             metavar="NAME",
             show_default="reject",
-            help="What to do if the conformance kit fails on --robot-file: reject the file, or expect the failures "
+            help="What to do if --robot-file fails conformance checks: reject the file, or expect these failures "
             "in the plugin's tests.",
         ),
     ] = None,
     robot: Annotated[
         str | None,
         typer.Option(
-            metavar="NAME", show_default="irb120", help="Installed robot that the new task is for, if WHAT is task."
+            metavar="NAME",
+            show_default="irb120",
+            help="Installed robot that performs the new task. Requires WHAT to be task.",
         ),
     ] = None,
     namespace: Annotated[
-        str | None, typer.Option(metavar="NAME", show_default="lab", help="First part of the Gymnasium IDs.")
+        str | None,
+        typer.Option(metavar="NAME", show_default="lab", help="Part of the Gymnasium IDs before the slash."),
     ] = None,
     author: Annotated[
         str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Copyright holder.")
@@ -87,7 +90,7 @@ def new(
         typer.Option(
             metavar="NAME",
             show_default="github",
-            help=f"Service that runs the tests at each push: {', '.join(CHOICES['ci'])}.",
+            help=f"CI service that runs the tests on each push: {', '.join(CHOICES['ci'])}.",
         ),
     ] = None,
     output: Annotated[

@@ -36,7 +36,7 @@ def parity(
         str | None,
         typer.Option(
             metavar="NAME,NAME…",
-            show_default="the environment's simulator, then every other one that can be used here",
+            show_default="the environment's simulator, followed by all other usable simulators",
             help="Simulators to compare. The first simulator is the reference.",
         ),
     ] = None,
@@ -45,7 +45,7 @@ def parity(
         typer.Option(
             metavar="RUN",
             show_default=False,
-            help="Run folder whose policy is evaluated on each simulator, too. Only with one ID.",
+            help="Run folder whose policy is also evaluated on each simulator. Requires a single ID.",
         ),
     ] = None,
     episodes: Annotated[
@@ -57,12 +57,12 @@ def parity(
             metavar="FILE",
             dir_okay=False,
             show_default="generated smooth actions",
-            help="File with actions to replay: .json or .npz with id, seed and actions. Only with one ID.",
+            help="File with actions to replay: .json or .npz with id, seed and actions. Requires a single ID.",
         ),
     ] = None,
     only: Annotated[
         str | None,
-        typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to make; all others are left out."),
+        typer.Option(metavar="NAME,NAME…", show_default="all", help="Measurements to perform; all others are skipped."),
     ] = None,
     controller: Controller = None,
     robot: Robot = None,
@@ -116,7 +116,7 @@ def parity(
     if len(specs) > 1 or runner != "local":
         for option, value in (("--run", run), ("--actions", actions)):
             if value is not None:
-                raise CommandLineError(option, "requires a single ID, and does not support --runner.")
+                raise CommandLineError(option, "this option requires a single ID and cannot be combined with --runner.")
         from frobs_devkit.cli.parity_jobs import certification_job, certify_and_report
 
         root = out or Path("parity")
@@ -196,10 +196,12 @@ def _print(certificate: Certificate, folder: Path) -> None:
             "quantity",
             "error",
             "tolerance",
-            "place of the largest error, or reason for skipping",
+            "location of the largest error, or reason for skipping",
         ),
         table,
     )
     print_line()
     console().print(certificate.verdict, style="bold green" if certificate.passed else "bold red", soft_wrap=True)
-    print_note(f"written to {folder}: certificate.md, certificate.json, pictures, curves and actions")
+    print_note(
+        f"The certificate was written to {folder}: certificate.md, certificate.json, images, curves and actions."
+    )

@@ -58,7 +58,7 @@ def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, jso
     Args:
         jobs: Jobs created by :func:`certification_job`.
         runner: Runner that executes the jobs.
-        folder: Existing folder for the folders of the certificates.
+        folder: Existing folder that will contain the folder of each certificate.
         json: Whether to write JSON, and nothing else, to stdout.
 
     Raises:
@@ -68,7 +68,7 @@ def certify_and_report(jobs: Sequence[Job], runner: Runner, folder: Path, *, jso
         outcomes = collect_outcomes(
             [job.name for job in jobs],
             lambda update: runner.run(jobs, folder, update),
-            f"the certificates that are finished are in {folder}",
+            f"the finished certificates are in {folder}",
         )
     found = [outcome.result for outcome in outcomes if outcome.error is None]
     if json:

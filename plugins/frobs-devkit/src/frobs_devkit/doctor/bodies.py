@@ -28,11 +28,11 @@ DENSITIES = (1.0, 20_000.0)
 """Range of plausible link densities, from foam to tungsten: mass divided by bounding box volume [kg/m³]."""
 
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
-_TURNED = 3.0  # factor by which the shape makes one moment larger than another, and the file makes it smaller
+_TURNED = 3.0  # minimum ratio of two moments that contradicts the shape
 _LEAST, _MOST = 0.02, 2.0  # range of plausible moments, relative to the maximum for a body inside the box
 _SMALL = 1e-3  # [m] minimum thickness of a box, because a flat sheet has no volume
 _SHARE = 0.005  # fraction of the robot's mass or moments below which a link has no visible effect
-_LARGE = 20.0  # [m] a larger link usually has a mesh in millimeters
+_LARGE = 20.0  # [m] a link larger than this usually has a mesh in millimeters
 
 
 def link_facts(model: RobotModel) -> tuple[LinkFacts, ...]:
@@ -87,8 +87,8 @@ def _unreadable(link: Link) -> Iterator[Finding]:
                 yield warning(
                     "unreadable-mesh",
                     f"link '{link.name}'",
-                    f"its mesh '{error.path.name}' cannot be measured: {error.reason.rstrip('.')}",
-                    "open it in a mesh viewer and export it again as .stl or .obj",
+                    f"the mesh '{error.path.name}' cannot be measured: {error.reason.rstrip('.')}",
+                    "open the mesh in a mesh viewer and export it again as .stl or .obj",
                 )
 
 
@@ -105,7 +105,7 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
     moved = {joint.child for joint in model.joints if joint.type in MOVING}
     for link in model.links:
         if link.visuals and not link.collisions:
-            problem, advice = "it has visuals but does not collide", "add a <collision> if it should collide"
+            problem, advice = "the link has visuals but no collision shape", "add a <collision> if it should collide"
             found = warning("visual-only", f"link '{link.name}'", problem, advice)
             yield found if link.name in moved else replace(found, severity=Severity.NOTE)
 
@@ -124,8 +124,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "absurd-mass",
             f"link '{link.name}'",
-            f"{inertial.mass:.3g} kg in {edges} m mean a density of {density:,.3g} kg/m³, which is too {word}",
-            "check the mass, and the unit of the mesh",
+            f"the link is too {word}: its mass of {inertial.mass:.3g} kg in a box of {edges} m gives a density of "
+            f"{density:,.3g} kg/m³",
+            "check the mass of the link and the unit of its mesh",
         )
         return
     center = np.array(inertial.origin.pos)
@@ -134,8 +135,8 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "far-center",
             f"link '{link.name}'",
-            f"its center of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside its shape",
-            "the <origin> of <inertial> is in the link's frame [m]",
+            f"the link's center of mass ({', '.join(f'{x:.3g}' for x in center)}) is far outside its shape",
+            "specify the <origin> of <inertial> in the link's frame, in meters",
         )
         return
     squares = size**2
@@ -147,9 +148,9 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
             yield warning(
                 "turned-inertia",
                 f"link '{link.name}'",
-                f"its shape is longest along {long}, but its inertia is that of a body along {wrong}: {_MOMENTS[j]} is "
-                f"{moments[j]:.3g} and {_MOMENTS[i]} {moments[i]:.3g} kg·m²",
-                "rotate the inertia, or the <origin rpy> of <inertial>, like the shape",
+                f"the link's shape is longest along {long}, but its inertia suggests that it is longest along {wrong}: "
+                f"{_MOMENTS[j]} is {moments[j]:.3g} kg·m² and {_MOMENTS[i]} is {moments[i]:.3g} kg·m²",
+                "rotate the inertia to match the shape, for example with the <origin rpy> of <inertial>",
             )
             return
     ratios = moments / most
@@ -161,6 +162,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
         yield warning(
             "absurd-inertia",
             f"link '{link.name}'",
-            f"{name} is {moments[worst]:.3g} kg·m², {times} times that of a solid box of its mass and size ({edges} m)",
-            f"a solid box has ixx={solid[0]:.3g} iyy={solid[1]:.3g} izz={solid[2]:.3g}",
+            f"{name} is {moments[worst]:.3g} kg·m², which is {times} times that of a solid box with the link's mass "
+            f"and size ({edges} m)",
+            f"check the inertia; a solid box has ixx={solid[0]:.3g} iyy={solid[1]:.3g} izz={solid[2]:.3g}",
         )

@@ -1,4 +1,4 @@
-"""Limits and drives of joints, and the efforts that hold the joints against gravity."""
+"""Describes the limits and drives of joints, and the efforts that hold the joints against gravity."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
             code="no-joints",
             severity=Severity.ERROR,
             about=f"robot '{model.name}'",
-            problem="no joint moves, so there is nothing to control",
+            problem="the robot has no movable joint, so there is nothing to control",
             advice="set the type of moving joints to revolute, continuous or prismatic",
         )
     for joint in facts:
@@ -104,8 +104,9 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
             yield warning(
                 "limits-in-degrees",
                 about,
-                f"its limits are {joint.lower:g} to {joint.upper:g} rad, which is {span / (2 * math.pi):.0f} turns",
-                "URDF uses radians; if the joint really turns that far, make it continuous",
+                f"the joint limits are {joint.lower:g} and {joint.upper:g} rad, or {span / (2 * math.pi):.0f} turns "
+                "from zero",
+                "specify the limits in radians; if the joint really turns that far, make it continuous",
             )
         drive = joint.drive
         if drive and joint.effort is not None and abs(drive.holding_effort) > joint.effort:
@@ -113,8 +114,10 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
             yield warning(
                 "too-weak",
                 about,
-                f"it must hold {abs(drive.holding_effort):.3g} {unit} at home, but its limit is {joint.effort:.3g}",
-                "check the effort limit and the masses it carries, or choose a home with a lower load",
+                f"the joint's effort limit of {joint.effort:.3g} is too low: holding the home position requires "
+                f"{abs(drive.holding_effort):.3g} {unit}",
+                "check the effort limit and the masses that the joint carries, or choose a home position with a lower "
+                "load",
             )
 
 

@@ -151,7 +151,7 @@ def _findings(
         advice = _advice_for_failure(candidate, seen, lacking[0].command if lacking else "")
         yield Finding(code=seen.state, severity=Severity.ERROR, about="its import", problem=seen.cause, advice=advice)
     for one in lacking:
-        there = f"version {one.installed} is installed" if one.installed else "it is not installed"
+        there = f"version {one.installed} is installed" if one.installed else "the requirement is not installed"
         yield Finding(
             code="missing-requirement",
             severity=Severity.ERROR,
@@ -164,16 +164,16 @@ def _findings(
         yield warning(
             "other-core",
             "versions",
-            f"it requires frobs-core {made_for}, but {__version__} is installed",
-            f"try to upgrade it: pip install --upgrade {candidate.distribution}",
+            f"the plugin requires frobs-core {made_for}, but version {__version__} is installed",
+            f"try to upgrade the plugin: pip install --upgrade {candidate.distribution}",
         )
     elif not made_for or not has_upper_bound(made_for):
         says = f"'frobs-core{made_for}'" if made_for else "any version of frobs-core"
         yield warning(
             "no-core-versions",
             "versions",
-            f"its distribution requires {says}, without an upper bound",
-            'its author should add an upper bound: dependencies = ["frobs-core>=0.2,<0.3"]',
+            f"the plugin's distribution requires {says}, without an upper bound",
+            'the plugin\'s author should add an upper bound: dependencies = ["frobs-core>=0.2,<0.3"]',
         )
     yield from _clashes(candidate, seen, offers)
     yield from _manners(seen)
@@ -186,7 +186,9 @@ def _clashes(
         others = [other for other in offers[kind, name] if other.key != candidate.key]
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
-            found = warning("clash", f"{kind} '{name}'", f"it is also provided by {who}", "remove one of the two")
+            found = warning(
+                "clash", f"{kind} '{name}'", f"another plugin also provides this name: {who}", "remove one of the two"
+            )
             if others[0].distribution == candidate.distribution:
                 yield replace(found, severity=Severity.ERROR)
             else:
@@ -199,43 +201,53 @@ def _manners(seen: Probe) -> Iterable[Finding]:
         yield warning(
             "heavy-import",
             "its import",
-            f"it imports {', '.join(heavy)} ({seen.import_seconds:.1f} s, which slows down every 'import frobs_core')",
-            "its author should move that import to the module of an entry_point",
+            f"importing the plugin also imports {', '.join(heavy)} ({seen.import_seconds:.1f} s), which slows down "
+            "every 'import frobs_core'",
+            "the plugin's author should move this import to the module of an entry_point",
         )
     elif seen.state == "loaded" and seen.import_seconds > SLOW:
         yield warning(
             "slow-import",
             "its import",
-            f"it takes {seen.import_seconds:.1f} s",
-            "its author should import fewer modules",
+            f"importing the plugin takes {seen.import_seconds:.1f} s",
+            "the plugin's author should import fewer modules",
         )
     for stream, text in (("stdout", seen.stdout), ("stderr", seen.stderr)):
         if text.strip() and seen.state != "crashed":
             yield warning(
                 "prints",
                 stream,
-                f"it prints during its import: {text.strip().splitlines()[0][:100]}",
-                "its author should use logging in the implementation instead",
+                f"the plugin prints during its import: {text.strip().splitlines()[0][:100]}",
+                "the plugin's author should use logging in the implementation instead",
             )
     for what in seen.changed:
         yield warning(
             "global-state",
             "its import",
-            what if what.startswith("it ") else f"it changes global state: the {what}",
-            "its author should leave this to the user, or move it to the module of an entry_point",
+            what if what.startswith("it ") else f"the plugin changes global state: the {what}",
+            "the plugin's author should leave this change to the user, or move it to the module of an entry_point",
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"
         yield warning(
-            "deprecated", place, f"{warned['category']}: {warned['message']}", "its author should follow the warning"
+            "deprecated",
+            place,
+            f"{warned['category']}: {warned['message']}",
+            "the plugin's author should follow the advice of the warning",
         )
 
 
 def _advice_for_failure(candidate: Candidate, seen: Probe, install: str) -> str:
     if seen.state == "hanging":
-        return f"disable it: FROBS_DISABLE_PLUGINS={candidate.key}"
+        return f"disable the plugin: FROBS_DISABLE_PLUGINS={candidate.key}"
     if install:
         return install
     if seen.missing_module:
-        return f"its distribution does not require '{seen.missing_module}'; install the package that contains it"
-    return f"pip install --upgrade {candidate.distribution}, or disable it: FROBS_DISABLE_PLUGINS={candidate.key}"
+        return (
+            f"install the package that contains the module '{seen.missing_module}'; the plugin's distribution does "
+            "not require it"
+        )
+    return (
+        f"upgrade the plugin (pip install --upgrade {candidate.distribution}) or disable it "
+        f"(FROBS_DISABLE_PLUGINS={candidate.key})"
+    )

@@ -69,12 +69,14 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
     match = _LOST_PACKAGE.search(reason)
     if match:
         about = f"package '{match[1]}'"
-        problem = f"this ROS package is not found; it contains the meshes of {shapes}, such as '{uri}'"
-        advice = f"set its location: --package-path {match[1]}=FOLDER, or ROS_PACKAGE_PATH"
+        problem = f"the ROS package was not found; it contains the meshes of {shapes}, such as '{uri}'"
+        advice = f"set the package's location with --package-path {match[1]}=FOLDER or ROS_PACKAGE_PATH"
     else:
         about = f"mesh '{uri}'"
-        problem = f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} made of it"
-        advice = "put the file there, or correct its name"
+        problem = (
+            f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} based on this mesh"
+        )
+        advice = "add the missing mesh file, or correct its path in the robot file"
     return Finding(
         code="unresolved-mesh", severity=Severity.ERROR, about=about, problem=problem, advice=advice, line=line
     )
@@ -94,8 +96,8 @@ def _negative_masses(root: Element) -> list[Finding]:
                 code="negative-mass",
                 severity=Severity.ERROR,
                 about=f"link '{link.get('name')}'",
-                problem=f"its mass is {mass.number('value'):g} kg",
-                advice="set the mass of the part; a link that is only a frame needs no <inertial>",
+                problem=f"the link's mass is {mass.number('value'):g} kg",
+                advice="set a positive mass; a link that is only a frame needs no <inertial>",
                 line=inertial.line,
             )
         )

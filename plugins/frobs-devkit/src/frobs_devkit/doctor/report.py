@@ -164,7 +164,7 @@ class ToolCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """A quantity for which FRobs does not use the file's value.
+    """A quantity for which FRobs uses a different value than the file.
 
     Attributes:
         about: Affected link or joint, such as ``"link 'forearm'"``.
@@ -246,7 +246,7 @@ class RobotReport:
         joints: All joints, in file order.
         links: All links, in file order.
         tools: Candidate links for the tool center point, most likely first.
-        differences: Quantities for which FRobs does not use the file's value.
+        differences: Quantities for which FRobs uses a different value than the file.
         simulators: Representation of the robot in each examined simulator.
     """
 

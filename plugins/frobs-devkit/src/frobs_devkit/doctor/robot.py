@@ -18,9 +18,9 @@ from frobs_devkit.doctor.tools import tool_candidates, tool_findings
 
 _NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')
 _ADVICE = {
-    Treatment.KEPT: "fix it in the file",
-    Treatment.APPROXIMATED: "specify it in the file, so that nothing has to be assumed",
-    Treatment.DROPPED: "fix or remove it in the file",
+    Treatment.KEPT: "fix the element in the file",
+    Treatment.APPROXIMATED: "specify the value in the file, so that FRobs does not have to assume one",
+    Treatment.DROPPED: "fix the element in the file, or remove it",
 }
 _ORDER = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
 

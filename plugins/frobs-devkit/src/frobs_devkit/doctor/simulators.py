@@ -78,7 +78,7 @@ def _build(
     try:
         simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
     except FrobsError as error:
-        return False, getattr(error, "reason", str(error)), None  # omits the path, which the report already contains
+        return False, getattr(error, "reason", str(error)), None  # without the path, which the report already contains
     except Exception as error:  # the file may trigger unexpected errors in the engine
         return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
     with closing(simulation):
@@ -123,7 +123,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                 code="simulator-unavailable",
                 severity=Severity.NOTE,
                 about=f"simulator '{simulator.name}'",
-                problem=f"it was not checked: {simulator.reason}",
+                problem=f"the simulator was not checked: {simulator.reason}",
                 advice="",
             )
         elif not simulator.builds:
@@ -132,7 +132,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                 code="refused",
                 severity=Severity.ERROR if nowhere else Severity.WARNING,
                 about=f"simulator '{simulator.name}'",
-                problem=f"it cannot simulate the robot: {simulator.reason}",
+                problem=f"the simulator cannot simulate the robot: {simulator.reason}",
                 advice="fix the reported problem" if nowhere else "fix the reported problem, or use another simulator",
             )
         else:
@@ -142,8 +142,9 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
                     yield warning(
                         "motion-differs",
                         f"simulator '{simulator.name}'",
-                        f"the robot moves differently without its {row.element.replace('_', ' ')} ({names}): {row.how}",
-                        "use a simulator that simulates them, or remove them from the file",
+                        f"the simulator does not fully support {row.element.replace('_', ' ')} ({names}), which "
+                        f"changes the robot's motion: {row.how}",
+                        "use a simulator that supports these elements, or remove them from the file",
                     )
     yield from _overlaps(tried)
 
@@ -159,7 +160,7 @@ def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
         yield warning(
             "overlap-at-home",
             f"link '{first}'",
-            f"it overlaps with link '{second}' at home ({', '.join(depths)}); "
-            "these links never collide, or are pushed apart",
-            "use smaller collision shapes, or another home (home={…})",
+            f"the link overlaps with link '{second}' in the home position ({', '.join(depths)}); the engine either "
+            "ignores contacts between these links or pushes them apart",
+            "use smaller collision shapes, or another home position (home={…})",
         )

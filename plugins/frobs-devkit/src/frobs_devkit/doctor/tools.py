@@ -57,9 +57,10 @@ def tool_findings(model: RobotModel, tools: tuple[ToolCandidate, ...]) -> Iterat
             code="which-tool",
             severity=Severity.NOTE,
             about=f"link '{tools[0].link}'",
-            problem=f"it is used as the tool, because most joints move it; "
-            f"other candidates are {', '.join(others[:3])}{more}",
-            advice=f"set tcp=LINK; names such as {', '.join(TOOL_NAMES[:3])} are recognized",
+            problem="the link is used as the tool because it is moved by the most joints; other candidates are "
+            f"{', '.join(others[:3])}{more}",
+            advice=f"choose the tool with tcp=LINK; links with names such as {', '.join(TOOL_NAMES[:3])} are "
+            "recognized automatically",
         )
 
 

@@ -70,13 +70,13 @@ def read_actions(path: Path) -> ActionFile:
     except FileNotFoundError as error:
         raise ActionFileError(path, "the file does not exist.") from error
     except (OSError, ValueError, UnicodeDecodeError) as error:  # ValueError: not JSON, or a pickle
-        raise ActionFileError(path, f"this is not an action file: {error}") from error
+        raise ActionFileError(path, f"the file is not a valid action file: {error}") from error
     missing = [name for name in ("id", "seed", "actions") if not isinstance(found, dict) or name not in found]
     if missing:
         raise ActionFileError(
             path,
-            f"{', '.join(missing)} missing; an action file contains 'id', 'seed' and 'actions' (steps, …), and "
-            "optionally 'controller'.",
+            f"missing from the file: {', '.join(missing)}; an action file must contain 'id', 'seed' and 'actions' "
+            "(steps, …), and may contain 'controller'.",
         )
     try:
         seed = int(found["seed"])
@@ -84,7 +84,7 @@ def read_actions(path: Path) -> ActionFile:
         if not np.issubdtype(actions.dtype, np.number):
             raise ValueError(f"actions are {actions.dtype}, not numbers")
     except (TypeError, ValueError) as error:  # ragged lists, strings
-        raise ActionFileError(path, f"seed or actions are not numbers: {error}") from error
+        raise ActionFileError(path, f"the seed or the actions are not numbers: {error}") from error
     return ActionFile(
         id=str(found["id"]), seed=seed, actions=actions, controller=str(found.get("controller", "") or "")
     )
@@ -98,32 +98,39 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
         env: Environment for the replay.
         id: ID of the environment.
         controller: Name of the environment's controller.
-        where: Text at the beginning of error messages.
+        where: Name of the actions in error messages.
 
     Raises:
         ConfigurationError: The ID, the controller, the shape or a value does not match the environment.
     """
     space, actions = env.action_space, file.actions
     if file.id.removeprefix("frobs_core:") != id.removeprefix("frobs_core:"):
-        raise ActionFileError(where, f"it is for '{file.id}', not for '{id}'; use frobs parity {file.id} --actions …")
+        raise ActionFileError(
+            where, f"the actions are for '{file.id}', not for '{id}'; use frobs parity {file.id} --actions …"
+        )
     if file.controller and file.controller != controller:
         raise ActionFileError(
             where,
-            f"it is for the controller '{file.controller}', not '{controller}'; use --controller {file.controller}",
+            f"the actions are for the controller '{file.controller}', not for '{controller}'; use --controller "
+            f"{file.controller}",
         )
     if file.seed < 0:
-        raise ActionFileError(where, f"seed is {file.seed}; it must be at least 0.")
+        raise ActionFileError(where, f"the seed must be at least 0, but it is {file.seed}.")
     wanted = space.shape or ()
     if actions.ndim != 1 + len(wanted) or actions.shape[1:] != wanted or not len(actions):
-        raise ActionFileError(where, f"actions have the shape {actions.shape}; '{id}' requires {('steps', *wanted)}.")
+        raise ActionFileError(
+            where, f"the actions have the shape {actions.shape}, but '{id}' requires {('steps', *wanted)}."
+        )
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():
             step = int(np.argwhere(~np.isfinite(actions))[0][0])
-            raise ActionFileError(where, f"the action of step {step} is not finite.")
+            raise ActionFileError(where, f"the action of step {step} contains NaN or an infinite value.")
     else:
         for step, action in enumerate(actions):
             if not space.contains(np.asarray(action, np.int64)):
-                raise ActionFileError(where, f"the action of step {step}, {action}, is not in {space}.")
+                raise ActionFileError(
+                    where, f"the action of step {step} is {action}, which is outside the action space {space}."
+                )
 
 
 def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[Any, Any]:

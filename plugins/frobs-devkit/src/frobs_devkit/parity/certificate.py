@@ -34,7 +34,7 @@ class Certificate:
 
     Attributes:
         id: Gymnasium ID.
-        reference: Label of the simulator that is the reference of all comparisons.
+        reference: Label of the reference simulator.
         simulators: Labels of all simulators, starting with the reference.
         facts: Facts about the environment, such as the robot, the controller and the timesteps.
         measurements: Measurements in execution order.
@@ -103,7 +103,7 @@ class Certificate:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(
-                f"the folder {folder} cannot be created: {error.strerror}; choose another with --out."
+                f"the folder {folder} cannot be created: {error.strerror}; choose another folder with --out."
             ) from error
         stale = _pictures_of(folder / NAME) - pictures.keys()
         (folder / NAME).unlink(missing_ok=True)

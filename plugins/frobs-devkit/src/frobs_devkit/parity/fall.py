@@ -14,8 +14,9 @@ from frobs_devkit.parity.subject import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (
-    "Each free body of the task's scene falls flat onto the floor of the task, from a height equal to its own. The rest "
-    "height is the height of its lowest point at rest. A negative value means that the body penetrates the floor."
+    "Each free body of the task's scene falls flat onto the task's floor from a height that equals the height of the "
+    "body. The rest height is the height of the body's lowest point at rest. A negative value means that the body "
+    "penetrates the floor."
 )
 
 

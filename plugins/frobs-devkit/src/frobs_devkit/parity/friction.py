@@ -71,9 +71,9 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
         panels.append(Panel(title=quantity.capitalize(), x_label="s", y_label=y_label, lines=tuple(lines)))
     facts |= {f"sliding friction of {_PAIR[0]:g} on {_PAIR[1]:g}, {s.label}": _combination(s) for s in subjects}
     return Measurement(
-        summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding coefficients are 1, which "
-        "each engine combines to 1. The rule for other coefficients and the time to full rest are listed, but not "
-        "judged.",
+        summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding friction coefficients are 1, "
+        "so the combined coefficient is 1 on every engine. The rule for other coefficients and the time to full rest "
+        "are reported, but not compared.",
         comparisons=tuple(comparisons),
         facts=facts,
         panels=tuple(panels),

@@ -39,7 +39,11 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
     for subject, fall in zip(subjects[1:], falls[1:], strict=True):
         if reached < _LEAST_FALL:
             comparisons.append(
-                skip(subject.label, reference.label, "gravity does not move any joint of this robot from home")
+                skip(
+                    subject.label,
+                    reference.label,
+                    "gravity does not move any joint of this robot from the home position",
+                )
             )
             continue
         errors = differences(falls[0], fall)
@@ -61,14 +65,14 @@ def gravity_drop(subjects: Sequence[Subject]) -> Measurement:
         for i, (subject, fall) in enumerate(zip(subjects[1:], falls[1:], strict=True), 1)
     )
     return Measurement(
-        summary="The robot falls from home with its drives off, its base held, and without collisions, until a joint "
-        f"reaches its limit, or for {DURATION:g} s.",
+        summary="The robot falls from the home position with its drives off, its base fixed and collisions disabled. "
+        f"The fall ends when a joint reaches its limit, or after {DURATION:g} s.",
         comparisons=tuple(comparisons),
         facts={
             "compared": f"{until * reference.physics_timestep:.3f} s, in which a joint moved by {reached:.3g} {unit}"
         },
         panels=(
-            Panel(title="Each joint with its drive off", x_label="s", y_label=unit, lines=lines),
+            Panel(title="Motion of each joint with its drive off", x_label="s", y_label=unit, lines=lines),
             Panel(
                 title="Largest difference of any joint",
                 x_label="s",

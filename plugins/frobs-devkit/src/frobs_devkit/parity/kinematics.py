@@ -17,11 +17,11 @@ POSES = 20
 FILE = "model file"
 """Name of the reference in this measurement: the model file, not a simulator."""
 
-_UNLIMITED = np.pi  # [rad or m] on both sides of 0, for joints without limits
+_UNLIMITED = np.pi  # [rad or m] range on both sides of 0 for joints without limits
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare the poses of all links, both computed from joint vectors and read back after joint states are written.
+    """Compare the poses of all links with the model file, both for given joint vectors and after writing joint states.
 
     Args:
         subjects: The simulators.
@@ -48,7 +48,9 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             if subject.level("teleport"):
                 found["joint states written"] = _written(robot, links, vectors)
             else:
-                comparisons.append(skip(subject.label, FILE, "it cannot write joint states", "joint states written"))
+                comparisons.append(
+                    skip(subject.label, FILE, "the simulator cannot write joint states", "joint states written")
+                )
         judged: dict[str, list[Comparison]] = {"frame_position": [], "frame_orientation": []}
         for how, poses_found in found.items():
             pairs = list(zip(expected, poses_found, strict=True))
@@ -65,8 +67,8 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
         comparisons += [worst(rows) for rows in judged.values()]
     return Measurement(
-        summary=f"Poses of all {len(links)} links at {poses} random joint vectors inside the limits: computed for "
-        "given joint vectors, and read back after the joint state was written.",
+        summary=f"The poses of all {len(links)} links are compared at {poses} random joint vectors within the limits: "
+        "computed directly from the joint vectors, and read back after setting the joint state.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(

@@ -46,8 +46,9 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
             )  # fmt: skip
     name, scanner = _scanner(reference)
     return Measurement(
-        summary=f"{scanner.rays} rays of {'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} "
-        "among boxes, a sphere, a cylinder and a capsule, in the initial scene and after a body was moved.",
+        summary=f"The ranges of {scanner.rays} rays of "
+        f"{'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} are compared in a scene with "
+        "boxes, a sphere, a cylinder and a capsule, before and after a body is moved.",
         comparisons=tuple(comparisons),
         panels=_panels(subjects, scans, scanner),
     )
@@ -63,7 +64,7 @@ def _scanner(subject: Subject) -> tuple[str, Lidar]:
 
 
 def _bodies(subject: Subject) -> Mapping[str, Body]:
-    """Return the bodies to scan: walls on two sides and one body of each shape, all tall enough for any lidar."""
+    """Return the bodies to scan: walls on two sides and one body of each shape, all tall enough to be seen by any lidar."""
     x, y, _ = subject.placement.pose.pos
 
     def at(dx: float, dy: float, yaw: float = 0.0) -> Pose:

@@ -169,7 +169,7 @@ def _make(name: str, plan: Plan, subjects: Sequence[Subject]) -> Measurement:
 def _missing(plan: Plan, subject: Subject) -> str:
     for need in plan.needs:
         if subject.level(need) == Level.UNSUPPORTED:
-            return f"it does not support '{need}' ({abilities()[need].summary})"
+            return f"the simulator does not support '{need}' ({abilities()[need].summary})"
     return subject.lacks if plan.environment else ""
 
 

@@ -52,8 +52,9 @@ def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> M
         if result.success_rate is not None and result.success_interval is not None
     }
     return Measurement(
-        summary=f"The policy of the run '{run.path.name}' after {first.steps:,} training steps, unmodified, on "
-        f"{episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % intervals.",
+        summary=f"The unmodified policy of the run '{run.path.name}' after {first.steps:,} training steps is evaluated "
+        f"in {episodes} unseen episodes, which are the same on every simulator. The intervals are Wilson's 95 % "
+        "intervals.",
         comparisons=tuple(comparisons),
         facts={
             subject.label: f"success {_percent(result)}, reward {result.mean_reward:.4g} per episode"

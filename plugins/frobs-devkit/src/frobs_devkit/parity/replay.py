@@ -35,8 +35,8 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
         tool_errors.append(Line(subject.label, rollout.times[:n], _apart(first, rollout), i))
     exact = follows_exactly(*subjects)
     return Measurement(
-        summary=f"The {len(file.actions)} actions of actions.json, from a reset with seed {file.seed}, in the complete "
-        "environment: controller, drives, robot, scene and task.",
+        summary=f"The {len(file.actions)} actions of actions.json are replayed after a reset with seed {file.seed} in "
+        "the complete environment: controller, drives, robot, scene and task.",
         comparisons=tuple(comparisons),
         facts={
             "steps": ", ".join(f"{s.label} {r.steps}" for s, r in zip(subjects, rollouts, strict=True)),
@@ -53,7 +53,7 @@ def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
                 log=True,
             ),
             Panel(
-                title="Distance of the tools",
+                title="Distance between the tool positions",
                 x_label="s",
                 y_label="m",
                 lines=tuple(tool_errors),
@@ -75,7 +75,7 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
         if begin == end:
             continue
         if end == 1:  # only the reset would be compared
-            reason = "inconclusive: the robot did not move freely for a single step"
+            reason = "inconclusive: the robot did not move freely for even one step"
             yield skip(subject.label, reference.label, reason, "joint positions")
             continue
         names = reference.placement.model.joint_names

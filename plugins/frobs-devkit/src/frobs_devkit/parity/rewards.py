@@ -50,8 +50,10 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
-        summary=f"The reward and its terms in {episodes} episodes of {steps} random actions, each with its own seed. "
-        f"Of {_CANDIDATES} such episodes on {reference.label}, those in which the terms vary most are used.",
+        summary=f"The reward and its terms are compared in {episodes} episodes of {steps} random actions with "
+        f"different seeds. The episodes were selected from {_CANDIDATES} episodes on {reference.label} because their "
+        "reward "
+        "terms vary most.",
         comparisons=tuple(comparisons),
         facts={
             "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))
@@ -60,7 +62,7 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         panels=(
             Panel(title="Reward and terms", x_label="step", y_label="per step", lines=tuple(curves)),
             Panel(
-                title="Largest difference of reward or terms",
+                title="Largest difference in the reward or its terms",
                 x_label="step",
                 y_label="per step",
                 lines=tuple(errors_over_time),

@@ -95,7 +95,9 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
     with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
-            for k in range(subject.decimation):  # because a joint may reach its limit between two actions
+            for k in range(
+                subject.decimation
+            ):  # checks every physics step, because a joint may reach its limit within an action
                 if k < len(command):
                     robot.command(command[k : k + 1])
                 simulation.step(1)

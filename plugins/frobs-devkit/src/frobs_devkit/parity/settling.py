@@ -55,7 +55,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     near = tuple(_near_the_floor(line) for line in lines)
     return Measurement(
         summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the "
-        "floor. Contact models differ inherently; the tolerances define what a task may rely on.",
+        "floor. Contact models differ between engines, so a task can only rely on agreement within the tolerances.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(title="Lowest corner", x_label="s", y_label="mm above the floor", lines=lines),

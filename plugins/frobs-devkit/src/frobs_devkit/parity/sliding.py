@@ -16,8 +16,8 @@ _STOPPED = 0.02  # [m/s]
 _REST = 0.2  # [s] time on the floor before the body starts to slide
 _DURATION = 4.0  # [s]
 _SUMMARY = (
-    f"Each free body of the task's scene lies on the floor of the task and starts to slide at {_SPEED:g} m/s. "
-    "The distance depends on the friction coefficients of body and floor, and on the engine's rule that combines them."
+    f"Each free body of the task's scene lies on the task's floor and starts to slide at {_SPEED:g} m/s. The sliding "
+    "distance depends on the friction coefficients of the body and the floor, and on how the engine combines them."
 )
 
 

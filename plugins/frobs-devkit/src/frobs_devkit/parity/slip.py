@@ -28,8 +28,9 @@ _SLIPPED = 0.005  # [m] motion in the gripper at which a body counts as slipping
 _FREE = 0.01  # fraction of the fingers' stroke, near either end, in which the fingers cannot hold a body
 _SUMMARY = (
     f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
-    f"weight of the body. A force that grows by {_GROWTH:g} weights per second pulls it out of the gripper, along the "
-    f"faces of the fingers. The slip force is the force at which the body has moved by {1e3 * _SLIPPED:g} mm."
+    f"weight of the body. A force that grows by {_GROWTH:g} body weights per second pulls the body out of the gripper, "
+    f"parallel to the finger surfaces. The slip force is the force at which the body has moved by {1e3 * _SLIPPED:g} "
+    "mm."
 )
 
 
@@ -123,14 +124,16 @@ class _Grasp:
         command[:, fingers] = self._open
         robot.write_joint_state(command)
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
-        left = stroke / 2.0  # initial guess; later, the distance that remains when the body stops the fingers
+        left = stroke / 2.0  # remaining stroke: first a guess, then the distance at which the body stopped the fingers
         for duration in (_CLOSING, _PRESSING):
             # Virtual work: while the joints move the remaining distance, the finger gap closes by the body's width.
             command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
             robot.command(command)
             self._keep(duration)
             left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
-            if not _FREE < left / stroke < 1.0 - _FREE:  # nothing, or something too large, is between the fingers
+            if (
+                not _FREE < left / stroke < 1.0 - _FREE
+            ):  # the space between the fingers is empty, or the body is too large
                 return False
         return True
 

@@ -31,7 +31,10 @@ SATURATED_SHARE = 0.2
 """Minimum fraction of samples at which a joint must be at its effort limit, in the response with effort limits."""
 
 _MOST_SATURATED = 0.8  # maximum fraction of saturated samples, so that drives also leave their effort limits
-_STEP = {CommandMode.POSITION: 0.2, CommandMode.VELOCITY: 1.0}  # [rad, m] and [rad/s, m/s], or less near limits
+_STEP = {
+    CommandMode.POSITION: 0.2,
+    CommandMode.VELOCITY: 1.0,
+}  # step size [rad or m] and [rad/s or m/s]; smaller near limits
 _LEAVING = 2  # number of physics steps by which an approximate drive may leave its effort limit too early or too late
 _JUMPS = 4  # number of alternating steps in the response with effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
@@ -44,9 +47,9 @@ def step_response(subjects: Sequence[Subject]) -> Measurement:
     unlimited = np.full(len(commands), np.inf)
     motions = [_record(subject, commands, unlimited, reference.physics_timestep) for subject in subjects]
     return Measurement(
-        summary=f"The command of one joint after the other steps away from home, while the commands of the other joints "
-        f"stay the same. The motions during {DURATION:g} s are compared at every physics step, without effort limits or "
-        "collisions.",
+        summary="Each joint in turn receives a step command away from the home position, while the commands of the "
+        f"other joints stay constant. The motions are compared at every physics step for {DURATION:g} s, without "
+        "effort limits or collisions.",
         comparisons=tuple(_judge(reference, subjects[1:], commands, motions)),
         facts={"jumps": _list(reference, np.diag(commands[:, 0]))},
         panels=_panels(subjects, commands, motions, None),
@@ -58,15 +61,15 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     reference = subjects[0]
     commands = _to_and_fro(_jumps(reference))
     summary = (
-        f"The command of each joint makes {_JUMPS} alternating steps. The joint's effort limit is slightly above the "
+        f"Each joint receives {_JUMPS} alternating step commands. The joint's effort limit is slightly above the "
         "effort that holds it against gravity, so that its drive is saturated in at least "
         f"{100 * SATURATED_SHARE:.0f} % of the {round(DURATION / reference.physics_timestep):,} samples."
     )
     found = choose_effort_limits(reference, commands)
     if found is None:
         reason = (
-            f"no effort limits were found at which every joint saturates in {100 * SATURATED_SHARE:.0f} % of the "
-            "samples and stays inside its position limits"
+            f"no effort limits were found with which every drive is saturated in at least {100 * SATURATED_SHARE:.0f} "
+            "% of the samples and every joint stays within its position limits"
         )
         skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
         return Measurement(summary=summary, comparisons=skipped)
@@ -78,8 +81,9 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
         own = _error_of_the_step_size(reference, commands, limits, first)
         facts["effect of the step size"] = (
             f"The reference {reference.label} itself has errors of about {_list(reference, own)} "
-            f"{reference.joint_unit}, estimated as twice the change at half the step size. No approximate engine has to "
-            "agree more closely. While a drive is saturated, its joint swings freely, and these errors grow"
+            f"{reference.joint_unit}, estimated as twice the change when the step size is halved. Approximate engines "
+            "are not required to agree more closely than this. While a drive is saturated, its joint swings freely, "
+            "and these errors grow"
         )
     return Measurement(
         summary=summary,

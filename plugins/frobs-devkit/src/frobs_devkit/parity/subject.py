@@ -139,13 +139,13 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
     """
     if len(simulators) < 2:
         raise ConfigurationError(
-            f"parity compares simulators: choose at least two, not {', '.join(simulators) or 'none'}. Installed: "
+            f"parity compares at least two simulators, got {', '.join(simulators) or 'none'}. Installed simulators: "
             f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares MuJoCo with itself."
         )
     spec = find_spec(environment)
     if spec.entry_point != f"{RobotEnv.__module__}:{RobotEnv.__name__}":
         raise ConfigurationError(
-            f"'{environment}' is not an environment of FRobs; only environments of FRobs can run on several simulators."
+            f"'{environment}' is not a FRobs environment; only FRobs environments can run on several simulators."
         )
     records = [_simulator(name) for name in simulators]
     given = {name: value for name, value in keywords.items() if name != "simulator"}

@@ -43,8 +43,8 @@ _LAW = (
 )
 _FRICTION = (
     "the coefficient of Coulomb friction determines the time and the distance in which a body stops. An engine that "
-    "regularizes contacts, or resolves them once per physics step, is off by a few percent. An error of a tenth "
-    "indicates a different coefficient."
+    "regularizes contacts, or resolves them once per physics step, is off by a few percent. An error of more than a "
+    "tenth indicates a different coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {
@@ -58,24 +58,25 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-6,
         approximate=1e-6,
         unit="rad",
-        reason="the tolerance corresponds to that of positions: at the end of an arm of 1 m, 1e-6 rad are 1e-6 m.",
+        reason="the tolerance matches the position tolerance: a rotation by 1e-6 rad moves the end of a 1 m arm by "
+        "1e-6 m.",
     ),
     "step_response": Tolerance(
         exact=1e-6,
         approximate=0.02,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 2 % of the step. At the effort limits, it may also be off by as "
-        "much as the reference itself, whose error due to its step size is measured: no engine has to be more accurate "
-        "than the reference.",
+        reason=f"{_LAW} An approximate drive may be off by 2 % of the step. At the effort limits, it may also be off "
+        "by the measured step-size error of the reference, because no engine has to be more accurate than the "
+        "reference.",
     ),
     "drive_effort": Tolerance(
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="an effort is the stiffness times a difference of angles, so 1e-6 rad is about a thousandth of the peak "
-        "effort. An approximate drive may leave its effort limit up to two physics steps earlier or later, when the "
-        "effort changes by its whole range. Otherwise, it may be off by a tenth of the peak.",
+        reason="a drive effort is the stiffness times an angle error, so 1e-6 rad corresponds to about a thousandth of "
+        "the peak effort. An approximate drive may leave its effort limit up to two physics steps earlier or later; at "
+        "this moment, the effort changes over its whole range. Otherwise, it may be off by a tenth of the peak.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,
@@ -96,7 +97,9 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-6,
         approximate=0.02,
         unit="m",
-        reason="the exact tolerance is that of the joints. An approximate drive may be off by 2 cm, which is acceptable for a "
+        reason="the exact tolerance equals the tolerance of the joint positions. An approximate drive may be off by 2 "
+        "cm, which is "
+        "acceptable for a "
         "task that requires an accuracy of 5 cm.",
     ),
     "episode_end": Tolerance(
@@ -110,28 +113,31 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.1,
         unit="per step",
         share=True,
-        reason="a reward term may change by 10 per meter of tool motion, so it may be off by 10 times as much as the tool "
+        reason="a reward term may change by 10 per meter of tool motion, so it may be off by 10 times as much as the "
+        "tool "
         "position. With approximate drives, it may be off by a tenth of the term's range.",
     ),
     "rest_height": Tolerance(
         exact=1e-3,
         approximate=1e-3,
         unit="m",
-        reason="every engine has its own contact model, and none is exact. Nevertheless, a body at rest must not penetrate "
-        "the floor by more than a soft contact yields under the body's weight.",
+        reason="every engine has its own contact model, and none is exact. Nevertheless, a body at rest may penetrate "
+        "the floor only as far as a soft contact yields under the body's weight.",
     ),
     "rest_time": Tolerance(
         exact=0.1,
         approximate=0.1,
         unit="s",
-        reason="stiffness, damping and restitution of contacts depend on the engine, so the time for which a body bounces "
+        reason="stiffness, damping and restitution of contacts depend on the engine, so the time for which a body "
+        "bounces "
         "may differ by two or three control steps.",
     ),
     "penetration": Tolerance(
         exact=0.01,
         approximate=0.01,
         unit="m",
-        reason="a body penetrates a soft contact for a few milliseconds at the impact; a tenth of the box is allowed.",
+        reason="at impact, a body penetrates a soft contact for a few milliseconds; a tenth of the box's height is "
+        "allowed.",
     ),
     **{
         name: Tolerance(exact=0.1, approximate=0.1, unit=unit, share=True, reason=_FRICTION)
@@ -150,8 +156,9 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.2,
         unit="N",
         share=True,
-        reason="with Coulomb friction, a body slips when the force exceeds the coefficient times the normal forces of the "
-        "fingers. Contacts also creep below this force, differently on each engine. A larger difference than a fifth "
+        reason="with Coulomb friction, a body slips when the force exceeds the coefficient times the normal forces of "
+        "the "
+        "fingers. Contacts also creep below this force, differently on each engine. A difference of more than a fifth "
         "indicates a different coefficient.",
     ),
     "lidar": Tolerance(
@@ -165,4 +172,4 @@ TOLERANCES: Mapping[str, Tolerance] = {
         "that rate by more than 5 %.",
     ),
 }
-"""All tolerances, by the names that comparisons refer to."""
+"""All tolerances, keyed by the names that comparisons use."""

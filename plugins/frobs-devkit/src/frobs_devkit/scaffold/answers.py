@@ -67,10 +67,10 @@ def find_problem(answers: Mapping[str, str]) -> str:
     for question, choices in CHOICES.items():
         answer = answers.get(question, choices[0])
         if answer not in choices:
-            return f"{question} is '{answer}'; it must be one of {', '.join(choices)}."
+            return f"{question} is '{answer}', but it must be one of {', '.join(choices)}."
     questions = asked(answers)
     if answers.get("what") == "task" and answers.get("example") == "file":
-        return "a task on its own requires an installed robot; create a pair, both or a robot from a file."
+        return "a task alone cannot use a robot from a file; choose 'pair', 'both' or 'robot' instead."
     for question in questions:
         if question in answers:
             problem = _PROBLEMS[question](answers[question]) if question in _PROBLEMS else ""
@@ -79,15 +79,15 @@ def find_problem(answers: Mapping[str, str]) -> str:
     if "robot_file" in questions and "robot_file" in answers and not answers["robot_file"].strip():
         return "robot_file is empty; enter the path of your robot's model file."
     if "robot" in questions and "robot" in answers and not answers["robot"].strip():
-        return "a task on its own requires an installed robot; enter one that 'frobs list robots' shows."
+        return "a task on its own requires an installed robot; enter a robot name from 'frobs list robots'."
     return ""
 
 
 def _problem_of_name(name: str) -> str:
     if not _NAME.fullmatch(name):
-        return f"the name '{name}' must consist of lowercase letters, digits and single underscores, as in 'my_arm'."
+        return f"the name '{name}' must consist of lowercase letters, digits and single underscores, such as 'my_arm'."
     if keyword.iskeyword(name) or keyword.issoftkeyword(name):
-        return f"the name '{name}' is a keyword of Python; choose another: 'my_{name}'."
+        return f"the name '{name}' is a Python keyword; choose another name, such as 'my_{name}'."
     if len(name) > _LONGEST:
         return f"the name '{name}' has {len(name)} characters; at most {_LONGEST} are allowed."
     return ""
@@ -95,7 +95,7 @@ def _problem_of_name(name: str) -> str:
 
 def _problem_of_namespace(namespace: str) -> str:
     if not _NAMESPACE.fullmatch(namespace):
-        return f"the namespace '{namespace}' must consist of letters, digits, - and _, and begin with a letter, as in 'lab'."
+        return f"the namespace '{namespace}' must begin with a letter and contain only letters, digits, - and _, as in 'lab'."
     if namespace == "frobs":
         return "the namespace 'frobs' is reserved for FRobs; use the name of your lab, team or company."
     return ""

@@ -58,8 +58,8 @@ def _check_robot(name: str, example: str) -> None:
         there = (
             f"installed wheeled robots: {', '.join(wheeled)}"
             if wheeled
-            else "no wheeled robot is installed; create a pair"
+            else "no wheeled robot is installed; create one with the type 'pair'"
         )
         raise UnsuitableRobotError(name, f"has no differential drive, so it cannot drive to a goal; {there}.")
     if example == "arm" and robot.base == "wheeled":
-        raise UnsuitableRobotError(name, "is wheeled; create its task with the example 'wheeled'.")
+        raise UnsuitableRobotError(name, "is a wheeled robot; create its task with the example 'wheeled'.")

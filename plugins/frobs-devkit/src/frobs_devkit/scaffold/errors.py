@@ -22,4 +22,6 @@ class NameTakenError(ConfigurationError):
         self.kind = kind
         self.name = name
         self.found = found
-        super().__init__(f"the {kind} '{name}' already exists: {found}; choose another name, or uninstall it.")
+        super().__init__(
+            f"the {kind} '{name}' already exists: {found}; choose another name, or uninstall the existing one."
+        )

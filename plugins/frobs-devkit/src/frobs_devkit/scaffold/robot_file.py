@@ -126,15 +126,14 @@ def facts_of(
         told = " ".join(f"{check}: {' '.join(message.split())}" for check, message in failures.items())
         way_out = "" if is_fatal else ", or accept the failures with --failing-checks expect"
         raise AnswerError(
-            f"{robot_file}: the conformance kit fails on the robot. {told} "
-            f"Fix the file with the advice of 'frobs doctor robot'{way_out}."
+            f"{robot_file}: the robot fails conformance checks. {told} Follow the advice of 'frobs doctor robot' to fix the file{way_out}."
         )
     warnings = [f"- {f.about}: {f.problem}; {f.advice}" for f in found.findings if f.severity is Severity.WARNING]
     report = f"Taken from `{Path(robot_file).name}`: {found.dof} joints, {found.mass:.3g} kg, tool `{tool}`."
     if warnings:
         report += " Findings of `frobs doctor robot`:\n\n" + "\n".join(warnings)
     source, license = find_license(Path(robot_file))
-    report += f"\n\nThe license of the file and its meshes is not that of this package. {source}\n"
+    report += f"\n\nThe license of this package does not cover the model file and its meshes. {source}\n"
     return RobotFacts(
         model=model,
         model_name=model_name,
@@ -159,7 +158,7 @@ def find_license(file: Path) -> tuple[str, str]:
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
         found = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
         if found:
-            return f"It is in `MODEL_LICENSE`, a copy of `{found[0].name}`.", found[0].read_text(
+            return f"Their license is in `MODEL_LICENSE`, a copy of `{found[0].name}`.", found[0].read_text(
                 "utf-8", errors="replace"
             )
         manifest = folder / "package.xml"
@@ -170,14 +169,19 @@ def find_license(file: Path) -> tuple[str, str]:
         if (folder / ".git").exists():
             break
     if declared:
-        text = f"The ROS package of the model declares the license: {declared}. Replace this file with its text."
-        return f"The ROS package declares: {declared}. Put its text into `MODEL_LICENSE`.", f"{text}\n"
+        text = f"The ROS package of the model declares the license {declared}. Replace this file with the text of that license."
+        return (
+            f"The ROS package declares the license {declared}. Put the text of that license into `MODEL_LICENSE`.",
+            f"{text}\n",
+        )
     text = (
-        "No license was found beside the model file. Ask the authors of the model and its meshes for their license, and replace\n"
+        "No license was found for the model file. Ask the authors of the model and its meshes for their license, "
+        "and replace\n"
         "this file with its text before you distribute the package.\n"
     )
     return (
-        "**None was found**: ask for it, and put it into `MODEL_LICENSE` before you distribute the package.",
+        "**No license was found**: ask the authors for their license, and put it into `MODEL_LICENSE` before you "
+        "distribute the package.",
         text,
     )
 

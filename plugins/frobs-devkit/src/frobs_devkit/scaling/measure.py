@@ -43,7 +43,7 @@ def bench_scaling(
 
     Raises:
         UnknownNameError: The environment ID or the algorithm does not exist.
-        ConfigurationError: A setting is invalid, or the cluster does not run the processes.
+        ConfigurationError: A setting is invalid, or the cluster does not run all processes.
     """
     find_spec(config.environment)
     load = os.getloadavg()[0]

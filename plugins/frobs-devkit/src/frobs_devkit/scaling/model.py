@@ -198,7 +198,7 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     single = [point for point in result.sweep(NUM_ENVS) if point.num_envs == result.num_envs]
     local = [(point.processes, rate_of(point)) for point in result.sweep(PROCESSES) or single]
     if not local:
-        raise ConfigurationError("nothing was measured in processes, so no model can be fitted.")
+        raise ConfigurationError("the result contains no measurements of processes, so no scaling model can be fitted.")
     rate, contention = fit_contention(local)
     model = ScalingModel(
         process_rate=rate,

@@ -89,7 +89,7 @@ def _draw_side_by_side(axis: Any, results: Sequence[tuple[ScalingResult, Scaling
         most = max((point.processes for point in result.points), default=1)
         ideal = np.array([1, max(most, 2)])
         axis.plot(ideal, ideal * model.process_rate, color=color, linewidth=0.8, linestyle=":", zorder=1)
-    axis.plot([], [], color=INK, linewidth=0.8, linestyle=":", label="n times the speed of one process")
+    axis.plot([], [], color=INK, linewidth=0.8, linestyle=":", label="ideal: n times the speed of one process")
     _log_sizes(axis, sizes)
     axis.set_yscale("log")
     _count_ticks(axis)

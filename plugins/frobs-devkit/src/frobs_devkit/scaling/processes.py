@@ -81,7 +81,7 @@ def measure_cluster(
     for outcome in runner.run(jobs, folder):
         if outcome.error is not None:
             raise ConfigurationError(
-                f"{processes} process{'es' if processes > 1 else ''} on the cluster cannot be measured: {outcome.error}"
+                f"cannot measure {processes} process{'es' if processes > 1 else ''} on the cluster: {outcome.error}"
             )
         found.append(outcome.result)
     nodes = {result["node"] for result in found}

@@ -10,7 +10,7 @@ NUM_ENVS, THREADS, PROCESSES, CLUSTER = "num_envs", "threads", "processes", "clu
 
 
 _UNDISTURBED = 0.8
-"""Minimum share of processor time at which a process counts as undisturbed."""
+"""Minimum ratio of processor time to elapsed time at which a process is considered undisturbed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,10 +28,10 @@ class ScalingPoint:
         steps_per_second: Environment steps per second of all processes, as the median of several time windows.
         low: Rate in the slowest window [steps/s].
         high: Rate in the fastest window [steps/s].
-        processor_share: Processor time per thread ÷ elapsed time. The share is less than 1 if other programs use the
-            processors, or if the simulator waits or is a separate program.
+        processor_share: Processor time per thread ÷ elapsed time. The ratio is less than 1 if other programs use the
+            processors, or if the simulator waits or runs as a separate program.
         memory: Peak resident memory of the process with the largest peak [B].
-        startup: Time in which the slowest process imports the libraries and creates the environments [s].
+        startup: Startup time of the slowest process, which imports the libraries and creates the environments [s].
     """
 
     sweep: str

@@ -89,7 +89,7 @@ def return_batch(config: Mapping[str, Any], folder: Path, size: int, report: Rep
             break
         except FileExistsError:
             if time.monotonic() > end:
-                raise TimeoutError("another job did not return its batch in time.") from None
+                raise TimeoutError("timed out while waiting for another job to return its batch.") from None
             time.sleep(0.001)
     return {"batch": batch, "bytes_per_step": bytes_per_step, "host": node()[0], "finished": time.time()}
 

@@ -30,7 +30,7 @@ def main() -> None:
     folder, index = Path(task["folder"]), task["index"]
     try:
         result = learn(task["config"]) if task["kind"] == "learn" else step(task["config"], folder, task)
-    except Exception as error:  # the waiting process reports every error
+    except Exception as error:  # the process that waits for the results reports the error
         _write(folder / f"error-{index}", str(error) or type(error).__name__)
         raise SystemExit(1) from None
     _write(folder / f"result-{index}.json", json.dumps(result))
@@ -67,7 +67,7 @@ def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> di
         stamps = _record(task["seconds"], advance, lambda: count)
         share = (time.process_time() - used) / (time.perf_counter() - start)
         _touch(folder, "done", task)
-        end = time.monotonic() + task["seconds"] + task["patience"]  # because a killed process never gets here
+        end = time.monotonic() + task["seconds"] + task["patience"]  # a killed process never writes its "done" file
         while not _all(folder, "done", task) and time.monotonic() < end:  # keep the processor busy
             stamps += _record(_BUSY, advance, lambda: count)
     return {

@@ -18,11 +18,11 @@ class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest also call
     """A check failed. The message describes what the check expected and what it found."""
 
 
-class Inconclusive(Exception):  # noqa: N818 - an outcome, not an error
+class Inconclusive(Exception):  # noqa: N818 - not an error
     """The tested situation did not occur during the check. For example, no episode ended or no joint moved."""
 
 
-class NotApplicable(Exception):  # noqa: N818 - an outcome, not an error
+class NotApplicable(Exception):  # noqa: N818 - not an error
     """The check does not apply, because the checked object does not claim the tested feature."""
 
 
@@ -129,7 +129,7 @@ def expect_raises(wanted: type[Exception] | tuple[type[Exception], ...], what: s
     try:
         yield
     except wanted as error:
-        expect(naming in str(error), f"the error of {what} does not contain '{naming}': {error}")
+        expect(naming in str(error), f"the error message of {what} does not contain '{naming}': {error}")
         return
     except Exception as error:
         raise CheckFailure(f"{what} raises {type(error).__name__} ({error}), not {name}.") from error

@@ -68,7 +68,7 @@ def expect_rows(arrays: Mapping[str, Any], num_envs: int, what: str) -> None:
     for name, array in leaves(arrays).items():
         if array.shape[:1] != (num_envs,) or array.dtype.kind == "O":
             found = f"{array.dtype}{list(array.shape)}"
-            raise CheckFailure(f"{what}{name} is {found}, not numbers of the form (num_envs, …).")
+            raise CheckFailure(f"{what}{name} is {found}; expected an array of numbers with shape (num_envs, …).")
 
 
 def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> None:
@@ -81,8 +81,8 @@ def expect_close(expected: Any, actual: Any, tolerance: float, what: str) -> Non
         index = np.unravel_index(int(np.nanargmax(np.where(np.isnan(error), np.inf, error))), error.shape)
         place = f" at {list(map(int, index))}" if index else ""
         raise CheckFailure(
-            f"{what}: {b[index]:.10g} instead of {a[index]:.10g}{place}, off by {error[index]:.3g}; "
-            f"the tolerance is {tolerance:.3g}."
+            f"{what}: expected {a[index]:.10g}, got {b[index]:.10g}{place}; the difference of {error[index]:.3g} "
+            f"exceeds the tolerance of {tolerance:.3g}."
         )
 
 

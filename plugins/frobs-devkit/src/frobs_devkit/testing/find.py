@@ -70,9 +70,16 @@ class Subject:
             ConfigurationError: Objects of this kind do not support ``settings`` or ``steps``.
         """
         if settings and self.kind not in ("environment", "task", "controller", "algorithm"):
-            raise CommandLineError("--set", f"a {self.kind} has no settings; check an ID or a part of it.")
+            raise CommandLineError(
+                "--set",
+                f"checks of a {self.kind} have no settings; use --set only with an environment ID, task, controller "
+                "or algorithm.",
+            )
         if steps is not None and self.kind not in ("algorithm", "plugin", "distribution"):
-            raise CommandLineError("--steps", f"a {self.kind} is not trained; only algorithms support this option.")
+            raise CommandLineError(
+                "--steps",
+                f"{self.kind} checks do not train; use --steps only with an algorithm, plugin or distribution.",
+            )
         options: dict[str, Any] = {"robot": robot, "simulator": simulator, "settings": settings or {}, "steps": steps}
         if self.kind == "plugin":
             (report,) = (report for report in plugins.reports() if _key(report) == self.name)
@@ -153,7 +160,9 @@ def _of(
     if kind == "environment":
         found = registry.environments().get(name.rpartition(":")[2])
         if found is not None and not found[1].robot and robot is None:
-            reason = Inconclusive("the ID requires a robot; choose one with --robot, or robot= of check_env")
+            reason = Inconclusive(
+                "the environment ID requires a robot; pass --robot to 'frobs check', or robot= to check_env"
+            )
             return only("robot_is_given", "A robot is given.", reason)
         return check_env(name, **given)
     if kind == "robot":
@@ -169,7 +178,8 @@ def _of(
     assert isinstance(record, TaskRecord)
     if not record.environments and not {"robot", "controller"} <= given.keys():
         reason = Inconclusive(
-            "the task does not register an ID; choose a robot with --robot, and a controller with --set controller=NAME"
+            "the task does not register an environment ID; choose a robot with --robot, and a controller with --set "
+            "controller=NAME"
         )
         return only("robot_is_given", "A robot is given.", reason)
     return check_task(name, **given)

@@ -118,14 +118,14 @@ def requirements_are_met(subject: PluginUnderTest) -> None:
 def core_versions_are_stated(subject: PluginUnderTest) -> None:
     """The distribution requires frobs-core with an upper version bound, and the installed version is in the range."""
     if not subject.candidate.requirements and subject.candidate.version in ("0", "(no version)"):
-        raise Inconclusive("the plugin was not installed by pip; it has no metadata")
+        raise Inconclusive("the plugin has no metadata, because it was not installed with pip")
     subject.expect_no("other-core", "no-core-versions")
 
 
 def entry_points_load(subject: PluginUnderTest) -> None:
     """Every record's entry point can be imported and has the type that the record's kind requires."""
     for kind, record in subject.records:
-        if not record.entry_point:  # a record of an ability or a parameter, which simulators implement
+        if not record.entry_point:  # abilities and parameters have no entry point, because simulators implement them
             continue
         implementation = record.load()
         if kind == "robot":
@@ -150,8 +150,14 @@ def summaries_are_one_line(subject: PluginUnderTest) -> None:
         environments = record.environments if isinstance(record, TaskRecord) else ()
         for name, summary in [(record.name, record.summary), *((e.id, e.summary) for e in environments)]:
             expect(summary.strip(), f"{kind} '{name}' has no summary.")
-            expect("\n" not in summary and len(summary) <= 120, f"the summary of {kind} '{name}' is not a short line.")
-        expect(record.install_hint.strip(), f"{kind} '{record.name}' has no install_hint: 'pip install …'.")
+            expect(
+                "\n" not in summary and len(summary) <= 120,
+                f"the summary of {kind} '{name}' must be a single line of at most 120 characters.",
+            )
+        expect(
+            record.install_hint.strip(),
+            f"{kind} '{record.name}' has no install_hint; set a command such as 'pip install …'.",
+        )
 
 
 def environments_are_complete(subject: PluginUnderTest) -> None:
@@ -176,8 +182,12 @@ def tuned_settings_exist(subject: PluginUnderTest) -> None:
             try:
                 there = resolve_path(resource).is_file()
             except ModelFileError as error:
-                raise CheckFailure(f"algorithm '{record.name}', tuned for '{id}': {error}") from error
-            expect(there, f"algorithm '{record.name}', tuned for '{id}': the file {resource} does not exist.")
+                raise CheckFailure(
+                    f"the settings of algorithm '{record.name}' for '{id}' cannot be found: {error}"
+                ) from error
+            expect(
+                there, f"the file {resource} with the settings of algorithm '{record.name}' for '{id}' does not exist."
+            )
 
 
 def pretrained_policies_fit(subject: PluginUnderTest) -> None:
@@ -194,8 +204,8 @@ def pretrained_policies_fit(subject: PluginUnderTest) -> None:
                 raise CheckFailure(f"the policy of '{environment.id}', {environment.pretrained}: {error}") from error
             expect(
                 not changes,
-                f"the policy of '{environment.id}' was trained in a different environment than the current one: "
-                f"{'; '.join(changes)}. Train it again.",
+                f"the environment '{environment.id}' has changed since its pretrained policy was trained: "
+                f"{'; '.join(changes)}. Train the policy again.",
             )
 
 

@@ -108,7 +108,7 @@ def run_checks(
         result = _without_cause(check, results) or _run(check)
         same = next((one.name for one in results if one.status == "failed" and one.message == result.message), "")
         if result.status == "failed" and same:  # failures with the same cause count as one failure
-            result = replace(result, status="skipped", message=f"it fails for the same reason as {same}")
+            result = replace(result, status="skipped", message=f"the check fails for the same reason as {same}")
         if check.name in reasons:
             result = _expected(result, reasons[check.name])
         results.append(result)
@@ -190,7 +190,7 @@ def _expected(result: Result, reason: str) -> Result:
     if result.status == "failed":
         return replace(result, status="expected_failure", message=f"{reason}: {result.message}")
     if result.status == "passed":
-        return replace(result, status="failed", message=f"it passes but was expected to fail: {reason}")
+        return replace(result, status="failed", message=f"the check passes, but was expected to fail: {reason}")
     return result
 
 

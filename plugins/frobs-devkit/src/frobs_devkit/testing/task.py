@@ -47,12 +47,14 @@ def record_is_sound(subject: TaskUnderTest) -> None:
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
     for capability in subject.record.needs:
-        expect(capability in abilities(), f"it needs '{capability}', which is not a capability.")
+        expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
     scene = cls().scene()
     expect(isinstance(scene, Scene), "scene() does not return a Scene.")
     declared = "contacts" in subject.record.needs or not scene.contacts
     expect(
-        declared, f"its scene has the contacts {', '.join(scene.contacts)}, but its record does not need 'contacts'."
+        declared,
+        f"the task's scene has the contacts {', '.join(scene.contacts)}, but the record's 'needs' does not contain "
+        "'contacts'.",
     )
 
 
@@ -121,7 +123,10 @@ def batch_has_its_shapes(subject: TaskUnderTest) -> None:
         for name, (array, dtype) in arrays.items():
             expect_array(array, (3,), dtype, name)
         for mark in task.markers():
-            expect(isinstance(mark, Marker) and mark.pos.shape == (3, 3), f"a marker is {mark}, not at (num_envs, 3).")
+            expect(
+                isinstance(mark, Marker) and mark.pos.shape == (3, 3),
+                f"a marker is {mark}; expected a Marker with positions of shape (num_envs, 3).",
+            )
 
 
 def observation_terms_are_sound(subject: TaskUnderTest) -> None:
@@ -141,7 +146,9 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
             expect_same(before, np.array(term.read()), f"{what}, read again")
             key, columns = observations.columns[name]
             part = observation[key] if isinstance(observation, dict) else observation
-            expect_same(before.astype(term.dtype), part[:, columns], f"{what}, in its columns of the observation")
+            expect_same(
+                before.astype(term.dtype), part[:, columns], f"{what}, compared with its columns of the observation"
+            )
 
 
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
@@ -163,7 +170,7 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
                         _read_twice(inside(env), trace[-1][1])
                 plays.append(trace)
         for k, (quiet, read) in enumerate(zip(*plays, strict=True)):
-            expect_same(quiet, read, f"step {k} in which reward, terminations and terms were read again")
+            expect_same(quiet, read, f"step {k}, in which the reward, terminations and terms were read again")
 
 
 def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
@@ -177,7 +184,7 @@ def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
             if other and "control_timestep" not in vars(task):
                 task.control_timestep = 2.0 * type(task).control_timestep
             plays.append(play(env, 4, draw_actions(env.action_space, 12, seed=4)))
-    what = "with a different control_timestep in the class after bind (use the argument of bind)"
+    what = "an environment after its task's class attribute control_timestep changed (use the argument of bind)"
     expect_same_play(plays[0], plays[1], what)
 
 
@@ -232,6 +239,6 @@ def check_task(task: str | TaskRecord, **kwargs: Any) -> list[Check]:
         parts = {"robot": first.robot, "controller": first.controller, "simulator": first.simulator, **first.parameters}
     elif not {"robot", "controller"} <= kwargs.keys():
         raise MissingSettingError(
-            "check_task", "robot= and controller=", f"task '{record.name}' does not register an ID"
+            "check_task", "robot= and controller=", f"task '{record.name}' does not register an environment ID"
         )
     return collect(TaskUnderTest(COMPOSITIONAL_ID, {"task": task, **parts, **kwargs}, record=record), CHECKS)

@@ -29,9 +29,9 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
     at 0.
 
     Attributes:
-        actor: Network from observations (batch, k) to means and log standard deviations, or to scores of discrete
+        actor: Network that maps observations (batch, k) to means and log standard deviations, or to scores of discrete
             actions.
-        critic: Network from observations (batch, k) to state values (batch, 1).
+        critic: Network that maps observations (batch, k) to state values (batch, 1).
         target_actor: Copy of the actor with earlier weights, used only by APPO.
     """
 
@@ -58,7 +58,7 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
 
     @property
     def mode(self) -> nn.Module:
-        """Network from observations to the most probable action, or to the scores of discrete actions."""
+        """Network that maps observations to the most probable action, or to the scores of discrete actions."""
         return self.actor.body if isinstance(self.actor, GaussianActor) else self.actor
 
     def act(self, observation: th.Tensor, generator: th.Generator) -> dict[str, th.Tensor]:

@@ -33,7 +33,7 @@ def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
             if component.name.rpartition(":")[2] in _ADAPTING:
                 raise EnvironmentCopyError(
                     f"the wrapper {component.name} adapts to the observations of one process",
-                    "replace the wrapper with one that has fixed constants",
+                    "replace this wrapper with a wrapper that uses fixed constants",
                 )
         if recipe.obstacle:
             raise EnvironmentCopyError(recipe.obstacle, "remove this setting")
@@ -49,11 +49,13 @@ def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
                 raise EnvironmentCopyError(f"the wrapper {type(single).__name__} was added in Python", _USE_A_RUN)
             single = single.env
     if inner.spec is None:
-        raise EnvironmentCopyError("the environment was made without a Gymnasium ID", "register it, and make it by ID")
+        raise EnvironmentCopyError(
+            "the environment was made without a Gymnasium ID", "register the environment, and create it by its ID"
+        )
     return EnvironmentRecipe(inner.spec.id, _keywords(inner.spec))
 
 
-_USE_A_RUN = "list it under 'wrappers' in the configuration of a run"
+_USE_A_RUN = "list the wrapper under 'wrappers' in the run's configuration"
 
 
 def _keywords(spec: gym.envs.registration.EnvSpec) -> dict[str, Any]:

@@ -24,10 +24,10 @@ class Scale(nn.Module):
 
 
 class GaussianActor(nn.Module):
-    """Network from observations to means, with one trainable log standard deviation per action component.
+    """Network that maps observations to means, with one trainable log standard deviation per action component.
 
     Args:
-        body: Network from observations to means (batch, n).
+        body: Network that maps observations to means (batch, n).
         size: n, the number of action components.
         log_std: Initial logarithm of the standard deviation.
     """

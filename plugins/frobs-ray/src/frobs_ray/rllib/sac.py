@@ -32,7 +32,7 @@ class SACConfig(RLlibConfig):
         train_freq: Number of control steps in every environment between two rounds of learning.
         gradient_steps: Number of gradient steps per round of learning, or −1 for one gradient step per collected
             control step.
-        tau: Fraction of the new weights in each update of the target networks.
+        tau: Soft update coefficient of the target networks, where 1 copies the current weights.
         ent_coef: Positive weight of the entropy. ``auto`` learns the weight from an initial value of 1, and
             ``auto_0.1`` learns the weight from an initial value of 0.1.
         target_entropy: Target entropy for a learned weight. ``auto`` is minus the number of action components.

@@ -69,7 +69,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
     @property
     def mode(self) -> nn.Module:
-        """Network from observations to the most probable action in [−1, 1]."""
+        """Network that maps observations to the most probable action in [−1, 1]."""
         return _Mode(self)
 
     def act(self, observation: th.Tensor, generator: th.Generator) -> dict[str, th.Tensor]:
@@ -88,7 +88,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
 
 
 class _Mode(nn.Module):
-    """Network from observations to the mean of the policy's actions, squashed to [−1, 1]."""
+    """Network that maps observations to the mean of the policy's actions, squashed to [−1, 1]."""
 
     def __init__(self, module: SoftActorCritic) -> None:
         super().__init__()

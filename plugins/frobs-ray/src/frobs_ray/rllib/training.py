@@ -203,7 +203,7 @@ class Training:
         _raise_problems(group, _PROBE)
         if working != self._working:
             _log.warning(
-                "%d of %d environment runners work. The others start again as soon as Ray can start them.",
+                "%d of %d environment runners work. Ray restarts the failed runners as soon as possible.",
                 working,
                 total,
             )

@@ -1,4 +1,4 @@
-"""The base class for environments of robots in Gazebo, with old gym's API."""
+"""Base class for Gazebo robot environments with the old gym API."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["RobotBasicEnv"]
 
 
 class RobotBasicEnv(_RobotBasicEnv):
-    """Version of :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with old gym's API.
+    """Version of :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with the old gym API.
 
     ``reset`` returns only the observation, and ``step`` returns four values. Environments created by ``gymnasium.make``
     have Gymnasium's API instead, because ``gymnasium.make`` requires that API.

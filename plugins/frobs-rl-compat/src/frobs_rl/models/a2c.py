@@ -7,4 +7,4 @@ __all__ = ["A2C"]
 
 
 class A2C(AcceptsBothApis, _A2C):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.A2C` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.A2C` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["BasicModel"]
 
 
 class BasicModel(AcceptsBothApis, _BasicModel):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.BasicModel` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.BasicModel` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["DDPG"]
 
 
 class DDPG(AcceptsBothApis, _DDPG):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.DDPG` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.DDPG` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["DQN"]
 
 
 class DQN(AcceptsBothApis, _DQN):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.DQN` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.DQN` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["PPO"]
 
 
 class PPO(AcceptsBothApis, _PPO):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.PPO` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.PPO` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["SAC"]
 
 
 class SAC(AcceptsBothApis, _SAC):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.SAC` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.SAC` that also accepts environments with the old gym API."""

@@ -7,4 +7,4 @@ __all__ = ["TD3"]
 
 
 class TD3(AcceptsBothApis, _TD3):
-    """Version of :class:`frobs_algos_sb3.frobs_rl.TD3` that also accepts environments with old gym's API."""
+    """Version of :class:`frobs_algos_sb3.frobs_rl.TD3` that also accepts environments with the old gym API."""

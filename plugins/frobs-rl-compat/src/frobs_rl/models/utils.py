@@ -15,15 +15,15 @@ __all__ = ["check_env", "get_action_noise", "get_policy_kwargs", "test_env"]
 
 
 def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> None:
-    """Check an environment with old gym's or Gymnasium's API, using stable-baselines3's environment checker.
+    """Check an environment with the old gym API or the Gymnasium API, using stable-baselines3's environment checker.
 
     Args:
         env: The environment.
-        warn: Whether to warn about unusual but permitted properties.
+        warn: Whether to warn about properties of the environment that are permitted but unusual.
         skip_render_check: Whether to skip the rendering check.
 
     Raises:
-        AssertionError: The environment violates a rule of the API.
+        AssertionError: The environment does not conform to the API.
     """
     env_checker.check_env(to_gymnasium(env), warn, skip_render_check)
 
@@ -32,7 +32,7 @@ def test_env(env: Any) -> bool:
     """Check an environment with :func:`check_env` and return True if it passes.
 
     Raises:
-        AssertionError: The environment violates a rule of the API.
+        AssertionError: The environment does not conform to the API.
     """
     check_env(env)
     return True
@@ -48,7 +48,7 @@ def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
 
 
 def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:
-    """Return the action noise that a namespace's parameters define, or None if action noise is disabled.
+    """Return the action noise defined by a namespace's parameters, or None if action noise is disabled.
 
     Args:
         action_space_shape: Length of an action.

@@ -52,8 +52,8 @@ class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
         # create the robot's publishers and subscribers here
 
     def _check_subs_and_pubs_connection(self) -> bool:
-        """Wait until the robot's topics have published messages, and return True."""
+        """Wait until messages have arrived on the robot's topics, and return True."""
         return True
 
 
-CCustomRobotEnv = CustomRobotEnv  # FRobs_RL's documentation uses both names
+CCustomRobotEnv = CustomRobotEnv  # FRobs_RL's documentation uses both spellings

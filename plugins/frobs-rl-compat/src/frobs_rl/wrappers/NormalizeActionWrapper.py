@@ -7,4 +7,4 @@ __all__ = ["NormalizeActionWrapper"]
 
 
 class NormalizeActionWrapper(KeepsApi, _NormalizeActionWrapper):
-    """Version of :class:`frobs_core.wrappers.NormalizeActionWrapper` that also supports old gym's API."""
+    """Version of :class:`frobs_core.wrappers.NormalizeActionWrapper` that also supports the old gym API."""

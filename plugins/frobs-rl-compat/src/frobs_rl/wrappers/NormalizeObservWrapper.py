@@ -1,4 +1,4 @@
-"""Alias of ``NormalizeObservationWrapper``, because FRobs_RL's documentation uses both names."""
+"""Alias of ``NormalizeObservationWrapper``, because FRobs_RL's documentation uses both spellings."""
 
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper, NormalizeObservWrapper
 

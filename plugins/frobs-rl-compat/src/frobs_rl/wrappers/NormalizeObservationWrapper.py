@@ -7,7 +7,7 @@ __all__ = ["NormalizeObservWrapper", "NormalizeObservationWrapper"]
 
 
 class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
-    """Version of :class:`frobs_core.wrappers.NormalizeObservationWrapper` that also supports old gym's API."""
+    """Version of :class:`frobs_core.wrappers.NormalizeObservationWrapper` that also supports the old gym API."""
 
 
-NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation uses both names
+NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation uses both spellings

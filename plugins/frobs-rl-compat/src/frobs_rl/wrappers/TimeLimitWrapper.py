@@ -7,4 +7,4 @@ __all__ = ["TimeLimitWrapper"]
 
 
 class TimeLimitWrapper(KeepsApi, _TimeLimitWrapper):
-    """Version of :class:`frobs_core.wrappers.TimeLimitWrapper` that also supports old gym's API."""
+    """Version of :class:`frobs_core.wrappers.TimeLimitWrapper` that also supports the old gym API."""

@@ -38,7 +38,8 @@ def run(
     program = shutil.which(words[0], path=environment["PATH"])
     if program is None:
         raise ConfigurationError(
-            f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install it."
+            f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install the "
+            "program."
         )
     os.execve(program, words, environment)  # so that Ctrl-C and all other signals go directly to the script
 

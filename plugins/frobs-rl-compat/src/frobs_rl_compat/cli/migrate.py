@@ -35,10 +35,12 @@ def migrate(
         typer.Option(
             metavar="ID",
             show_default="the task that a script trains",
-            help="ID of the environment to migrate, as the package registers it.",
+            help="ID under which the package registers the environment to migrate.",
         ),
     ] = None,
-    namespace: Annotated[str, typer.Option(metavar="NAME", help="First part of the new Gymnasium ID.")] = "lab",
+    namespace: Annotated[
+        str, typer.Option(metavar="NAME", help="Namespace of the new Gymnasium ID, before the slash.")
+    ] = "lab",
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:

@@ -12,7 +12,7 @@ from frobs_rl_compat.migrate.robot import RobotSource
 from frobs_rl_compat.migrate.yaml_files import LEGACY_IDS
 
 _CONTROLLERS = (
-    ("JointTrajectoryController", "joint_delta_position, or trajectory for planned motions"),
+    ("JointTrajectoryController", "joint_delta_position, or trajectory if motions must be planned"),
     ("DiffDrive", "differential_drive"),
     ("position_controllers/", "joint_position, or joint_delta_position if the actions were increments"),
     ("velocity_controllers/", "joint_velocity"),
@@ -26,13 +26,13 @@ _CONTROLLERS = (
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:
     """Record which parts of the old task are missing from a skeleton."""
     if robot is not None and robot.wheels is not None:
-        made.leave("the maximum speeds", "robot.py: the values in differential_drive are guesses for an action of 1")
+        made.leave("the maximum speeds", "in robot.py, replace the guessed maximum speeds in differential_drive")
     for path, mapping in package.yaml.numbers.items():
         for root in mapping:
             if root in LEGACY_IDS:
                 made.leave(
                     f"the task '{root}' ({path.name})",
-                    f"{LEGACY_IDS[root]} is FRobs's task of that name and accepts {path.name}; compare it with your task",
+                    f"compare your task with FRobs's task {LEGACY_IDS[root]}, which accepts {path.name}",
                 )
     for path, mapping in package.yaml.controllers.items():
         for name, type in _types(mapping):
@@ -41,16 +41,21 @@ def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migratio
                 made.leave(f"controller {name} ({type}, {path.name})", f"plugin.py: controller={found}")
     if any("moveit" in name.lower() for old in package.lineage for name in _names(old.tree)):
         made.leave(
-            "MoveIt", 'plugin.py: controller="trajectory", of frobs-controllers-planning, plans and executes motions'
+            "MoveIt",
+            'in plugin.py, set controller="trajectory" (from frobs-controllers-planning) to plan and execute motions',
         )
     for topic in _topics(package):
-        made.leave(topic, "topics are not used: read the robot's handle, simulation.robots['robot'], or Sensors")
+        made.leave(topic, "instead of topics, use the robot's state in simulation.robots['robot'], or a Sensors object")
     for launch in sorted(package.folder.rglob("*.launch")):
-        made.leave(launch.name, "launch files are not used; move the computations of its nodes to the task")
+        made.leave(
+            launch.name, "FRobs does not use launch files; move the computations of the launched nodes to the task"
+        )
     for world in sorted(package.folder.rglob("*.world")):
-        made.leave(world.name, "define it in the task's scene: bodies, floor, cameras")
+        made.leave(world.name, "define the bodies, the floor and the cameras in the task's scene")
     if package.hook("_check_subs_and_pubs_connection") is not None:
-        made.leave("_check_subs_and_pubs_connection", "nothing to do: a simulation is ready after its construction")
+        made.leave(
+            "_check_subs_and_pubs_connection", "nothing to do, because a simulation is ready as soon as it is created"
+        )
 
 
 def note_what_is_left(package: OldPackage, made: Migration) -> None:
@@ -58,12 +63,12 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
     for path, reason in {**package.python.unread, **package.yaml.unread}.items():
         made.leave(path.name, f"could not be read: {reason}")
     for id in package.others:
-        made.leave(f"ID {id}", f"migrate it too: --id {id} --name OTHER_NAME")
+        made.leave(f"ID {id}", f"migrate this environment separately with --id {id} --name OTHER_NAME")
     if package.wrappers:
         made.leave(
             ", ".join(package.wrappers),
-            "actions are already in [−1, 1]; for observations: wrappers: [{name: 'frobs_core.wrappers:"
-            "NormalizeObservationWrapper'}] in train.yaml, when observation_space has finite bounds",
+            "actions are already in [−1, 1]; to normalize observations with finite bounds, add wrappers: [{name: "
+            "'frobs_core.wrappers:NormalizeObservationWrapper'}] to train.yaml",
         )
 
 

@@ -55,7 +55,7 @@ class _Walk:
         self._at = 0
 
     def method(self, name: str, begin: int) -> bool:
-        """Find a method from index ``begin`` of the lineage onward, follow its statements, and return whether it exists."""
+        """Follow a method's statements, searching the lineage from ``begin``, and return whether the method exists."""
         for place, old in enumerate(self._lineage[begin:], begin):
             if name in old.methods:
                 key = f"{old.name}.{name}"

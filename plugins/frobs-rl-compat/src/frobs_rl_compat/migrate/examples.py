@@ -82,13 +82,12 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
         if any("moveit" in ast.unparse(old.node).lower() for old in package.lineage):
             return (
                 None,
-                "MoveIt plans or executes its motions, which no task of FRobs supports; port it as described in the "
-                "rows below",
+                "the package uses MoveIt, which cannot be translated; port the task as described in the rows below",
             )
-        return None, "arbitrary code cannot be translated; port it as described in the rows below"
-    original = f"it is the example that {NEAREST_IDS[found.name]} reproduces"
+        return None, "arbitrary code cannot be translated; port the task as described in the rows below"
+    original = f"the task is the FRobs_RL example that {NEAREST_IDS[found.name]} reproduces"
     if found.differing:
-        return None, f"{original}, apart from {'; '.join(found.differing)}. Port the changes, or start from that ID"
+        return None, f"{original}, except for {'; '.join(found.differing)}. Port the changes, or start from that ID"
     if robot is None:
         return None, f"{original}, but the robot's file could not be used"
     try:
@@ -106,7 +105,7 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
         raise UntranslatableError("limit_joint_vel differs between the joints")
     margins = set(factors(package.lineage[0].methods["_get_reward"]))
     if len(margins) != 1:
-        raise UntranslatableError("the margins of the lower and the upper joint limits differ")
+        raise UntranslatableError("the margins at the lower and the upper joint limits differ")
     if "ee_link" not in [link.name for link in robot.model.links]:
         raise UntranslatableError("the robot has no link 'ee_link', which the task observes")
     task = {key: value_of(package, name) for key, name in _REACH.items()}
@@ -126,10 +125,10 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
             **task,
         },
         differences={
-            "duration of a step": "0.1 s (previously not fixed); set control_timestep in PARAMETERS to change it",
-            "actions at a limit": "a joint stops at its limit; FRobs_RL ignored actions within a margin of the limit",
+            "duration of a step": "0.1 s (previously not fixed), configurable by control_timestep in PARAMETERS",
+            "actions at a limit": "joints stop exactly at the limit; FRobs_RL ignored actions near the limit",
             "initial joint positions": "only feasible positions, with no part of the robot below the floor",
-            "direction to a goal that is reached exactly": "zero (previously NaN)",
+            "direction to the goal at distance zero": "zero (previously NaN)",
         },
     )
 
@@ -139,39 +138,44 @@ def _goal_parameter(package: OldPackage, key: str) -> float:
     try:
         return float(package.yaml.parameter(f"irb140/pos_dynamic_params/{key}"))
     except (KeyError, TypeError, ValueError) as error:
-        raise UntranslatableError(f"irb140/pos_dynamic_params/{key} is in no YAML file") from error
+        raise UntranslatableError(f"no YAML file contains the parameter irb140/pos_dynamic_params/{key}") from error
 
 
 def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
     if robot.wheels is None:
-        raise UntranslatableError("the robot's file has no plugin for two driven wheels")
+        raise UntranslatableError("the robot's file does not contain a differential-drive plugin")
     low, high = bounds_of(package, "self.action_space")
     if low != [-value for value in high]:
         raise UntranslatableError(f"action_space is not symmetric: {low} to {high}")
     task = {key: value_of(package, attribute) for key, attribute in _NAVIGATION.items()}
     differences = {
-        "duration of a step": f"{STEP:g} s (previously not fixed); boxes move by the same distance per step",
-        "observation_space": "the same values, but with bounds from floor_plan.yaml",
+        "duration of a step": f"{STEP:g} s (previously not fixed); boxes move the same distance per step as before",
+        "observation_space": "the observed values are the same, but their bounds are derived from floor_plan.yaml",
     }
     if name == "maze":
         task |= {key: value_of(package, attribute) for key, attribute in _MAZE.items()}
         differences["distance and bearing in the step after a waypoint"] = (
-            "those of the next waypoint (previously of the waypoint that was reached)"
+            "relative to the next waypoint (previously relative to the waypoint that was reached)"
         )
     else:
-        differences["goals"] = "at least 0.5 m from boxes and the start; set clearance in floor_plan.yaml to change it"
+        differences["goals"] = (
+            "at least 0.5 m from boxes and the start; to change the distance, set clearance in floor_plan.yaml"
+        )
     if name == "dynamic":
         task["angle_diff_reward_multiplier"] = next(iter(factors(package.lineage[0].methods["_get_reward"])), 0.0)
     sensors = {"bumper": {"type": "bumper", "frame": robot.base_link}}
     if name != "empty":
         lidar = robot.lidar_topics.get("scan")
         if lidar is None:
-            raise UntranslatableError(f"the robot's file has no lidar on the topic /scan {robot.lidar_problem}".strip())
+            raise UntranslatableError(
+                f"the robot's file does not contain a lidar with the topic /scan {robot.lidar_problem}".strip()
+            )
         rays, declared = robot.lidars[lidar].rays, value_of(package, "self.lidar_samples")
         if rays != declared:
             differences["lidar_samples"] = (
-                f"{rays}, as in the robot's lidar; the YAML file had {declared}, so that the observation did not match "
-                "its space"
+                f"{rays}, the number of rays of the robot's lidar; the YAML file contained {declared}, so the "
+                "observation "
+                "did not match observation_space"
             )
         task |= {"lidar": lidar, "lidar_samples": rays}
         task |= {key: value_of(package, attribute) for key, attribute in _COLLISION.items()}

@@ -20,8 +20,8 @@ _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.obser
 def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
     """Write ``original.py`` into a folder."""
     parts = [
-        f'"""Values of {package.lineage[0].name} of the ROS package {package.name}, from its source code.\n\n'
-        'Nothing uses them yet; they are meant for porting the task.\n"""\n\n'
+        f'"""Values from the source code of {package.lineage[0].name} in the ROS package {package.name}.\n\n'
+        'No other module uses this file, which is a reference for porting the task.\n"""\n\n'
     ]
     spaces = [_space(package, name, attribute, made) for name, attribute in _SPACES.items()]
     uses_gym = any("gym." in text for text in spaces)
@@ -38,7 +38,7 @@ def write_original(package: OldPackage, folder: Path, made: Migration) -> None:
         parts.append(f"\nROBOT_PARAMETERS = {literal(values)}  # of RobotBasicEnv\n")
         made.carry(f"{len(values)} parameters of RobotBasicEnv", "original.py: ROBOT_PARAMETERS")
     for name, expression in package.constructed.unknown_parameters.items():
-        made.leave(f"{name} of RobotBasicEnv", f"its value is known only at run time: {expression}")
+        made.leave(f"{name} of RobotBasicEnv", f"the value of the argument is known only at run time: {expression}")
     (folder / "original.py").write_text("".join(parts), "utf-8")
 
 
@@ -63,7 +63,7 @@ def _space_text(space: gymnasium.Space[Any]) -> str:
 
 
 def _bound(values: np.ndarray[Any, Any], already: int) -> str:
-    """Format a ``Box`` bound like a code formatter, either on one line or with one argument per line."""
+    """Format a ``Box`` bound as a code formatter would, either on one line or with one argument per line."""
     numbers, dtype = _numbers(values.tolist()), f"dtype=np.{values.dtype}"
     line = f"np.array({numbers}, {dtype})"
     if already + len(line) <= _WIDTH:

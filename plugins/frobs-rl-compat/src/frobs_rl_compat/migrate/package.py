@@ -73,7 +73,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
     """
     if not folder.is_dir():
         raise MigrationError(
-            folder, "it is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
+            folder, "this path is neither a folder nor a file; pass the folder of a ROS package or a YAML file."
         )
     python = read_python_files(folder)
     environments = python.environments
@@ -110,7 +110,7 @@ def read_package(folder: Path, id: str | None = None) -> OldPackage:
 
 
 def _is_base(registration: Registration, python: PythonFiles) -> bool:
-    """Return whether an environment is a robot, not a task, because another class in the package inherits from it."""
+    """Return whether an environment is only a base class, from which another class in the package inherits."""
     old = python.registered(registration)
     return any(old in python.lineage(other)[1:] for other in python.classes)
 

@@ -124,7 +124,9 @@ def read_python_files(folder: Path) -> PythonFiles:
             if _DEFINES.search(path.read_text("utf-8", "replace")):
                 raise MigrationError(
                     path,
-                    f"{error}. It may contain a part of the environment: fix it, or convert a Python 2 file with 2to3.",
+                    f"{error}. The file may contain a part of the environment; fix the error, or convert Python 2 code "
+                    "with "
+                    "2to3.",
                 ) from error
             files.unread[path] = str(error)
             continue

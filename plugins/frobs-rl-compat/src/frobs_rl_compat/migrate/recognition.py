@@ -98,7 +98,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Structure(ast.NodeTransformer):
-    """Transformer that removes code without effect on the task, and the literals that are read separately.
+    """Transformer that removes code that has no effect on the task, and literals that are read separately.
 
     Args:
         method: Name of the method.
@@ -142,14 +142,14 @@ class _Structure(ast.NodeTransformer):
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        """Replace the literal numbers in a reward's arithmetic operations by placeholders."""
+        """Replace the literal numbers in a reward's arithmetic operations with placeholders."""
         self.generic_visit(node)
         if self._reward and isinstance(node.op, _ARITHMETIC):
             node.left, node.right = (_blank() if _is_number(side) else side for side in (node.left, node.right))
         return node
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        """Replace a number that is read separately by a placeholder."""
+        """If a number is read separately, replace the number with a placeholder."""
         return _blank() if self._numbers_are_read and _is_number(node) else node
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
@@ -158,7 +158,7 @@ class _Structure(ast.NodeTransformer):
         return node.operand if _is_blank(node.operand) else node
 
     def visit_List(self, node: ast.List) -> ast.AST:
-        """Replace a list of placeholders by a single placeholder, regardless of the list's length."""
+        """Replace a list of placeholders with a single placeholder, regardless of the list's length."""
         self.generic_visit(node)
         return _blank() if node.elts and all(map(_is_blank, node.elts)) else node
 

@@ -1,4 +1,4 @@
-"""Report of a migration, which lists the parts that were migrated and the parts that were not."""
+"""Migration report, which lists the parts that were migrated and the parts that were not."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Migration:
             lines += [f"| {_cell(what)} | {_cell(how)} |" for what, how in self.differs]
         lines += ["", "## Left to do", "", "| what | what to do |", "|---|---|"]
         lines += [f"| {_cell(what)} | {_cell(advice)} |" for what, advice in self.left]
-        lines += ["", "`TODO` comments mark the places in the files.", ""]
+        lines += ["", "`TODO` comments in the files mark the places that you have to edit.", ""]
         return "\n".join(lines)
 
 

@@ -82,7 +82,7 @@ def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> 
     file = given.get("urdf_file")
     if not file:
         unknown = package.constructed.unknown_parameters.get("urdf_file")
-        return None, f"urdf_file is {unknown}" if unknown else "the package passes no urdf_file to RobotBasicEnv"
+        return None, f"urdf_file is {unknown}" if unknown else "the package does not pass urdf_file to RobotBasicEnv"
     paths = {package.name: package.folder, **package_paths}
     args = dict(arg.partition(":=")[::2] for arg in given.get("urdf_xacro_args") or () if ":=" in arg)
     try:

@@ -16,13 +16,15 @@ HOOKS = {
     ),
     "_get_reward": (
         ("reward",),
-        "return the same values as {name}, one row for each environment; store each term in self._terms",
+        "return the same rewards as {name}, one for each environment; store each term in self._terms",
     ),
     "_check_if_done": (
         ("is_terminated", "is_success"),
-        "return where {name} is true, and in is_success where it sets info['is_success']",
+        "return a mask of the environments in which {name} returns True; in is_success, return a mask of those in "
+        "which "
+        "{name} sets info['is_success']",
     ),
-    "_set_episode_init_params": (("reset",), "begin episodes like {name}, with random numbers from rng"),
+    "_set_episode_init_params": (("reset",), "start episodes as {name} does, but take random numbers from rng"),
 }
 """For each of FRobs_RL's hooks: the task methods that can replace the hook, in order of preference, and a comment."""
 
@@ -35,24 +37,24 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
     for hook, (methods, advice) in HOOKS.items():
         old = package.hook(hook)
         if old is None:
-            made.leave(hook, "the package does not have it")
+            made.leave(hook, "the package does not define this method")
             continue
         method = next(name for name in methods if has_method(text, name))
         text = insert_in_method(text, method, todo(f"{advice.format(name=old.place(hook))}.", 8))
-        made.leave(old.place(hook), f"port it to {method} of task.py")
+        made.leave(old.place(hook), f"port this method to {method} in task.py")
     for old in package.lineage:
         if "__init__" in old.methods:
-            made.leave(old.place("__init__"), "move its preparations to scene and bind of task.py")
+            made.leave(old.place("__init__"), "move the setup code to the methods scene and bind in task.py")
     pose = {key: value for key, value in package.constructed.parameters.items() if key.startswith("model_") and value}
     pose.pop("model_name_in_gazebo", None)
     pose.pop("model_ori_w", None)
     if pose and has_method(text, "scene"):
         shown = ", ".join(f"{key}={value}" for key, value in pose.items())
-        text = insert_in_method(text, "scene", todo(f"Scene(robot_pose=…): the robot was at {shown}.", 8))
-        made.leave("the robot's pose in the world", f"Scene(robot_pose=…) in task.py: {shown}")
+        text = insert_in_method(text, "scene", todo(f"Pass robot_pose=… to Scene: the old robot was at {shown}.", 8))
+        made.leave("the robot's pose in the world", f"in task.py, pass robot_pose=… to Scene with {shown}")
     helpers = [old.place(name) for old in package.lineage for name in old.methods if name not in _ELSEWHERE]
     if helpers:
-        made.leave("other methods", f"port the methods that the hooks call to task.py: {', '.join(helpers)}")
+        made.leave("other methods", f"if the hooks call these methods, port them to task.py: {', '.join(helpers)}")
     file.write_text(text, "utf-8")
 
 

@@ -30,7 +30,7 @@ def check_world_is_empty(package: OldPackage) -> None:
     for name in names - {"None"}:
         files = sorted(package.folder.rglob(name))
         if not files:
-            raise UntranslatableError(f"the world {name} is not in the package")
+            raise UntranslatableError(f"the package does not contain the world file {name}")
         root = parse_xml(read_bytes(files[0]), files[0])
         held = {element.get("name", "") for element in root.iter("model")}
         held |= {(element.findtext("uri") or "").rpartition("/")[2] for element in root.iter("include")}
@@ -84,14 +84,14 @@ def _boxes(
     """
     low, high = bounds_of(package, "self.boxes_vel_space")
     if any(low) or len(high) != len(placed):
-        raise UntranslatableError("boxes_vel_space does not begin at 0, or does not have one number for each box")
+        raise UntranslatableError("boxes_vel_space must have a lower bound of 0 and one number for each box")
     steps = float(value_of(package, "self.box_traj_num_steps"))
     first = steps / 2.0 * STEP
     boxes = []
     for (box, (x, y, z)), speed in zip(placed.items(), high, strict=True):
         shapes = list(_shapes(files[box], 0j, with_pose=False))
         if len(shapes) != 1 or abs(shapes[0].centre) > 1e-9 or shapes[0].yaw:
-            raise UntranslatableError(f"{files[box]} is not a single box around the origin of its model")
+            raise UntranslatableError(f"{files[box]} is not a single, unrotated box centered at the model's origin")
         length, width, height = shapes[0].size
         top = z + shapes[0].height + height / 2.0  # parts below the floor are ignored
         if top <= 0.0:
@@ -113,7 +113,7 @@ def read_walls(file: Path, place: complex) -> Iterator[dict[str, Any]]:
     for shape in _shapes(file, place):
         length, thickness, height = shape.size
         if abs(shape.height - height / 2.0) > 1e-3:
-            raise UntranslatableError(f"a wall of {file} is not on the floor")
+            raise UntranslatableError(f"a wall in {file} is not on the floor")
         yield {
             "centre": [round(shape.centre.real, 6), round(shape.centre.imag, 6)],
             "length": length,

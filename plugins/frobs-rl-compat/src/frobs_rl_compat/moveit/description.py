@@ -45,7 +45,8 @@ class RobotDescription:
         groups = self.semantics.groups
         if name not in groups:
             raise MoveItCommanderException(
-                f"the robot '{self.model.name}' has no group '{name}'; its SRDF defines {', '.join(groups) or 'none'}."
+                f"the robot '{self.model.name}' has no group '{name}'; the groups in the SRDF are: "
+                f"{', '.join(groups) or 'none'}."
             )
         return groups[name]
 

@@ -26,6 +26,6 @@ class NotOfferedError(MoveItCommanderException, AttributeError):
         suggestion = nearest(name, self.available)
         hint = f" The nearest name is '{suggestion}'." if suggestion else ""
         super().__init__(
-            f"the stand-in for moveit_commander does not have {owner}.{name}.{hint} "
+            f"FRobs's stand-in for moveit_commander does not implement {owner}.{name}.{hint} "
             "Install MoveIt to use the complete moveit_commander."
         )

@@ -87,7 +87,8 @@ class Execution:
         for name, planned in zip(trajectory.joint_names, trajectory.points[0].positions, strict=True):
             if abs(planned - current[name]) > tolerance:
                 LOG.error(
-                    "The trajectory is not executed: it starts with %s at %.4g, but that joint is at %.4g. Plan again.",
+                    "The trajectory was not executed, because it starts with the joint %s at %.4g, but the joint is at "
+                    "%.4g. Plan the motion again.",
                     name, planned, current[name],
                 )  # fmt: skip
                 return False
@@ -145,7 +146,7 @@ class Execution:
             if rospy.is_shutdown() or self._stopped.is_set():
                 return False
             if limit is not None and min(self._states.stamp - begin, time.monotonic() - began) > limit:
-                LOG.error("The controllers have not finished after %.3g s; the motion is stopped.", limit)
+                LOG.error("The controllers did not finish within %.3g s; the motion was stopped.", limit)
                 self.stop()
                 return False
             self._changed.wait(_PERIOD)
@@ -170,15 +171,16 @@ def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list
     """
     if not isinstance(controllers, list) or not controllers:
         raise MoveItCommanderException(
-            f"the parameter {owner}/controller_list is missing; load the controllers' YAML file of the MoveIt package "
-            "there."
+            f"the parameter {owner}/controller_list is missing; load the controllers' YAML file from the MoveIt "
+            "package "
+            "into the same namespace."
         )
     chosen: dict[str, list[str]] = {}
     for name in names:
         found = [entry for entry in controllers if isinstance(entry, Mapping) and name in entry.get("joints", ())]
         usable = [entry for entry in found if entry.get("type") == "FollowJointTrajectory"]
         if not usable:
-            others = f"; those of the type {found[0].get('type')} are not supported" if found else ""
+            others = f"; controllers of the type {found[0].get('type')} are not supported" if found else ""
             raise MoveItCommanderException(
                 f"no controller of the type FollowJointTrajectory in {owner}/controller_list moves the joint "
                 f"'{name}'{others}."

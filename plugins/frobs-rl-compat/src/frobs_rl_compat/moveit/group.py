@@ -165,7 +165,7 @@ class MoveGroupCommander:
         """
         if isinstance(arg1, str):
             if arg2 is None:
-                raise MoveItCommanderException(f"a position of the joint '{arg1}' is missing.")
+                raise MoveItCommanderException(f"pass the position of the joint '{arg1}' as the second argument.")
             arg1 = {arg1: np.ravel(arg2)[0]}
         elif _is_pose(arg1):
             if arg3 or isinstance(arg2, bool):
@@ -175,7 +175,7 @@ class MoveGroupCommander:
             return
         elif hasattr(arg1, "name") and hasattr(arg1, "position"):
             if len(arg1.name) != len(arg1.position):
-                raise MoveItCommanderException("a JointState must have as many positions as names.")
+                raise MoveItCommanderException("a JointState must contain exactly one position for each joint name.")
             arg1 = {name: value for name, value in zip(arg1.name, arg1.position, strict=True) if name in self._names}
         self._joint_target = self._within(self._joint_vector(arg1))
         self._pose_target = None
@@ -223,7 +223,9 @@ class MoveGroupCommander:
         """Return the joint positions of a named state [rad or m], by joint name."""
         if target not in self._group.states:
             known = ", ".join(self._group.states) or "none"
-            raise MoveItCommanderException(f"the group '{self._group.name}' has no state '{target}'; it has {known}.")
+            raise MoveItCommanderException(
+                f"the group '{self._group.name}' has no state '{target}'; the available states are: {known}."
+            )
         return {name: value for name, value in self._group.states[target].items() if name in self._names}
 
     # Settings
@@ -287,7 +289,9 @@ class MoveGroupCommander:
         half = len(corners) // 2
         if len(corners) not in (0, 4, 6) or any(a > b for a, b in zip(corners[:half], corners[half:], strict=True)):
             raise MoveItCommanderException(
-                f"a workspace is [], [min x, min y, max x, max y] or [min x, y, z, max x, y, z], not {corners}."
+                "a workspace must be [], [min x, min y, max x, max y] or [min x, min y, min z, max x, max y, max z], "
+                "not "
+                f"{corners}."
             )
 
     def set_start_state_to_current_state(self) -> None:
@@ -392,7 +396,8 @@ class MoveGroupCommander:
             unknown = [name for name in values if name not in self._names]
             if unknown:
                 raise MoveItCommanderException(
-                    f"the group '{self._group.name}' has no joint '{unknown[0]}'; it has {', '.join(self._names)}."
+                    f"the group '{self._group.name}' has no joint '{unknown[0]}'; the available joints are: "
+                    f"{', '.join(self._names)}."
                 )
             target = dict(zip(self._names, self.get_joint_value_target(), strict=True))
             target.update({name: float(value) for name, value in values.items()})
@@ -416,8 +421,8 @@ class MoveGroupCommander:
         if beyond.any():
             i = int(np.argmax(beyond))
             raise MoveItCommanderException(
-                f"the target {target[i]:.6g} of the joint '{self._names[i]}' is not within its limits "
-                f"{self._lower[i]:.6g} and {self._upper[i]:.6g}."
+                f"the target {target[i]:.6g} of the joint '{self._names[i]}' is outside the joint's limits, "
+                f"{self._lower[i]:.6g} to {self._upper[i]:.6g}."
             )
         return inside
 
@@ -426,11 +431,13 @@ class MoveGroupCommander:
         if not link:
             raise MoveItCommanderException(
                 f"the group '{self._group.name}' has no end-effector link, because its joints do not form a chain; "
-                "pass a link."
+                "pass the name of a link."
             )
         links = [found.name for found in self._description.model.links]
         if link not in links:
-            raise MoveItCommanderException(f"the robot has no link '{link}'; it has {', '.join(links)}.")
+            raise MoveItCommanderException(
+                f"the robot has no link '{link}'; the available links are: {', '.join(links)}."
+            )
         return link
 
     def _pose(self, pose: Any) -> Floats:

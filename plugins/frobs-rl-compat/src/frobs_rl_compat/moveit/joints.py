@@ -11,7 +11,7 @@ from typing import Any
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.node import resolve
 
-_PAUSED = 0.1  # [s] without a message after which the simulation is considered paused
+_PAUSED = 0.1  # [s] time without a message after which the simulation is considered paused
 
 
 class JointStates:
@@ -65,8 +65,9 @@ class JointStates:
             missing = [name for name in wanted if name not in self._positions]
             if missing:
                 raise MoveItCommanderException(
-                    f"the topic {self._topic} published no position of {', '.join(missing)} within {wait:g} s; start "
-                    "the joint_state_controller and unpause the simulation."
+                    f"no position of {', '.join(missing)} arrived on the topic {self._topic} within {wait:g} s; start "
+                    "the "
+                    "joint_state_controller, and unpause the simulation."
                 )
             return {name: self._positions[name] for name in wanted}
 

@@ -132,7 +132,7 @@ def with_attached(model: RobotModel, attached: Collection[Any]) -> RobotModel:
         name = item.object.id
         if name in names:
             raise MoveItCommanderException(
-                f"the attached object '{name}' has the name of a link; give it another name."
+                f"the attached object '{name}' has the same name as a link of the robot; rename the object."
             )
         placed = scenes.body(item.object).pose
         links.append(Link(name, collisions=scenes.collisions(item.object)))

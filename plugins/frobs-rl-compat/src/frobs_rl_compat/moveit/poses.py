@@ -32,7 +32,7 @@ def _checked(numbers: Sequence[float]) -> Floats:
     if not np.isfinite(array).all() or abs(length - 1.0) > 0.01:
         raise MoveItCommanderException(
             f"the pose has the position {array[:3].tolist()} and the quaternion {array[[4, 5, 6, 3]].tolist()} (x, y, "
-            "z, w); all numbers must be finite, and the quaternion must have the length 1."
+            "z, w); all numbers must be finite, and the quaternion must have unit length."
         )
     array[3:] /= length
     return array
@@ -57,8 +57,9 @@ def from_list(numbers: Sequence[float]) -> Floats:
         return _checked([*values[:3], *quat_from_rpy(values[3:]).tolist()])
     if len(values) != 7:
         raise MoveItCommanderException(
-            "a pose is a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 (x, y, z and a quaternion), not "
-            f"{len(values)}."
+            "a pose must be a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 numbers (x, y, z and a quaternion), "
+            "not "
+            f"{len(values)} numbers."
         )
     x, y, z, i, j, k, w = values
     return _checked([x, y, z, w, i, j, k])

@@ -49,7 +49,7 @@ def collisions(collision_object: Any) -> tuple[Collision, ...]:
     name = collision_object.id
     if collision_object.planes:
         raise MoveItCommanderException(
-            f"the object '{name}' has a plane, which is not supported; use a large, thin box."
+            f"the object '{name}' contains a plane, which is not supported; use a large, thin box instead."
         )
     shapes = [(_primitive(name, primitive), primitive) for primitive in collision_object.primitives]
     places = [*collision_object.primitive_poses]
@@ -73,13 +73,15 @@ def _primitive(name: str, primitive: Any) -> Geometry:
     }
     if primitive.type not in kinds:
         raise MoveItCommanderException(
-            f"the object '{name}' has a shape of the type {primitive.type}; boxes, spheres, cylinders and meshes are "
-            "supported."
+            f"the object '{name}' contains a shape of the unsupported type {primitive.type}; use boxes, spheres, "
+            "cylinders "
+            "or meshes."
         )
     count, make = kinds[primitive.type]
     if len(lengths) != count or not all(0.0 < length < np.inf for length in lengths):
         raise MoveItCommanderException(
-            f"the object '{name}' has the dimensions {lengths}; they must be {count} numbers above 0."
+            f"the object '{name}' contains a shape with the dimensions {lengths}; the number of dimensions must be "
+            f"{count}, and all of them must be above 0."
         )
     geometry: Geometry = make(*lengths)
     return geometry
@@ -91,7 +93,8 @@ def _mesh(name: str, mesh: Any) -> Mesh:
     faces = np.array([list(triangle.vertex_indices) for triangle in mesh.triangles], np.int32).reshape(-1, 3)
     if not len(faces) or faces.max() >= len(vertices) or not np.isfinite(vertices).all():
         raise MoveItCommanderException(
-            f"the mesh of the object '{name}' has no triangles, or refers to missing vertices."
+            f"the mesh of the object '{name}' has no triangles, has non-finite coordinates, or refers to missing "
+            "vertices."
         )
     digest = hashlib.sha256(vertices.tobytes() + faces.tobytes()).hexdigest()[:16]
     path = Path(_mesh_folder().name, f"{digest}.stl")

@@ -150,7 +150,7 @@ class PlanningSceneInterface:
         if not apply_scene(self._namespace, scene):
             names = ", ".join([item.id for item in objects] + [item.object.id for item in attached]) or "all objects"
             raise MoveItCommanderException(
-                f"move_group rejected the change of {names}; see the log of move_group for the reason."
+                f"move_group rejected the change to {names}; see the log of move_group for the reason."
             )
 
 

@@ -25,8 +25,9 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
             rospy.wait_for_service(name, timeout)
         except rospy.ROSException as error:
             raise MoveItCommanderException(
-                f"the service {name} is not available after {timeout:g} s; start move_group with the launch file "
-                "move_group.launch of the robot's MoveIt package."
+                f"the service {name} did not become available within {timeout:g} s; start move_group with the launch "
+                "file "
+                "move_group.launch from the robot's MoveIt package."
             ) from error
 
 

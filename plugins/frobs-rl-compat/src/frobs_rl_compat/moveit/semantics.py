@@ -58,7 +58,7 @@ def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
     """
     root = parse_xml(text, Path(source))
     if root.tag != "robot":
-        root.refuse("the first element of an SRDF must be <robot>.")
+        root.refuse("the root element of an SRDF must be <robot>.")
     elements = {element.required("name"): element for element in root.children("group")}
     virtual = {element.required("name") for element in root.children("virtual_joint")}
     return Semantics(
@@ -113,12 +113,14 @@ def _members(
             path = joint_path(model, tip)
             passed = [joint.parent for joint in path] + [tip]
             if base not in passed:
-                element.refuse(f"no chain leads from the link '{base}' to the link '{tip}'.")
+                element.refuse(
+                    f"the link '{tip}' is not a descendant of the link '{base}', so they do not form a chain."
+                )
             members |= {joint.name for joint in path[passed.index(base) :]}
         else:
             other = element.required("name")
             if other not in elements or other in (*outer, name):
-                element.refuse(f"the group '{other}' does not exist, or cannot be part of '{name}'.")
+                element.refuse(f"the group '{other}' does not exist, or contains the group '{name}' itself.")
             members |= _members(other, elements, model, virtual, (*outer, name))
     return members
 

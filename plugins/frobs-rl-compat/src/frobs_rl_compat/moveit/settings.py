@@ -12,7 +12,7 @@ SETTINGS: dict[str, float | bool] = {
 }
 """MoveIt's default values by name. All numbers are doubles.
 
-The margin is in seconds, and the tolerance is in radians or meters.
+The duration margin is in seconds, and the start tolerance is in radians or meters.
 """
 
 

@@ -46,7 +46,7 @@ class World:
             MoveItCommanderException: The scene refers to an object that does not exist or is not supported.
         """
         if scene.world.octomap.octomap.data:
-            raise MoveItCommanderException("octomaps are not supported; add boxes or meshes.")
+            raise MoveItCommanderException("octomaps are not supported; add boxes or meshes instead.")
         with self._lock:
             before = dict(self._objects), dict(self._attached)
             try:
@@ -68,7 +68,7 @@ class World:
         if not item.id:
             raise MoveItCommanderException("an object must have a name.")
         if item.operation in (item.MOVE, item.APPEND) and item.id not in self._objects:
-            raise MoveItCommanderException(f"the scene has no object '{item.id}' to change.")
+            raise MoveItCommanderException(f"cannot change the object '{item.id}', because it is not in the scene.")
         placed = self._placed(item)
         if item.operation == item.MOVE:
             known = copy.copy(self._objects[item.id])
@@ -92,7 +92,10 @@ class World:
         link = self._locate(item.link_name)
         shaped = item.object.primitives or item.object.meshes or item.object.planes
         if not shaped and name not in self._objects:
-            raise MoveItCommanderException(f"the scene has no object '{name}' to attach, and no shape was given.")
+            raise MoveItCommanderException(
+                f"cannot attach the object '{name}', because it is not in the scene; add the object first, or pass its "
+                "shape."
+            )
         held = self._placed(item.object) if shaped else copy.copy(self._objects[name])
         held.pose = poses.to_message(compose(poses.inverse(link), poses.from_message(held.pose)))
         held.header.frame_id, held.operation = item.link_name, held.ADD

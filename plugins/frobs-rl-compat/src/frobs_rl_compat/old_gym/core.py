@@ -1,4 +1,4 @@
-"""Environment and wrapper classes with old gym's API, which are subclasses of Gymnasium's classes."""
+"""Environment and wrapper classes with the old gym API, which are subclasses of Gymnasium's classes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frobs_rl_compat.old_gym.seeding import np_random
 
 
 class Env(gymnasium.Env[Any, Any]):
-    """Base class for environments with old gym's API, in which ``step`` returns four values."""
+    """Base class for environments with the old gym API, in which ``step`` returns four values."""
 
     has_gym_api = True
     reward_range = (-float("inf"), float("inf"))
@@ -32,10 +32,11 @@ class Env(gymnasium.Env[Any, Any]):
 
 
 class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
-    """Base class for wrappers with old gym's API that also expose the wrapped environment's attributes.
+    """Base class for wrappers with the old gym API that also expose the wrapped environment's attributes.
 
     Args:
-        env: An environment with old gym's or Gymnasium's API. ``self.env`` is this environment with old gym's API.
+        env: An environment with the old gym API or the Gymnasium API. ``self.env`` is this environment with the old gym
+            API.
     """
 
     has_gym_api = True
@@ -106,7 +107,7 @@ class ActionWrapper(Wrapper):
 
 
 class FourValues(Wrapper):
-    """Wrapper that converts an environment with Gymnasium's API to old gym's API."""
+    """Wrapper that converts an environment with Gymnasium's API to the old gym API."""
 
     def __init__(self, env: Any) -> None:
         gymnasium.Wrapper.__init__(self, env)
@@ -132,5 +133,5 @@ class FourValues(Wrapper):
 
 
 def to_gym(env: Any) -> Any:
-    """Convert an environment to old gym's API, or return it unchanged if it already has this API."""
+    """Convert an environment to the old gym API, or return it unchanged if it already has this API."""
     return env if has_gym_api(env) else FourValues(env)

@@ -24,7 +24,7 @@ def register(
     kwargs: dict[str, Any] | None = None,
     **unused: Any,
 ) -> None:
-    """Register an environment for ``gym.make`` (old gym's API) and ``gymnasium.make`` (Gymnasium's API).
+    """Register an environment for ``gym.make`` (the old gym API) and ``gymnasium.make`` (the Gymnasium API).
 
     Args:
         id: ID of the environment, such as ``"KobukiMazeEnv-v0"``.
@@ -65,7 +65,7 @@ def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
 
 
 def make(id: str | EnvSpec, **kwargs: Any) -> Any:
-    """Create an environment with old gym's API."""
+    """Create an environment with the old gym API."""
     return to_gym(gymnasium.make(id, **kwargs))
 
 
@@ -75,7 +75,7 @@ def spec(id: str) -> EnvSpec:
 
 
 class EnvRegistry:
-    """Gymnasium's registry with the interface of old gym's registry."""
+    """Gymnasium's registry with the interface of the old gym registry."""
 
     @property
     def env_specs(self) -> dict[str, EnvSpec]:

@@ -1,4 +1,4 @@
-"""Random number generators with old gym's interface."""
+"""Random number generators with the interface of old gym."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class RandomNumberGenerator(np.random.Generator):
-    """NumPy's random number generator with old gym's method names."""
+    """NumPy's random number generator with the method names of old gym."""
 
     def rand(self, *size: int) -> Any:
         """Return random numbers in [0, 1)."""

@@ -88,7 +88,7 @@ class Bridge:
         self.world.remove(name)
 
     def step(self, steps: int) -> None:
-        """Advance by a number of physics steps and publish all messages that become due.
+        """Advance the simulation by a number of physics steps and publish all messages that become due.
 
         Call only from the simulation thread.
 
@@ -101,7 +101,10 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance by about ``most`` [s] or less, but by at least one physics step. Called by the simulation thread."""
+        """Advance the simulation by at most about ``most`` [s], but by at least one physics step.
+
+        Only the simulation thread calls this method.
+        """
         self._go(max(1, round(min(most, _LONGEST) / self.world.timestep)))
 
     def set_paused(self, paused: bool) -> None:
@@ -140,7 +143,7 @@ class Bridge:
         return [*self._general, *(component for components in self._components.values() for component in components)]
 
     def _go(self, most: int) -> None:
-        """Advance by at most ``most`` steps, stop when a component is due, and publish from all due components."""
+        """Advance by at most ``most`` steps, stop early if a component is due, and publish from all due components."""
         world, components = self.world, self._all()
         due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)

@@ -23,7 +23,7 @@ class Component:
         self._topics: list[Any] = []
 
     def own(self, topic: Any) -> Any:
-        """Return the given publisher or subscriber, which :meth:`close` will unregister."""
+        """Return the given publisher or subscriber, and store it so that :meth:`close` unregisters it."""
         self._topics.append(topic)
         return topic
 
@@ -50,7 +50,7 @@ class Component:
     def publish(self, world: World) -> None:
         """Publish now and schedule the next publication."""
         if self._period_ns is not None:
-            # Publish at multiples of the period, so that components with different rates coincide whenever possible.
+            # Publish at multiples of the period, so that different rates coincide as often as possible.
             self._next_ns = (world.time_ns // self._period_ns + 1) * self._period_ns
         self.tell(world)
 

@@ -161,7 +161,7 @@ def _number(text: str | None, default: float, element: str, name: str) -> float:
     except ValueError:
         number = math.nan
     if math.isnan(number):
-        raise GazeboElementError(element, f"{name} is '{text}', which is not a number.")
+        raise GazeboElementError(element, f"expected a number in '{name}', got '{text}'.")
     return number
 
 
@@ -171,7 +171,7 @@ def _numbers(text: str, count: int, element: str, name: str) -> list[float]:
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise GazeboElementError(element, f"{name} is '{text}'; it must be {count} finite numbers.")
+        raise GazeboElementError(element, f"expected {count} finite numbers in '{name}', got '{text}'.")
     return numbers
 
 
@@ -185,8 +185,8 @@ def _lidar(sensor: SensorElement) -> Lidar:
     across = "ray/scan/horizontal"
     if any(sensor.numbers("pose", 6)[3:]):
         raise sensor.error(
-            f"its pose is '{sensor.element.findtext('pose')}'; rotated lidars are not supported; attach it to a "
-            "separate link."
+            f"the lidar has the rotated pose '{sensor.element.findtext('pose')}', which is not supported; set the "
+            "rotation to 0, and attach the lidar to a separate, rotated link."
         )
     x, y, z = sensor.numbers("pose", 6)[:3]
     return Lidar(

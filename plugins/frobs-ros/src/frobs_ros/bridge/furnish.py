@@ -40,7 +40,7 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
             make = PLUGINS.get(plugin.file)
             if make is None:
                 LOG.warning(
-                    "model '%s': ignored the plugin '%s' (lib%s.so), which the bridge does not support",
+                    "model '%s': the plugin '%s' (lib%s.so) is ignored because the bridge does not support it",
                     model.name,
                     plugin.name,
                     plugin.file,
@@ -85,7 +85,7 @@ def _joint_states(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> C
 
 def _scan(bridge: Bridge, model: Model, plugin: Plugin, space: str) -> Component:
     if plugin.sensor is None or plugin.sensor.kind not in LIDARS:
-        raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="ray">.')
+        raise GazeboElementError(f"the plugin '{plugin.name}'", 'the plugin must be inside a <sensor type="ray">.')
     return Scan(
         model,
         plugin.sensor.name,

@@ -62,15 +62,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(given: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="gz", description="Commands of Gazebo's gz, executed by the FRobs bridge.")
+    parser = argparse.ArgumentParser(prog="gz", description="Run commands of Gazebo's program gz on the FRobs bridge.")
     world = parser.add_subparsers(dest="command", required=True).add_parser("world", help="the time, and all models")
-    world.add_argument("-w", "--world-name", help="ignored: there is only one world")
+    world.add_argument("-w", "--world-name", help="ignored, because the bridge has only one world")
     world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: pause; 0: unpause")
     world.add_argument("-s", "--step", action="store_true", help="run one physics step")
     world.add_argument(
-        "-m", "--multi-step", type=_steps, metavar="N", help="run N physics steps, and wait for completion"
+        "-m", "--multi-step", type=_steps, metavar="N", help="run N physics steps and wait until they are complete"
     )
-    world.add_argument("-r", "--reset-all", action="store_true", help="reset all models, and the time to 0")
+    world.add_argument("-r", "--reset-all", action="store_true", help="reset all models, and set the time to 0")
     world.add_argument("-o", "--reset-models", action="store_true", help="reset all models")
     return parser.parse_args(given)
 

@@ -71,20 +71,20 @@ def read_lens(sensor: SensorElement) -> Lens:
     fov = sensor.number("camera/horizontal_fov", 1.047)
     width, height = (sensor.number(f"camera/image/{name}", usual) for name, usual in _SIZE.items())
     if not 0.0 < fov < math.pi:
-        raise sensor.error(f"its <horizontal_fov> is {fov:g} rad; it must be in (0, pi).")
+        raise sensor.error(f"<horizontal_fov> is {fov:g} rad; it must be above 0 and below pi.")
     if not (1.0 <= width <= _MOST_PIXELS and 1.0 <= height <= _MOST_PIXELS):
         raise sensor.error(
-            f"its image has {width:g} x {height:g} pixels; each dimension must be from 1 to {_MOST_PIXELS}."
+            f"the image size is {width:g} x {height:g} pixels; width and height must be from 1 to {_MOST_PIXELS}."
         )
     for name in ("k1", "k2", "k3", "p1", "p2"):
         if sensor.number(f"camera/distortion/{name}", 0.0):
-            raise sensor.error(f"its lens distorts (<{name}>); distortion is not supported; set it to 0.")
+            raise sensor.error(f"lens distortion is not supported; set <{name}> to 0.")
     given = sensor.text("camera/image/format", "R8G8B8")
     if given not in ENCODINGS:
         raise sensor.error(f"the image format {given} is not supported; choose one of {', '.join(ENCODINGS)}.")
     noise = sensor.number("camera/noise/mean", 0.0), sensor.number("camera/noise/stddev", 0.0)
     if not noise[1] >= 0.0:
-        raise sensor.error(f"its noise has the standard deviation {noise[1]:g}; it must be at least 0.")
+        raise sensor.error(f"the standard deviation of the noise is {noise[1]:g}; it must be at least 0.")
     return Lens(round(width), round(height), fov, sensor.number("camera/clip/far", 100.0), ENCODINGS[given], noise)
 
 

@@ -56,7 +56,7 @@ def serve(options: Options) -> None:
     _log(options.verbose)
     master.require()
     bridge = open_bridge(options)
-    rospy.on_shutdown(bridge.close)  # runs before rospy closes the bridge's topics
+    rospy.on_shutdown(bridge.close)  # close the bridge before rospy closes the topics
     try:
         rospy.spin()
     finally:
@@ -114,7 +114,7 @@ def open_bridge(options: Options) -> Bridge:
         offer_link_services(offers)
         offer_joint_services(offers)
         offer_light_services(offers, file.lights or ["sun"])
-        offer_world_services(offers)  # last, because clients wait for one of these services
+        offer_world_services(offers)  # offered last, because clients wait for these services
         bridge.call(bridge.tell)
     except BaseException:
         bridge.close()
@@ -135,7 +135,7 @@ def _check_alone() -> None:
     try:
         with socket.create_connection((address.hostname or "", address.port or 0), timeout=2.0):
             raise ConfigurationError(
-                f"Gazebo or another bridge already runs as the node /gazebo of this master ({uri}); end it first."
+                f"Gazebo or another bridge is already running as the ROS node /gazebo ({uri}); stop that process first."
             )
     except OSError:  # the other node has ended without unregistering
         return

@@ -74,7 +74,7 @@ def read_pose(message: Any) -> Place:
     p, q = message.position, message.orientation
     numbers = np.array([p.x, p.y, p.z, q.w, q.x, q.y, q.z], np.float64)
     if not np.isfinite(numbers).all():
-        raise ConfigurationError("the pose contains a number that is not finite.")
+        raise ConfigurationError("the pose contains NaN or infinity; all numbers must be finite.")
     length = math.sqrt(float(np.square(numbers[3:]).sum()))
     return Place(numbers[:3], numbers[3:] / length if length > 1e-9 else WORLD.quat_wxyz)
 
@@ -106,7 +106,7 @@ def read_vector(message: Any) -> Floats:
     """
     numbers = np.array([message.x, message.y, message.z], np.float64)
     if not np.isfinite(numbers).all():
-        raise ConfigurationError("a vector contains a number that is not finite.")
+        raise ConfigurationError("the vector contains NaN or infinity; all numbers must be finite.")
     return numbers
 
 

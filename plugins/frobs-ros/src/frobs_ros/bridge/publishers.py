@@ -23,7 +23,7 @@ class Clock(Component):
         from rosgraph_msgs.msg import Clock as Message
         from rospy.impl import simtime
 
-        super().__init__(rate or NANO)  # a period of 1 ns has elapsed after every physics step
+        super().__init__(rate or NANO)  # at 1 GHz, a message is due after every physics step
         self._message = Message
         self._published_ns: int | None = None
         self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))

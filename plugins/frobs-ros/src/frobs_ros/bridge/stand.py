@@ -63,7 +63,7 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
     if file.format == "urdf":
         rospy.set_param(f"{prefix}/robot_description", with_file_uris(file.xml))
     else:
-        LOG.warning("'%s' has an MJCF file, which ROS cannot read, so robot_description is not set", model.name)
+        LOG.warning("robot_description is not set, because '%s' has an MJCF file, which ROS cannot read", model.name)
     bridge.add(model)
     bridge.extend(model.name, _components(bridge, model, description, prefix))
 

@@ -89,7 +89,7 @@ class World:
             ModelFileError: The simulator rejects the model.
         """
         if model.name in self.models:
-            raise ConfigurationError(f"there is already a model '{model.name}'; choose another name.")
+            raise ConfigurationError(f"the world already contains a model named '{model.name}'; choose another name.")
         model.key = self._free_key(model.name)
         self._build([*self.models.values(), model])
         self.models[model.name] = model
@@ -161,7 +161,7 @@ class World:
                 self.simulation.bodies[name].write_pose(np.array([body.pose.pos]), np.array([body.pose.quat_wxyz]))
 
     def step(self, steps: int) -> None:
-        """Advance by a number of physics steps, with the joint targets that the controllers have set.
+        """Advance the world by a number of physics steps, with the joint targets that the controllers have set.
 
         Raises:
             SimulationError: The engine failed.
@@ -234,7 +234,7 @@ class World:
         """Release the simulation. Further calls have no effect."""
         if self.simulation is not None:
             self.simulation.close()
-            # Break reference cycles. Otherwise, late garbage collection would fragment the memory with each spawn.
+            # Break reference cycles, because late garbage collection would fragment the memory with each spawn.
             self.simulation.robots, self.simulation.bodies = {}, {}
             self.simulation = None
 
@@ -262,7 +262,7 @@ class World:
         """Create a new simulation of the models, in which existing models keep their state."""
         models = list(models)
         moving = [model for model in models if not model.is_static]
-        # Some simulators hide only the first few robots from their own lidars, so robots with a lidar come first.
+        # Some simulators hide only the first few robots from their own lidars, so add robots with a lidar first.
         moving.sort(key=lambda model: not (model.description.placement and model.description.placement.robot.lidars))
         states = {model.name: model.state() for model in moving if model.robot is not None}
         new: Simulation | None = None

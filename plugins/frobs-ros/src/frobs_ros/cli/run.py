@@ -29,7 +29,7 @@ def run(
         typer.Option(
             metavar="FILE",
             show_default=False,
-            help="Model file of the robot, to compare with the robot that the policy was trained for.",
+            help="Model file of the robot, which is compared with the robot that the policy was trained on.",
         ),
     ] = None,
     namespace: Annotated[str, typer.Option(metavar="NS", help="ROS namespace of the robot.")] = "/",
@@ -38,7 +38,7 @@ def run(
         typer.Option(
             metavar="NAME",
             show_default=False,
-            help="Controller that receives the commands. Without it, a wheeled robot is driven by its cmd_vel topic.",
+            help="Controller that receives the commands. Default for wheeled robots: the topic cmd_vel.",
         ),
     ] = None,
     goal: Annotated[
@@ -46,26 +46,28 @@ def run(
         typer.Option(
             metavar="X Y Z",
             show_default=False,
-            help="Goal of the task in meters; wheeled robots use X and Y. Default: drawn by the task.",
+            help="Goal of the task in meters; wheeled robots use X and Y. Default: sampled by the task.",
         ),
     ] = None,
     joint_states: Annotated[
-        str, typer.Option(metavar="TOPIC", help="Topic of the measured joint states.")
+        str, typer.Option(metavar="TOPIC", help="Topic that publishes the measured joint states.")
     ] = "joint_states",
     odom: Annotated[
-        str, typer.Option(metavar="TOPIC", help="Topic of the measured odometry of a moving base.")
+        str, typer.Option(metavar="TOPIC", help="Topic that publishes the measured odometry of a mobile base.")
     ] = "odom",
     scan: Annotated[str, typer.Option(metavar="TOPIC", help="Topic of the lidar scans.")] = "scan",
     goal_topic: Annotated[
         str, typer.Option(metavar="TOPIC", help="Topic for new goals (message type Point).")
     ] = "goal_pos",
-    speed: Annotated[float, typer.Option(metavar="X", help="Fraction of the velocity limits that may be used.")] = 1.0,
+    speed: Annotated[
+        float, typer.Option(metavar="X", help="Maximum speed, as a fraction of the joints' velocity limits.")
+    ] = 1.0,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.0, help="Maximum number of seconds without measurements.")
+        float, typer.Option(metavar="S", min=0.0, help="Stop if no measurements arrive for this many seconds.")
     ] = 0.5,
     seconds: Annotated[
         float | None,
-        typer.Option(metavar="S", show_default=False, help="Number of seconds, by the ROS clock, after which to stop."),
+        typer.Option(metavar="S", show_default=False, help="Stop after this many seconds of ROS time."),
     ] = None,
     simulator: Annotated[
         str, typer.Option(metavar="NAME", help="Simulator used to mirror the robot's state.")

@@ -15,8 +15,7 @@ def serve(
         typer.Option(
             metavar="NAME",
             show_default="an empty world",
-            help="Robot that is in the world from the start: a name from 'frobs list robots', or a URDF, xacro or "
-            "MJCF file.",
+            help="Robot to place in the initial world: a name from 'frobs list robots', or a URDF, xacro or MJCF file.",
         ),
     ] = None,
     simulator: Annotated[
@@ -64,7 +63,7 @@ def serve(
         typer.Option(
             metavar="ADDRESS",
             show_default="this machine only",
-            help="Address at which other machines reach this one. This option makes the server listen on all interfaces.",
+            help="Address at which other machines reach this machine. The server then listens on all interfaces.",
         ),
     ] = None,
 ) -> None:

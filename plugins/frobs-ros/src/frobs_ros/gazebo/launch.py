@@ -83,7 +83,9 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     words, variables = backends.command(launch, backend)
     master.ensure()
     if is_offered(_FIRST):
-        raise ProcessError("Gazebo", f"a simulation is already running at {master.master_uri()}; close it first")
+        raise ProcessError(
+            "Gazebo", f"a simulation is already running with the ROS master {master.master_uri()}; close it first"
+        )
     master.connect().setParam("/use_sim_time", use_sim_time)
     process = processes.start(
         "gazebo",
@@ -104,7 +106,7 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
     """Close the simulation that this process launched. Other simulations are not affected."""
     found = processes.owned(["gazebo"])
     if not found:
-        raise ProcessError("Gazebo", "this process has not launched a simulation")
+        raise ProcessError("Gazebo", "this process has not launched a simulation that it could close")
     return processes.stop(found)
 
 

@@ -24,8 +24,8 @@ def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, f
     length = math.sqrt(sum(part * part for part in parts))
     if not math.isfinite(length) or abs(length - 1.0) > _TOLERANCE:
         raise ConfigurationError(
-            f"the orientation (x, y, z, w) = {parts} has length {length:.4g}; a rotation has length 1. "
-            "(0, 0, 0, 1) means no rotation."
+            f"the quaternion (x, y, z, w) = {parts} has the norm {length:.4g} instead of 1. "
+            "Use (0, 0, 0, 1) for no rotation."
         )
     return tuple(part / length for part in parts)  # type: ignore[return-value]
 

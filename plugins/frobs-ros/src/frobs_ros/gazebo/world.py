@@ -102,7 +102,7 @@ def _step_by_command(steps: int) -> bool:
     variables = child_variables()
     program = shutil.which("gz", path=variables.get("PATH", os.defpath))
     if program is None:
-        raise ProcessError("gz", "the program 'gz' is not installed; it comes with Gazebo")
+        raise ProcessError("gz", "the program 'gz' is not installed; install Gazebo, which includes it")
     before, time_step = _world()
     done = subprocess.run([program, "world", "-m", str(steps)], env=variables, capture_output=True, text=True)
     if done.returncode:
@@ -110,6 +110,6 @@ def _step_by_command(steps: int) -> bool:
     until = time.monotonic() + patience()
     while (now := _world()[0]) < before + (steps - 0.5) * time_step:
         if time.monotonic() > until:
-            raise ServiceError(_STEP, f"'gz world -m {steps}' advanced the clock from {before} s to {now} s only")
+            raise ServiceError(_STEP, f"'gz world -m {steps}' advanced the clock only from {before} s to {now} s")
         time.sleep(_POLL)
     return True

@@ -17,7 +17,7 @@ from frobs_ros.overlay import delete_unused
 
 DEFINITIONS = Path(__file__).with_name("definitions")
 
-_DIGEST = "sha256"  # name of the file with the digest of all other files, which is written last
+_DIGEST = "sha256"  # file with the digest of all other files; it is written last
 _lock = threading.RLock()  # genpy stores its state in module variables
 
 
@@ -42,7 +42,7 @@ def message_folder() -> Path:
             except OSError as error:
                 raise RosError(
                     f"the ROS message packages cannot be stored in {folder}: {error.strerror}; "
-                    "set XDG_CACHE_HOME to a folder that you can write to."
+                    "set XDG_CACHE_HOME to a writable folder."
                 ) from error
     delete_unused(folder)
     return folder
@@ -55,7 +55,7 @@ def _key() -> str:
     for module in ("genpy", "genmsg"):
         spec = find_spec(module)
         if spec is None or spec.origin is None:
-            raise RosNotFoundError(f"no module '{module}' is installed on this machine", (f"python3-{module}",))
+            raise RosNotFoundError(f"the Python module '{module}' is not installed", (f"python3-{module}",))
         sources |= {f"{module}/{path.name}": path for path in Path(spec.origin).parent.glob("*.py")}
     return _digest((name, path.read_bytes()) for name, path in sources.items())[:16]
 

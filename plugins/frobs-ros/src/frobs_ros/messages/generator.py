@@ -90,7 +90,7 @@ def _load_installed(context: Any, spec: Any) -> None:
             package, _, short = name.partition("/")
             if find_spec(package) is None:
                 debian = f"python3-{package.replace('_', '-')}"
-                raise RosNotFoundError(f"no module '{package}' is installed on this machine", (debian,))
+                raise RosNotFoundError(f"the Python module '{package}' is not installed", (debian,))
             message = getattr(import_module(f"{package}.msg"), short)
             text = message._full_text.partition(_NEXT_DEFINITION)[0]
             _load_installed(context, load_msg_from_string(context, text, name))

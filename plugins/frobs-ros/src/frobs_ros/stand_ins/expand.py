@@ -16,7 +16,9 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="the xacro file")
     parser.add_argument("arguments", nargs="*", metavar="NAME:=VALUE", help="arguments of the file")
     parser.add_argument("-o", metavar="FILE", type=Path, dest="output", help="output file; default: standard output")
-    parser.add_argument("--inorder", "-i", action="store_true", help="no effect: files are always read in order")
+    parser.add_argument(
+        "--inorder", "-i", action="store_true", help="no effect, because files are always processed in order"
+    )
     options = parser.parse_args()
     try:
         text = parse_model(options.file, options.arguments)

@@ -35,13 +35,15 @@ def read(given: list[str]) -> tuple[backends.Launch, str]:
     """
     options = _parse(given)
     if options.physics != "ode":
-        raise ParameterValueError("physics", options.physics, "'ode': the bridge uses the physics of its simulator")
+        raise ParameterValueError(
+            "physics", options.physics, "'ode', because the bridge always uses the physics engine of its simulator"
+        )
     if not options.ros_network:
         raise ParameterValueError("enable_ros_network", False, "true, because the bridge can only be used through ROS")
     backend = backends.choose()
     if backend == backends.GAZEBO:
         raise ConfigurationError(
-            f"{backends.VARIABLE}=gazebo needs the ROS package gazebo_ros, which is not installed; choose "
+            f"{backends.VARIABLE}=gazebo requires the ROS package gazebo_ros, which is not installed; choose "
             "'bridge:gazebo', which starts FRobs's own Gazebo, or another bridge."
         )
     launch = backends.Launch(

@@ -62,7 +62,7 @@ def _spawn(options: Namespace) -> None:
         )
     if options.unpause:
         _call(f"{root}/unpause_physics", Empty)
-    sys.stdout.write(f"spawn_model: '{options.model}' is in the simulation\n")
+    sys.stdout.write(f"spawn_model: the model '{options.model}' was spawned\n")
     if options.b:
         rospy.on_shutdown(lambda: _call(f"{root}/delete_model", DeleteModel, options.model))
         rospy.spin()
@@ -94,9 +94,7 @@ def _of_database(name: str) -> Path:
     for folder in path_folders("GAZEBO_MODEL_PATH"):
         if (folder / name / "model.sdf").is_file():
             return folder / name / "model.sdf"
-    raise MissingFileError(
-        Path(name) / "model.sdf", "add the folder that contains the model's folder to GAZEBO_MODEL_PATH"
-    )
+    raise MissingFileError(Path(name) / "model.sdf", "add the parent folder of the model's folder to GAZEBO_MODEL_PATH")
 
 
 def _call(name: str, kind: type[Any], *fields: Any) -> None:
@@ -119,7 +117,9 @@ def _wait_for(topic: str, model: str) -> None:
         while model not in rospy.wait_for_message(topic, ModelStates, _TIMEOUT).name:
             pass
     except rospy.ROSException as error:
-        raise ServiceError(topic, f"no model states while waiting for '{model}': {error}") from error
+        raise ServiceError(
+            topic, f"no model states were received while waiting for the model '{model}': {error}"
+        ) from error
 
 
 def _parse(given: list[str]) -> Namespace:
@@ -130,7 +130,7 @@ def _parse(given: list[str]) -> Namespace:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("-file", metavar="FILE", help="file that contains the model")
     source.add_argument("-param", metavar="NAME", help="ROS parameter that contains the model")
-    source.add_argument("-database", metavar="NAME", help="name of a model in a folder of GAZEBO_MODEL_PATH")
+    source.add_argument("-database", metavar="NAME", help="name of a model in one of the folders in GAZEBO_MODEL_PATH")
     source.add_argument("-stdin", action="store_true", help="read the model from standard input")
     parser.add_argument("-model", metavar="NAME", required=True, help="name of the model in the simulation")
     parser.add_argument("-robot_namespace", metavar="NS", help="namespace of the robot's topics and services")
@@ -143,7 +143,9 @@ def _parse(given: list[str]) -> Namespace:
     )
     parser.add_argument("-wait", metavar="MODEL", help="wait until this model is in the simulation")
     parser.add_argument("-unpause", action="store_true", help="unpause the simulation afterwards")
-    parser.add_argument("-package_to_model", action="store_true", help="no effect: package:// is always supported")
+    parser.add_argument(
+        "-package_to_model", action="store_true", help="no effect, because package:// URIs are always supported"
+    )
     parser.add_argument("-b", action="store_true", help="keep running, and delete the model on exit")
     parser.add_argument(
         "-J", nargs=2, metavar=("JOINT", "POSITION"), action="append", help="initial position of a joint"

@@ -17,7 +17,8 @@ def axes(name: str, value: Any) -> tuple[float, ...]:
     """Return a vector from a mapping with the keys ``x``, ``y`` and ``z``, or from three numbers.
 
     Raises:
-        ConfigurationError: The value is neither such a mapping nor a list of three numbers.
+        ConfigurationError: The value is neither a mapping with the keys ``x``, ``y`` and ``z`` nor a list of three
+            numbers.
     """
     if isinstance(value, Mapping):
         _check_keys(name, value, _AXES)

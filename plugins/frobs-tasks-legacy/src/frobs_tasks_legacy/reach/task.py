@@ -76,10 +76,10 @@ class ReachLegacy(Reach):
     reward_types: ClassVar[Sequence[str]] = ("dense",)
     success_rule: ClassVar[str] = "the tool comes within tolerance_goal_pos of the goal, which terminates the episode"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached_goal": "reached_goal_reward where the goal is reached, else 0",
+        "reached_goal": "reached_goal_reward if the tool has reached the goal, otherwise 0",
         "distance": "−multiplier_dist_reward · d unless the goal is reached; d is the distance from tool to goal",
-        "step": "step_reward where the goal is not reached",
-        "joint_limits": "joint_limits_reward where a joint is at one of its limits",
+        "step": "step_reward in each step that does not reach the goal",
+        "joint_limits": "joint_limits_reward if a joint is at one of its limits",
     }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
@@ -197,8 +197,9 @@ class ReachLegacy(Reach):
         )
         if not (sampler.lower < sampler.upper).all():
             raise ConfigurationError(
-                f"min_joint_pos must be below max_joint_pos within the limits of robot '{self._robot.robot.name}'; "
-                f"the remaining range is {sampler.lower} to {sampler.upper}."
+                "min_joint_pos and max_joint_pos leave at least one joint no range of motion within the limits of "
+                "robot "
+                f"'{self._robot.robot.name}'; the remaining ranges are {sampler.lower} to {sampler.upper}."
             )
         return sampler
 
@@ -214,7 +215,7 @@ class ReachLegacy(Reach):
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         if given is None and not self.config["training"]:
             raise MissingSettingError(
-                "a task with training = false", "a goal", 'pass one with reset(options={"goal": (x, y, z)})'
+                "a task with training = false", "a goal", 'pass a goal with reset(options={"goal": (x, y, z)})'
             )
         centre = self._draw_goals(mask, rng) if given is None else checked_goal(given[rows], *self._goal_bounds())
         self._goal[rows] = centre

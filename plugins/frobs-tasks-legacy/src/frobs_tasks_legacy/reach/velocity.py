@@ -30,11 +30,11 @@ class ReachLegacyVelocity(ReachLegacy):
       limit, ``joint_limits_reward`` is subtracted. The parameter ``step_reward`` has no effect.
     """
 
-    success_rule: ClassVar[str] = "at the time limit, the tool is within tolerance_goal_pos of the goal"
+    success_rule: ClassVar[str] = "the tool is within tolerance_goal_pos of the goal at the time limit"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached_goal": "reached_goal_reward where the tool is within the tolerance, else 0",
-        "distance": "−multiplier_dist_reward · d elsewhere, where d is the distance from tool to goal",
-        "joint_limits": "−joint_limits_reward where a joint is within limit_margin of one of its limits",
+        "reached_goal": "reached_goal_reward if the tool is within the tolerance of the goal, otherwise 0",
+        "distance": "−multiplier_dist_reward · d outside the tolerance; d is the distance from tool to goal",
+        "joint_limits": "−joint_limits_reward if a joint is within limit_margin of one of its limits",
     }
     control_timestep: ClassVar[float] = 0.1
     usual_profile: ClassVar[str] = "irb140_velocity"

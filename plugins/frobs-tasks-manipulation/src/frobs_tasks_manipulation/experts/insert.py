@@ -22,7 +22,7 @@ _STEP = 0.02  # [m] maximum commanded motion per step; fast motion tilts the peg
 _SLOWLY = 0.006  # [m] maximum commanded downward motion per step
 _GENTLY = 0.003  # [m] commanded downward motion per step while the lower end is above the hole
 _GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit on the integrated error [m]
-_FIRM, _STOPPED = 6, 0.004  # the peg is lifted after _FIRM control steps with changes of the opening below _STOPPED
+_FIRM, _STOPPED = 6, 0.004  # lift the peg after _FIRM control steps in which the opening changes by less than _STOPPED
 
 
 class InsertPeg(GraspCube[Any]):

@@ -14,8 +14,8 @@ from frobs_tasks_manipulation.rewards import length
 
 ABOVE, DOWN, CLOSE, PULL, RELEASE = range(5)
 _CLEARANCE = 0.1  # [m] height above the handle from which the tool moves down
-_ALIGNED = 0.01  # [m] maximum position error at which the tool counts as aligned
-_LOST = 0.05  # [m] distance between tool and handle above which the handle counts as lost
+_ALIGNED = 0.01  # [m] maximum position error at which the tool is considered aligned
+_LOST = 0.05  # [m] distance between tool and handle above which the handle is considered lost
 _CLOSING = 8  # minimum number of control steps for closing the gripper
 _STOPPED = 0.005  # change in the opening per control step below which the fingers must be touching the handle
 _ARRIVED, _LEFT = 0.3, 0.8  # multiples of the tolerance below which to release, and above which to grip again

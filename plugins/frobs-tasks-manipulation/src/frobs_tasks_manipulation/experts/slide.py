@@ -17,7 +17,7 @@ BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
 _LOW = 0.022  # [m] height of the tool while it pushes
 _GAP = 0.025  # [m] distance between the tool's center and the puck before a push
-_ALIGNED = 0.008  # [m] maximum position error at which the tool counts as aligned
+_ALIGNED = 0.008  # [m] maximum position error at which the tool is considered aligned
 _OPENING = 0.5  # gripper opening at which both fingertips touch the puck, so that it cannot roll off sideways
 _TOUCH = 0.1  # [m/s] speed of the tool when it touches the puck
 _TOUCHING = 6  # number of control steps after which both fingertips touch the puck
@@ -28,7 +28,7 @@ _LONGEST = 40  # maximum number of control steps in a push
 _BRAKING, _BACK = 3, 0.1  # the tool moves back after a push: number of control steps, and distance [m]
 _RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
 _GRAVITY = 9.81  # [m/s²]
-_STILL = 0.02  # [m/s] speed below which the puck counts as still
+_STILL = 0.02  # [m/s] speed below which the puck is considered at rest
 _FORWARD = np.array([1.0, 0.0, 0.0])
 _HORIZONTAL = np.array([1.0, 1.0, 0.0])
 

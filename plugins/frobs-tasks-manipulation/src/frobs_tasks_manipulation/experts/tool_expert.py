@@ -44,12 +44,12 @@ class ToolExpert(Expert, Generic[TaskT]):
         arm = tool.arm or next(iter(robot.robot.groups))
         controllers = env.control.controllers
         if len(env.control.robots) != 1:
-            raise ConfigurationError("the expert moves one robot; this environment has several.")
+            raise ConfigurationError("the expert can only move one robot, but this environment has several robots.")
         self._arm, self._gripper = controllers.get(f"{robot.name}/{arm}"), controllers.get(f"{robot.name}/{tool.group}")
         if tuple(getattr(self._arm, "axes", ())[:3]) != ("x", "y", "z"):
             raise ConfigurationError(
-                "the expert moves the tool along the axes of the world; choose the controller 'tcp_delta_pose' for the "
-                "arm."
+                "the expert requires a controller that moves the tool along the axes of the world; choose "
+                "'tcp_delta_pose' for the arm."
             )
         self._columns, self._width = _columns(controllers)
         self._arm_columns = self._columns[f"{robot.name}/{arm}"][:3]

@@ -58,7 +58,7 @@ def compare(
             metavar="N",
             min=1,
             show_default=False,
-            help="First evaluate each run on N new episodes, and compare the runs by these evaluations.",
+            help="First evaluate each run on N new episodes, and compare the results of these evaluations.",
         ),
     ] = None,
     runner: RunnerName = "local",
@@ -84,7 +84,7 @@ def compare(
     from frobs_train.runners.runner import LOCAL
 
     if episodes is None and runner != LOCAL:
-        raise CommandLineError("--runner", "requires --evaluate N, because only evaluations run as jobs.")
+        raise CommandLineError("--runner", "this option requires --evaluate N, because only evaluations run as jobs.")
     chosen = open_runner(runner, ray_address, cpus, memory)
     with only_json(json):
         opened = [Run.open(path) for path in runs]

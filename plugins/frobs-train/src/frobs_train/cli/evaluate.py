@@ -49,9 +49,9 @@ def evaluate(
 ) -> None:
     """Measure the performance of a policy on episodes that were never used in training.
 
-    The policy comes from a run, a bundle or a model file, or is the trained policy or the scripted expert of an
-    environment ID. Several policies are evaluated as separate jobs. If a job fails, the results of the other jobs are
-    still printed, and the exit status is 1.
+    Use the policy of a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
+    Several policies are evaluated as separate jobs. If a job fails, the results of the other jobs are still printed,
+    and the exit status is 1.
 
     Example:
         $ frobs evaluate runs/first
@@ -72,7 +72,9 @@ def evaluate(
     chosen = open_runner(runner, ray_address, cpus, memory)
     if len(runs) > 1 or runner != LOCAL:
         if model is not None:
-            raise CommandLineError("--model", "requires a single RUN, and does not support --runner.")
+            raise CommandLineError(
+                "--model", "this option requires a single RUN, and cannot be combined with --runner."
+            )
         with only_json(json):
             for each in runs:
                 open_run(each, model, algorithm, settings, trust, pretrained, expert)

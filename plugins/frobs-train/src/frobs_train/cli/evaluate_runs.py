@@ -46,7 +46,7 @@ def run_evaluations(jobs: Sequence[Job], runner: Runner) -> list[Outcome]:
     return collect_outcomes(
         [job.name for job in jobs],
         lambda update: runner.run(jobs, folder, update),
-        "the evaluations that finished are in the run folders",
+        "the results of the finished evaluations are in the run folders",
     )
 
 

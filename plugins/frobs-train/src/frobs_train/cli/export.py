@@ -36,7 +36,7 @@ def export(
 
     The bundle contains the network with all pre- and postprocessing. The bundle also describes how to use the policy:
     joints, units, control rate, observation, limits and origin. The bundle is written only if the exported policy
-    reproduces the trainer's actions.
+    reproduces the actions of the trained policy.
 
     Example:
         $ frobs export runs/first
@@ -67,7 +67,8 @@ def export(
             "kind": "bundle",
             "size": f"{found.path.stat().st_size / 1e3:,.0f} kB",
             "trained": f"{found.steps:,} steps",
-            "difference": f"{found.max_difference:.1e} from the trainer's actions, on {found.observations} observations",
+            "difference": f"at most {found.max_difference:.1e} from the actions of the trained policy, "
+            f"on {found.observations} observations",
             "latency": str(latency),
         }
     )

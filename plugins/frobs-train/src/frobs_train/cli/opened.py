@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from frobs_train import Run
 
 _RUN_OR_ID = (
-    "Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or --expert: a "
+    "Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or "
+    "--expert: a "
     "Gymnasium environment ID."
 )
 
@@ -23,7 +24,9 @@ RunOrId = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help
 RunsOrIds = Annotated[
     list[Path],
     typer.Argument(
-        metavar="RUN...", show_default=False, help=f"{_RUN_OR_ID} If several are given, one table lists all results."
+        metavar="RUN...",
+        show_default=False,
+        help=f"{_RUN_OR_ID} If you specify several policies, one table lists all results.",
     ),
 ]
 
@@ -33,7 +36,7 @@ ModelPath = Annotated[
         "--model",
         metavar="FILE",
         show_default=False,
-        help="Trained model file in its library's own format, to use instead of a run.",
+        help="Use this trained model, a file in its library's own format, instead of a run.",
     ),
 ]
 
@@ -60,7 +63,7 @@ ModelSettings = Annotated[
         "--set",
         metavar="KEY=VALUE",
         show_default=False,
-        help="With --model or --expert: setting of the environment, such as environment_kwargs.robot=ur5 or "
+        help="With --model or --expert: environment setting, such as environment_kwargs.robot=ur5 or "
         "wrappers=[…]. Repeatable.",
     ),
 ]
@@ -69,7 +72,8 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Open the --model file even if this executes code from the file, or a bundle even if it names files, modules or "
+        help="Open the --model file even if this executes code from the file, or a bundle even if it names files, "
+        "modules or "
         "wrappers to import. Use this flag only if you trust the author of the file.",
     ),
 ]
@@ -113,6 +117,6 @@ def open_run(
         return open_pretrained(str(run))
     if not run.exists() and bare_id(str(run)) in pretrained_ids():
         raise CommandLineError(
-            str(run), "this is an ID, not a run; add --pretrained to use the policy that comes with it."
+            str(run), "this is an environment ID, not a run; add --pretrained to use the ID's trained policy."
         )
     return open_run_or_bundle(run, trust)

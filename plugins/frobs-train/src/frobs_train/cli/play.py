@@ -46,8 +46,7 @@ def play(
 ) -> None:
     """Watch a policy in a window, or record a video.
 
-    The policy comes from a run, a bundle or a model file, or is the trained policy or the scripted expert of an
-    environment ID.
+    Use the policy of a run, a bundle or a model file, or the trained policy or scripted expert of an environment ID.
 
     Example:
         $ frobs play frobs/Irb120Reach-v0 --pretrained
@@ -66,7 +65,7 @@ def play(
             view(opened, randomized=randomized, checkpoint=checkpoint)
         except RenderingUnavailableError as error:
             flag = " --pretrained" if pretrained else " --expert" if expert else ""
-            raise RunError(f"{error} To record a video instead: frobs play {run}{flag} --video FILE") from error
+            raise RunError(f"{error} To record a video instead, run 'frobs play {run}{flag} --video FILE'.") from error
         return
     with working("recording") as show:
         path = record_video(

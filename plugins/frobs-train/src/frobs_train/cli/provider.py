@@ -71,7 +71,7 @@ def _readable(id: str, found: Mapping[str, Any]) -> dict[str, Any]:
     if found["success_rate"] is not None:
         low, high = found["success_interval"]
         shown["success"] = (
-            f"{percent(found['success_rate'])} of {found['episodes']:,} episodes of seed {found['evaluation_seed']}  "
+            f"{percent(found['success_rate'])} of {found['episodes']:,} episodes with seed {found['evaluation_seed']}  "
             f"(95 % interval: {percent(low)} to {percent(high)})"
         )
     for simulator, rate in found["other_simulators"].items():

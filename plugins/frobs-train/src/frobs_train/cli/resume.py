@@ -18,7 +18,8 @@ def resume(
             metavar="N",
             min=1,
             show_default="the run's total",
-            help="Total number of environment steps. A larger number than the run's total extends the run.",
+            help="Total number of environment steps. To extend the run, specify a larger number than its current "
+            "total.",
         ),
     ] = None,
     settings: Annotated[
@@ -27,7 +28,8 @@ def resume(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting to change from here on, such as keep_checkpoints=9 or environment_kwargs.tolerance=0.02. "
+            help="Setting to change for the rest of the run, such as keep_checkpoints=9 or "
+            "environment_kwargs.tolerance=0.02. "
             "Repeatable.",
         ),
     ] = None,
@@ -37,8 +39,8 @@ def resume(
 
     If the simulator restores its state exactly, a run that was stopped or killed continues as if it had not been
     interrupted. If the resumed run may differ from an uninterrupted run, a message explains why. A complete run is left
-    unchanged unless --steps exceeds the run's total. Changed settings are recorded in the run's history.json. --set
-    rejects settings that the checkpoints depend on, and explains why.
+    unchanged unless --steps exceeds its total number of steps. Changed settings are recorded in the run's history.json.
+    --set rejects settings that the checkpoints depend on, and explains why.
 
     Example:
         $ frobs resume runs/first

@@ -14,8 +14,8 @@ RunnerName = Annotated[
     typer.Option(
         "--runner",
         metavar="NAME",
-        help="Where the jobs run. local: one after another in this process; ray: side by side on a Ray cluster "
-        "(requires frobs-ray).",
+        help="Where to run the jobs. local: one after another in this process; ray: in parallel on a Ray cluster "
+        "(requires the plugin frobs-ray).",
     ),
 ]
 

@@ -50,7 +50,8 @@ def train(
             metavar="N",
             min=1,
             show_default=False,
-            help="Train N runs with the seeds S, S+1, …, where S is --seed or 0. --run-dir is then the folder for all runs.",
+            help="Train N runs with the seeds S, S+1, …, where S is --seed or 0. --run-dir is then the folder for "
+            "all runs.",
         ),
     ] = None,
     runner: RunnerName = "local",
@@ -74,7 +75,7 @@ def train(
         typer.Option(
             metavar="WHAT",
             help="What to do if the run folder exists. error: stop with an error; increment: write DIR_2, DIR_3, …; "
-            "overwrite: remove the run in it; resume: continue the run in it if it has the same settings.",
+            "overwrite: delete the existing run; resume: continue the existing run if its settings are the same.",
         ),
     ] = "error",
     settings: Annotated[
@@ -83,7 +84,8 @@ def train(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Any setting, such as algorithm_config.gamma=0.95 or environment_kwargs.tolerance=0.02. Repeatable.",
+            help="Value for any setting, such as algorithm_config.gamma=0.95 or environment_kwargs.tolerance=0.02. "
+            "Repeatable.",
         ),
     ] = None,
     json: Json = False,

@@ -123,7 +123,8 @@ def tune(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Any setting, as in 'frobs train'. Settings given here are not searched. Repeatable.",
+            help="Fixed value for any setting, in the same form as for 'frobs train'. Fixed settings are not "
+            "searched. Repeatable.",
         ),
     ] = None,
     json: Json = False,

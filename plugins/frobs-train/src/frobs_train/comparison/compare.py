@@ -57,7 +57,8 @@ class Comparison:
 
     Attributes:
         metric: ``"success"`` or ``"reward"``.
-        threshold: Metric value up to which environment steps are counted, or None for no threshold.
+        threshold: Target value of the metric, or None. The environment steps until a run reaches this value are
+            counted.
         groups: Groups, ordered by environment and then from best to worst.
         improvements: Probability of improvement for each pair of groups in the same environment, better group first.
         notes: Caveats about the numbers, for example unfinished runs or runs without an evaluation.
@@ -96,8 +97,8 @@ def compare(
     Args:
         runs: One or more runs to compare.
         metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
-        threshold: Metric value up to which environment steps are counted. Defaults to 0.95 for success and to no
-            threshold for reward.
+        threshold: Target value of the metric. The environment steps until a run reaches this value are counted.
+            Defaults to 0.95 for success and to no threshold for reward.
         evaluations: Fields of an :class:`frobs_train.Evaluation` for each run folder, which replace the run's newest
             evaluation.
 
@@ -115,7 +116,7 @@ def compare(
     blind = [run for run in opened if not has_success(run, columns[run.path])]
     if metric == "success" and blind:
         raise RunError(
-            f"{blind[0].path}: its environment does not report success; compare the runs with --metric reward."
+            f"the environment of {blind[0].path} does not report success; compare the runs with --metric reward."
         )
     chosen: Metric = metric or ("reward" if blind else "success")
     if threshold is None and chosen == "success":
@@ -176,13 +177,13 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     notes = []
     scores = [score for group in groups for score in group.runs]
     if repeated:
-        notes.append(f"Each run folder counts only once; repeated folders: {repeated}.")
+        notes.append(f"Each run folder is used only once; number of repeated folders: {repeated}.")
     if 0 < blind < count:
         notes.append(f"Success is not reported by {blind} of {count} runs, so all runs are compared by their reward.")
     for group in groups:
         if len(group.runs) < 3:
             seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
-            notes.append(f"{group.label}: {seeds}; use three or more seeds before you trust a difference.")
+            notes.append(f"{group.label} has only {seeds}; use at least three seeds before you trust a difference.")
         if len({score.seed for score in group.runs}) < len(group.runs):
             notes.append(f"{group.label}: runs with the same seed are not independent samples.")
     for score in scores:
@@ -197,7 +198,8 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
         )
     old = [score for score in scores if score.evaluated_steps is not None and score.evaluated_steps < score.steps]
     notes += [
-        f"{score.run} was evaluated after {score.evaluated_steps:,} of its {score.steps:,} steps." for score in old
+        f"{score.run} was last evaluated after {score.evaluated_steps:,} of its {score.steps:,} training steps."
+        for score in old
     ]
     for environment in dict.fromkeys(group.environment for group in groups):
         lengths = sorted(

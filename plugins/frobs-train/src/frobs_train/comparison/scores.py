@@ -64,7 +64,8 @@ def score_run(
         run: The run.
         columns: Log of the run.
         metric: ``"success"`` or ``"reward"``.
-        threshold: Metric value up to which environment steps are counted, or None for no threshold.
+        threshold: Target value of the metric, or None. The environment steps until the run reaches this value are
+            counted.
         found: Fields of the evaluation from which the result is taken. Defaults to the newest evaluation.
 
     Raises:

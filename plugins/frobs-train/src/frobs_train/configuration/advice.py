@@ -22,4 +22,4 @@ def advise_controller(config: RunConfig) -> str | None:
     }
     if steps[own] >= steps[chosen]:
         return None
-    return f"'--controller {own}' learns faster: in {steps[own]:,} steps instead of {steps[chosen]:,} with '{chosen}'."
+    return f"'--controller {own}' learns faster: it needs {steps[own]:,} steps, and '{chosen}' needs {steps[chosen]:,}."

@@ -34,10 +34,14 @@ def read_config_file(file: Path | str, algorithm: str | None = None) -> tuple[Co
     if not found:
         return mapping, False
     if algorithm is None and len(found) > 1:
-        raise ConfigFileError(file, None, f"is for {', '.join(found)}; choose one with --algorithm.")
+        raise ConfigFileError(
+            file, None, f"several algorithms use this file layout: {', '.join(found)}; choose one with --algorithm."
+        )
     name = algorithm or next(iter(found))
     if name not in found:
-        raise ConfigFileError(file, None, f"is for {', '.join(found)}, not for '{name}'; leave out --algorithm.")
+        raise ConfigFileError(
+            file, None, f"the file has the layout of {', '.join(found)}, not of '{name}'; omit --algorithm."
+        )
     module, _, function = found[name].partition(":")
     settings, note = getattr(import_module(module), function)(mapping, name, Path(file))
     if note:

@@ -40,8 +40,8 @@ def resolve_config(
     Args:
         environment: Gymnasium ID. Defaults to the ID in the file.
         file: YAML file with the keys of :class:`RunConfig`.
-        flags: Values by key of :class:`RunConfig`. The keys ``robot``, ``tcp``, ``base``, ``simulator`` and
-            ``controller`` of ``environment_kwargs`` are also accepted. Values of None are ignored.
+        flags: Mapping from keys of :class:`RunConfig` to values. The keys ``robot``, ``tcp``, ``base``, ``simulator``
+            and ``controller`` of ``environment_kwargs`` are also accepted. Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
 
     Returns:
@@ -93,7 +93,7 @@ def _check_stop(config: RunConfig) -> None:
         raise MissingSettingError(
             f"{OWNER}: stop_at_success",
             "evaluate_every",
-            "stop_at_success is compared with the evaluations during the training run",
+            "stop_at_success uses the success rate of the evaluations during training",
         )
 
 
@@ -112,7 +112,7 @@ def _with_threads(settings: Mapping[str, Any], torch: int | None) -> Mapping[str
 def _check_randomize(merged: Mapping[str, Any]) -> None:
     """Reject randomization settings that are invalid or in the wrong place."""
     if "randomize" in _environment_kwargs(merged):
-        reason = "'randomize' belongs next to environment_kwargs, not in it; move it there."
+        reason = "'randomize' is a top-level setting; move it out of environment_kwargs."
         origin = find_origin(merged, ["environment_kwargs", "randomize"])
         raise ConfigFileError(*origin, reason) if origin else ConfigurationError(f"{OWNER}: {reason}")
     read_settings(merged.get("randomize"))
@@ -135,7 +135,7 @@ def read_setting(setting: str) -> dict[str, Any]:
     path, equals, text = setting.partition("=")
     keys = path.strip().split(".")
     if not equals or not all(keys):
-        raise CommandLineError(f"--set {setting}", "write it as key=value or section.key=value.")
+        raise CommandLineError(f"--set {setting}", "a setting must have the form key=value or section.key=value.")
     value = load_yaml_value(text, f"--set {setting}")
     for key in reversed(keys):
         value = {key: value}

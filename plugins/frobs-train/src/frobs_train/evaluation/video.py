@@ -55,7 +55,9 @@ def record_video(
     try:
         import imageio_ffmpeg
     except ImportError as error:
-        raise RunError("a video needs imageio-ffmpeg: pip install 'frobs-train[video]'.") from error
+        raise RunError(
+            "recording a video requires imageio-ffmpeg; install it with: pip install 'frobs-train[video]'"
+        ) from error
 
     target = Path(path) if path is not None else run.path / "video.mp4"
     if target.suffix.lower() != ".mp4":

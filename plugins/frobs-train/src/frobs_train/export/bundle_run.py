@@ -34,7 +34,8 @@ class BundleRun(Run):
         if not isinstance(training, Mapping) or not isinstance(training.get("config"), Mapping):
             raise BundleError(
                 bundle.path,
-                "does not describe how its policy was trained, so the environment to play it in is unknown.",
+                "the bundle does not contain the training configuration, so the policy's environment is unknown; "
+                "export the policy again.",
             )
         super().__init__(bundle.path, validate(RunConfig, training["config"], f"the configuration in {bundle.path}"))
         if not trust:

@@ -72,8 +72,9 @@ def export(
     if not difference <= TOLERANCE:
         raise BundleError(
             path,
-            f"is not written: its actions differ from the trainer's by {difference:.2g} of half their range, but at most "
-            f"{TOLERANCE:g} is allowed; if the numbers in the network have become so large, train the policy again.",
+            "the bundle was not written: its actions, scaled to [-1, 1], differ from the actions of the trained policy "
+            f"by {difference:.2g}, but the limit is {TOLERANCE:g}; if the network weights have become very large, "
+            "train the policy again.",
         )
     manifest["check"]["max_difference"] = float(f"{difference:.3g}")
     data = pack_bundle(manifest, graph, text)

@@ -136,7 +136,7 @@ def license_text(license: str | None) -> str:
         raise ConfigurationError(f"the license {license} is empty.")
     if not _SPDX.fullmatch(license):
         raise ConfigurationError(
-            f"license '{license}': there is no such file, and it is not an SPDX identifier such as 'MIT'."
+            f"the license '{license}' is neither an existing file nor an SPDX identifier such as 'MIT'."
         )
     return f"SPDX-License-Identifier: {license}\n"
 

@@ -22,7 +22,7 @@ def read_pretrained(environment: str) -> Bundle:
     bundle = read_bundle(registry.pretrained_path(environment))
     trained_in = registry.bare_id(str((bundle.manifest.get("environment") or {}).get("id")))
     if trained_in != name:
-        raise BundleError(bundle.path, f"was trained in {trained_in} and is not a policy for {name}.")
+        raise BundleError(bundle.path, f"the policy was trained in {trained_in}, so it is not a policy for {name}.")
     return bundle
 
 

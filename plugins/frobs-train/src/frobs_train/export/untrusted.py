@@ -63,7 +63,7 @@ _USUAL = (84, 84)  # default size of an image [pixels]
 
 _OWN = ("frobs_core",)  # modules that are always imported
 _NAME = re.compile(r"[\w.-]+(:[\w.-]+)?")  # optionally "distribution:name"
-_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # signs of a path, a URL or an import name
+_FILE = re.compile(r"[/\\~$:\0]|\.[A-Za-z]\w*$|^\.+$")  # text that indicates a path, a URL or an import name
 
 
 def check_config(path: Path, config: RunConfig) -> None:
@@ -79,21 +79,21 @@ def check_config(path: Path, config: RunConfig) -> None:
 def _reasons(config: RunConfig) -> Iterator[str]:
     module = config.environment.rpartition(":")[0]
     if module and module not in _OWN:
-        yield f"it imports the module '{module}' (environment '{config.environment}')"
+        yield f"the bundle imports the module '{module}' (environment '{config.environment}')"
     for key, value in config.environment_kwargs.items():
         name = f"environment_kwargs.{key}"
         if key == "package_paths" and value:
-            yield f"it names folders ({name})"
+            yield f"the bundle names folders ({name})"
         elif key in PARTS and isinstance(value, str):
             if not _NAME.fullmatch(value) or _FILE.search(value.rpartition(":")[2]):
-                yield f"it names a file or a module ({name} = '{value}') instead of a registered {key}"
+                yield f"the bundle names a file or a module ({name} = '{value}') instead of a registered {key}"
         else:
             yield from _not_plain(name, value)
     yield from _too_large(config.environment_kwargs.get("observations"))
     yield from _not_plain("randomize", config.randomize)
     for part in config.wrappers:
         if part.name not in WRAPPERS:
-            yield f"it imports the wrapper '{part.name}', which is not among {', '.join(WRAPPERS)}"
+            yield f"the bundle imports the wrapper '{part.name}'; allowed wrappers are {', '.join(WRAPPERS)}"
         yield from _not_plain(f"wrapper '{part.name}'", part.kwargs, WRAPPERS.get(part.name))
 
 
@@ -104,7 +104,7 @@ def _too_large(observations: Any) -> Iterator[str]:
     pairs = [size for size in sizes if isinstance(size, list | tuple) and len(size) == 2]
     pixels = sum(abs(h * w) for h, w in pairs if isinstance(h, int) and isinstance(w, int))
     if pixels > MAX_PIXELS:
-        yield f"its images have {pixels:,} pixels in total, which exceeds the limit of {MAX_PIXELS:,}"
+        yield f"the images of the bundle have {pixels:,} pixels in total, which exceeds the limit of {MAX_PIXELS:,}"
 
 
 def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[str]:
@@ -116,7 +116,7 @@ def _not_plain(name: str, value: Any, largest: int | None = None) -> Iterator[st
         yield from _each(((f"{name}[{i}]", item) for i, item in enumerate(value)), largest)
     elif isinstance(value, str):
         if _FILE.search(value) or os.path.isfile(value):
-            yield f"it names a file or a module ({name} = '{value}')"
+            yield f"the bundle names a file or a module ({name} = '{value}')"
     elif largest is not None and isinstance(value, int) and abs(value) > largest:
         yield f"{name} = {value:,} exceeds the limit of {largest:,}"
     elif not (value is None or isinstance(value, bool | int | float)):

@@ -57,7 +57,7 @@ class ProgressLog:
             raise self._failure(error) from error
 
     def sync(self) -> None:
-        """Flush the rows to disk, because checkpoints rely on them."""
+        """Flush the rows to disk before a checkpoint is written."""
         if self._file is not None:
             try:
                 os.fsync(self._file.fileno())
@@ -139,7 +139,7 @@ def read_columns(run: Path) -> dict[str, Floats]:
     path = run / "progress.csv"
     columns = read_progress(path) if path.is_file() else {}
     if not columns.get(STEPS):
-        raise RunError(f"{run} has no rows in its progress.csv yet; try again when it has trained for a while.")
+        raise RunError(f"{run}: progress.csv has no rows yet; try again after the run has trained for a while.")
     return {name: np.array(values) for name, values in columns.items()}
 
 

@@ -25,7 +25,7 @@ are excluded from the statistics."""
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
-    """The n episodes that ended in one step. All arrays have shape (n,)."""
+    """Results of the n episodes that ended in the same step. All arrays have shape (n,)."""
 
     env_ids: npt.NDArray[np.intp]  # indices of the environments in which the episodes ended
     rewards: Floats  # undiscounted return of each episode

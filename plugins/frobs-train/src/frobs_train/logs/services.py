@@ -88,7 +88,7 @@ class ServiceLogger(TrainingCallback):
             try:
                 self._close(complete=self._complete)
             except Exception as error:
-                _log.warning("%s: the run could not be closed: %s.", self.name, error)
+                _log.warning("The run in %s could not be closed: %s.", self.name, error)
             self._run = None
 
     def log_evaluation(self, run: Run, found: Evaluation) -> None:
@@ -151,7 +151,7 @@ def check_services(names: Sequence[str]) -> None:
     """Raise MissingDependencyError if the package of a service is not installed."""
     for name in names:
         found = find_spec(name)
-        if found is None or found.origin is None:  # ignore folders of this name, which W&B creates
+        if found is None or found.origin is None:  # ignore a folder with the package's name, which W&B creates
             raise MissingDependencyError(f"--log {name}", [name], f"pip install 'frobs-train[{name}]'")
 
 

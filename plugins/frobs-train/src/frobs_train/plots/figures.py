@@ -22,7 +22,7 @@ def make_figure(width: float, height: float) -> Any:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise RunError("a plot needs matplotlib: pip install 'frobs-train[plots]'.") from error
+        raise RunError("plotting requires matplotlib; install it with: pip install 'frobs-train[plots]'") from error
     figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

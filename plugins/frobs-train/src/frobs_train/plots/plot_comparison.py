@@ -51,7 +51,7 @@ def plot_comparison(found: Comparison, path: Path | str) -> Path:
         axis.set_visible(False)
     _draw_finals(lower.subplots(), found, environments, colors)
     words = (
-        f"{_TITLES[found.metric]} in the end: each seed (dot), interquartile mean (line) and its 95 % interval (band)"
+        f"{_TITLES[found.metric]} at the end: each seed (dot), interquartile mean (line) and its 95 % interval (band)"
     )
     lower.suptitle(words, x=0.01, ha="left", fontsize=10, color=INK)
     figure.suptitle(_title(found, list(environments)), x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)

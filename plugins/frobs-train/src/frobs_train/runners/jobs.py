@@ -27,7 +27,7 @@ _COLUMNS = {
     "reward": "episode/reward",
     "length": "episode/length",
 }
-"""Facts about a training run, each with the log column that contains the fact."""
+"""Log column of each fact about a training run."""
 
 
 def training_job(config: RunConfig, run_dir: Path) -> Job:

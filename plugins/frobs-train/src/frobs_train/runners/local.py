@@ -22,8 +22,8 @@ class LocalRunner(Runner):
         super().__init__(options)
         if options != RunnerOptions():
             raise ConfigurationError(
-                "the local runner has no options, because it runs one job after another in this process; "
-                "add --runner ray, or omit the options."
+                "the local runner does not support --ray-address, --cpus or --memory; omit these options, or add "
+                "--runner ray."
             )
 
     def run(

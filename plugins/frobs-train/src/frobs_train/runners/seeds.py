@@ -66,7 +66,7 @@ def train_seeds(
         root.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise RunError(
-            f"the folder {root} cannot be created: {error.strerror}; choose another with --run-dir."
+            f"the folder {root} cannot be created: {error.strerror}; choose another folder with --run-dir."
         ) from error
     jobs = [training_job(config.model_copy(update={"seed": seed}), path) for seed, path in folders.items()]
     yield from runner.run(jobs, root, on_progress)

@@ -59,7 +59,7 @@ def newest_checkpoint(folder: Path) -> tuple[Checkpoint, list[str]]:
         else:
             return checkpoint, damaged
     reason = "; ".join(damaged) if damaged else "none was written"
-    raise CheckpointError(f"{folder} contains no usable checkpoint: {reason}; train again.")
+    raise CheckpointError(f"{folder} contains no usable checkpoint: {reason}; start a new training run.")
 
 
 def write_checkpoint(
@@ -92,7 +92,7 @@ def write_best(folder: Path, save: Callable[[Path], None]) -> Path:
 def clean(folder: Path, beyond: int | None = None) -> list[Path]:
     """Remove the leftovers of a killed process, and rename checkpoints with more than ``beyond`` steps.
 
-    A renamed checkpoint no longer counts as the newest checkpoint. The caller must hold the run's lock.
+    Renamed checkpoints are ignored by :func:`list_checkpoints`. The caller must hold the run's lock.
 
     Returns:
         The new paths of the renamed checkpoints.

@@ -51,7 +51,7 @@ def verify(folder: Path) -> None:
 def _read(folder: Path) -> dict[str, str]:
     checksums = json.loads((folder / NAME).read_text("utf-8"))
     if not isinstance(checksums, dict):
-        raise ValueError("it does not contain a JSON object")
+        raise ValueError("the file does not contain a JSON object")
     return checksums
 
 

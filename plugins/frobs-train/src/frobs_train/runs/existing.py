@@ -30,7 +30,7 @@ def settle_existing(path: Path, on_existing: str) -> Path:
         return next(other for number in count(2) if not (other := path.with_name(f"{path.name}_{number}")).exists())
     if not is_run(path):
         raise RunError(
-            f"{path} is not a run folder, because config.yaml or versions.json is missing; remove it manually."
+            f"{path} is not a run folder, because config.yaml or versions.json is missing; remove the folder manually."
         )
     if on_existing == "overwrite":
         with RunLock(path):  # check that no process is training in the folder
@@ -50,6 +50,6 @@ def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progre
         new["seed"] = old["seed"]
     different = [key for key in new if key != "steps" and new[key] != old[key]]
     if different:
-        told = "; ".join(f"{key}: {old[key]} there, {new[key]} now" for key in different)
+        told = "; ".join(f"{key} is {old[key]} instead of {new[key]}" for key in different)
         raise RunError(f"{path} contains a run with a different configuration ({told}); choose another --run-dir.")
     return resume(run, steps=config.steps if config.steps != run.config.steps else None, on_progress=on_progress)

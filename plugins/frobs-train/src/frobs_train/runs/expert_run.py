@@ -50,7 +50,7 @@ class ExpertPolicy:
         expert = load_expert(bare) if isinstance(bare, RobotEnv | RobotVectorEnv) else None
         if expert is None:
             name = env.spec.id if env.spec is not None else type(bare).__name__
-            raise RunError(f"{name}: its task has no scripted expert; use --pretrained, --model or a run.")
+            raise RunError(f"the task of {name} has no scripted expert; use --pretrained, --model or a run folder.")
         self._expert = expert
 
     def predict(

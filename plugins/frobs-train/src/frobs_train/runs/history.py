@@ -32,11 +32,11 @@ _FIXED = {
     "num_envs": "the checkpoints contain the state of this number of environments",
     "seed": "all random numbers of the run depend on the seed",
     "wrappers": "the policy was trained with these wrappers",
-    "threads.torch": "this is a setting of the algorithm, and another number of threads may round differently",
+    "threads.torch": "a different number of threads may lead to different rounding errors in the algorithm",
 }
 """Configuration keys that cannot change during a run, with the reason for each key."""
 
-_PART = "the policy and the snapshots in the checkpoints belong to this environment"
+_PART = "the policy and the checkpoints depend on this setting"
 
 
 def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
@@ -57,7 +57,7 @@ def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
             reason = _PART
         if reason is not None:
             raise RunError(
-                f"{source}: {key} was {old!r} and cannot become {new!r} in this run, because {reason}. "
+                f"{source}: {key} cannot change from {old!r} to {new!r} in this run, because {reason}. "
                 "Start a new run with 'frobs train'."
             )
 

@@ -26,8 +26,8 @@ _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 class RunLock:
     """Context manager that locks a run folder for this process.
 
-    If the machine or the file system does not support locks, the folder counts as locked while the process identified
-    in the lock file is running.
+    If the machine or the file system does not support locks, the folder is considered locked while the process
+    identified in the lock file is running.
     """
 
     def __init__(self, path: Path) -> None:

@@ -87,7 +87,7 @@ def _opener(file: Path, algorithm: str | None) -> str:
         return next(iter(found))
     if found:
         raise MissingSettingError(
-            str(file), "--algorithm", f"several algorithms use files with this suffix: {', '.join(found.values())}, …"
+            str(file), "--algorithm", f"several algorithms read files with this suffix: {', '.join(found.values())}, …"
         )
     suffixes = sorted({suffix for record in records.values() for suffix in record.model_files})
     owner = f"algorithm '{algorithm}' reads" if algorithm else "the installed algorithms read"

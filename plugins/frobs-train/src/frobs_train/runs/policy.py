@@ -74,8 +74,8 @@ def load_policy(
     ):
         if trained != now:
             raise RunError(
-                f"{run.path}: the policy was trained with {what} space {trained}, but the environment has {now}; "
-                "use the same environment keywords as in training."
+                f"{run.path}: the policy was trained with {what} space {trained}, but the space of the environment is "
+                f"{now}; use the same environment keywords as in training."
             )
     return algorithm, steps
 

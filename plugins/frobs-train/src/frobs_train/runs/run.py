@@ -80,7 +80,9 @@ class Run:
             shutil.rmtree(aside, ignore_errors=True)  # leftover of a killed process with the same ID
             aside.mkdir(parents=True)
         except OSError as error:
-            raise RunError(f"the run folder {path} cannot be created: {error.strerror}; choose another.") from error
+            raise RunError(
+                f"the run folder {path} cannot be created: {error.strerror}; choose another folder."
+            ) from error
         try:
             write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
             write_history(aside, config)
@@ -109,7 +111,7 @@ class Run:
         path = Path(path)
         if not (path / "config.yaml").is_file():
             what = "contains no config.yaml" if path.is_dir() else "is not a folder"
-            raise RunError(f"{path} {what}; name the run folder that 'frobs train' printed.")
+            raise RunError(f"{path} {what}; specify the run folder that 'frobs train' printed.")
         written = validate(RunConfig, load_yaml(path / "config.yaml"), "a run")
         used, changes = read_history(path)
         run = cls(path, written if used is None else used)

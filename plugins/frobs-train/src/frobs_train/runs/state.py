@@ -43,7 +43,8 @@ def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]
         values = json.loads(path.read_text("utf-8"))
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise CheckpointError(
-                f"{path} is not of format {FORMAT}; continue the run with the FRobs version that wrote it."
+                f"{path} does not have format version {FORMAT}; continue the run with the FRobs version that wrote "
+                "the file."
             )
         state = RunState(**values)
     except (OSError, ValueError, TypeError) as error:

@@ -62,7 +62,7 @@ def build_callbacks(components: list[ComponentConfig]) -> list[TrainingCallback]
             raise ComponentError(
                 "callback",
                 component.name,
-                f"is a {type(callback).__name__}; derive it from frobs_train.TrainingCallback.",
+                f"creates a {type(callback).__name__} object; derive its class from frobs_train.TrainingCallback.",
             )
         built.append(callback)
     return built

@@ -29,9 +29,9 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
         return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
     if not has_snapshot(config, env):
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
-        return f"{config.environment}{how} does not support snapshots, so new episodes begin"
+        return f"{config.environment}{how} does not support snapshots, so the resumed run begins new episodes"
     if _level(config) is not Level.EXACT:
-        return f"the simulator of {config.environment} restores its state approximately"
+        return f"the simulator of {config.environment} restores its state only approximately"
     silent = [type(wrapper).__name__ for wrapper in _wrappers(env) if not _tells(wrapper)]
     if silent:
         return f"the state of {', '.join(silent)} is not saved, because snapshot() and restore() are not defined"
@@ -39,7 +39,7 @@ def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -
 
 
 def _level(config: RunConfig) -> Level:
-    """Return how exactly the simulator restores its state. Environments of other packages count as exact."""
+    """Return how exactly the simulator restores its state. Environments of other packages are assumed to be exact."""
     known = registry.environments().get(config.environment.removeprefix("frobs_core:"))
     if known is None:
         return Level.EXACT

@@ -70,4 +70,4 @@ class Interrupts:
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
         with contextlib.suppress(RuntimeError):  # the signal arrived while another message was being logged
-            _log.warning("Stopping after the rollout that is under way, with a checkpoint; %s stops at once.", again)
+            _log.warning("Training stops with a checkpoint after the current rollout; %s stops it immediately.", again)

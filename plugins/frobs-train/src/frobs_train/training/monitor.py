@@ -206,7 +206,7 @@ class RunMonitor:
         context.log.write(row)
         progress = self._progress(steps, elapsed, rate)
         if context.tell is not None and context.tell(progress) is False:
-            self.stopped = "the caller's on_progress stopped the run"
+            self.stopped = "the caller's on_progress function stopped the run"
         for callback in context.callbacks:
             if callback.on_progress(progress, row) is False:
                 self.stopped = f"the callback {type(callback).__name__} stopped the run"

@@ -49,10 +49,11 @@ def resume(
     Args:
         run: The run, or its folder.
         steps: Total number of environment steps. Defaults to the configured number. A larger number extends the run and
-            changes its configuration. Schedules such as ``lin_3e-4`` then use the new total, so that their values
-            increase abruptly once.
+            changes its configuration. Schedules such as ``lin_3e-4`` then use the new total, so their values increase
+            abruptly once.
         settings: Changed settings in the form ``"key=value"``. Only settings of evaluations, logging, checkpoints,
-            callbacks, simulator threads and task parameters can change. Edits of ``config.yaml`` count as changes.
+            callbacks, simulator threads and task parameters can change. Edits of ``config.yaml`` can change
+            only the same settings.
         on_progress: Called after each row of the log. If this function returns False, training ends with a checkpoint.
 
     Returns:
@@ -78,11 +79,12 @@ def resume(
         done = 0 if state is None else state.steps
         if config.steps < min(done, run.config.steps):
             raise ParameterValueError(
-                "steps", config.steps, f"above {done:,}, the number of steps that {run.path} has taken"
+                "steps", config.steps, f"above {done:,}, the number of steps that {run.path} has already taken"
             )
         if steps is None and config == run.config and state is not None and state.stopped is not None:
             _log.warning(
-                "%s is complete after %s steps: %s. Resume it with more steps to continue.",
+                "%s is complete after %s steps: %s. To continue training, resume the run with a larger total number of "
+                "steps.",
                 run.path,
                 f"{done:,}",
                 state.stopped,
@@ -90,7 +92,10 @@ def resume(
             return run
         if done >= config.steps:
             _log.warning(
-                "%s is complete: %s steps were taken. Resume it with more steps to continue.", run.path, f"{done:,}"
+                "%s is complete after %s steps. To continue training, resume the run with a larger total number of "
+                "steps.",
+                run.path,
+                f"{done:,}",
             )
             return run
         run, before = copy(run), run.config
@@ -113,7 +118,7 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
     """Return the newest undamaged checkpoint and its run state, which are both None if no checkpoint exists yet."""
     if not run.checkpoints:
-        _log.warning("%s has no checkpoint yet, so it starts again from its seed.", run.path)
+        _log.warning("%s has no checkpoint yet, so the run starts from the beginning with the same seed.", run.path)
         return None, None
     checkpoint, damaged = run.newest_checkpoint()
     state, _ = read_state(checkpoint.path)
@@ -154,7 +159,9 @@ def _continue(
                 algorithm.forget_episodes()
         steps = 0 if state is None else state.steps
         for key, old, new in differences(before.model_dump(), run.config.model_dump()):
-            _log.warning("%s is %s from step %s on; it was %s.", key, new, f"{steps:,}", old)
+            _log.warning(
+                "The setting %s is %s from step %s on; the previous value was %s.", key, new, f"{steps:,}", old
+            )
         run.record(before, steps)
         run_training(run, recorder, episodes, algorithm, callbacks, on_progress, state, checkpoint)
     finally:
@@ -168,7 +175,7 @@ def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
     """
     why = why_not_exact(run.config, env.env)
     if why is not None:
-        _log.warning("The run does not continue exactly: %s.", why)
+        _log.warning("The resumed run may differ from an uninterrupted run: %s.", why)
     path = checkpoint.path / "environment.npz"
     assert run.config.seed is not None
     seed = later_seed(run.config.seed, checkpoint.steps)
@@ -183,6 +190,7 @@ def _restore(run: Run, env: EpisodeRecorder, checkpoint: Checkpoint) -> bool:
             env.reset(seed=seed)
             return False
         raise CheckpointError(
-            f"{path} does not fit the environment ({type(error).__name__}: {error}); a plugin may have changed since then."
+            f"{path} does not fit the environment ({type(error).__name__}: {error}); a plugin may have changed since "
+            "the checkpoint was written."
         ) from error
     return True

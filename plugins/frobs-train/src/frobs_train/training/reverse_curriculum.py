@@ -55,9 +55,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         super().__init__(env)
         base = env.unwrapped
         if not isinstance(base, RobotVectorEnv) or base.max_episode_steps == np.inf:
-            raise RunError(
-                f"reset_from needs an environment of FRobs with a time limit, made as one vector environment; {_WITHOUT}."
-            )
+            raise RunError(f"reset_from needs a native vector environment of FRobs with a time limit; {_WITHOUT}.")
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
         self.front = config.states - 1
@@ -154,8 +152,8 @@ def _expert_path(
     succeeded = np.flatnonzero(begins & ~broken & (successes > 0.0))
     if not len(succeeded):
         raise RunError(
-            f"reset_from: none of the expert's {env.num_envs} episodes reached the time limit with success, so there is no "
-            f"path to start from; {_WITHOUT}."
+            f"reset_from: none of the expert's {env.num_envs} episodes lasted until the time limit and ended in "
+            f"success, so training episodes have no path to start from; {_WITHOUT}."
         )
     widest = {name: max(snapshot[name].shape[1:] for snapshot in snapshots) for name in snapshots[0]}
     return {

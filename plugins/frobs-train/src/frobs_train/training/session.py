@@ -65,7 +65,7 @@ def check_action_space(record: AlgorithmRecord, environment: str, space: gym.Spa
         raise IncompatibleSpaceError(
             f"algorithm '{record.name}'",
             space,
-            f"cannot act in {environment}: its action space is {type(space).__name__}, "
+            f"cannot act in {environment}: the action space is {type(space).__name__}, "
             f"but '{record.name}' supports only {', '.join(record.action_spaces)}; choose another algorithm or controller.",
         )
 
@@ -144,7 +144,7 @@ def run_training(
         if interrupts.requested is not None:
             raise _interrupt(run.path, monitor, interrupts)
         if monitor.stopped is not None:
-            _log.warning("The training ended after %s steps: %s.", f"{monitor.steps:,}", monitor.stopped)
+            _log.warning("Training ended after %s steps: %s.", f"{monitor.steps:,}", monitor.stopped)
         for callback in callbacks:
             callback.on_end(run, monitor.steps)
 

@@ -69,8 +69,9 @@ def decide_threads(config: RunConfig) -> Threads:
 
     The number of simulator threads is ``threads.simulator``, which defaults to the environment keyword ``num_threads``
     or else to the number of processors. There is at most one simulator thread per environment. The number of algorithm
-    threads is the algorithm's setting ``torch_threads`` on every machine, because a different number may lead to
-    different rounding errors. The setting defaults to 1, which is fastest for small networks.
+    threads is the algorithm's setting ``torch_threads``, which does not depend on the machine, because a different
+    number of threads may lead to different rounding errors. The setting defaults to 1, which is fastest for small
+    networks.
     """
     processors = usable_processors()
     simulator = None

@@ -88,7 +88,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
     try:
         import optuna
     except ImportError as error:
-        raise RunError("a search needs Optuna: pip install 'frobs-train[tune]'.") from error
+        raise RunError("a search requires Optuna; install it with: pip install 'frobs-train[tune]'") from error
     for what, value, known in (("sampler", sampler, SAMPLERS), ("pruner", pruner, PRUNERS)):
         if value not in known:
             raise ParameterValueError(what, value, f"one of {', '.join(known)}")
@@ -106,8 +106,8 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise StudyError(
                 name,
-                f"cannot open the storage '{storage}': {reason}; pass a URL such as 'sqlite:///study.db' or "
-                "'postgresql://user@host/database', whose driver is installed.",
+                f"cannot be opened in the storage '{storage}': {reason}; pass a URL such as 'sqlite:///study.db' or "
+                "'postgresql://user@host/database', and install the driver of this database.",
             ) from error
 
 

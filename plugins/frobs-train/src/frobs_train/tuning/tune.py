@@ -122,7 +122,8 @@ class Session:
         # The folder is checked before the study, because other processes may add trials.
         if trials.exists() and not self.study.get_trials(deepcopy=False):
             raise RunError(
-                f"{self.folder} contains runs of trials, but the study has no trials; choose another --study-dir, or remove it."
+                f"{self.folder} contains runs of trials, but the study has no trials; choose another --study-dir, or "
+                "remove this folder."
             )
         hold_together(
             self.study,
@@ -178,7 +179,7 @@ def tune(
     """
     if search.pruner == "population":
         raise ConfigurationError(
-            "population-based training runs its trials side by side; add --runner ray, or choose another --pruner."
+            "population-based training runs its trials in parallel; add --runner ray, or choose another --pruner."
         )
     session = Session(search)
 

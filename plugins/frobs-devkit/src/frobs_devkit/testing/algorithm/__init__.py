@@ -35,6 +35,9 @@ def check_algorithm(
     chosen = id or next((ENVIRONMENTS[kind] for kind in record.action_spaces if kind in ENVIRONMENTS), "")
     if not chosen:
         spaces = ", ".join(record.action_spaces)
-        none = NotApplicable(f"the kit has no environment with an action space {spaces}; pass id= to check_algorithm")
+        none = NotApplicable(
+            f"the conformance kit has no environment with the action space {spaces}; pass an environment ID as id= "
+            "to check_algorithm"
+        )
         return only("environment_is_given", "An environment is given.", none)
     return collect(AlgorithmUnderTest(record, chosen, config or {}, steps), CHECKS)

@@ -53,7 +53,7 @@ def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
     """If the observation directly shows the best action, training does not make the actions worse."""
     space = subject.untrained.action_space
     if not subject.has_kit_environment:
-        raise NotApplicable("the difficulty of the given environment is unknown")
+        raise NotApplicable("this check requires one of the kit's own environments, whose difficulty is known")
     spec = EnvSpec(
         "frobs_kit/Aim-v0",
         f"{__name__}:Aim",

@@ -36,7 +36,7 @@ class _SavingMonitor(Monitor):
 def continues_exactly(subject: AlgorithmUnderTest) -> None:
     """A training run that is resumed from a checkpoint continues exactly like an uninterrupted run."""
     if not subject.record.exact_resume:
-        raise NotApplicable("the record declares exact_resume=False")
+        raise NotApplicable("the algorithm's record declares exact_resume=False")
     with closing(subject.make_env()) as env:
         try:
             copy.deepcopy(env).close()
@@ -49,24 +49,31 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         assert isinstance(told, _SavingMonitor)
         saved_at = told.saved_at
         if saved_at is None or told.copied is None:
-            raise Inconclusive("no checkpoint is offered in the second half of the training run; use smaller settings")
+            raise Inconclusive(
+                "the algorithm offered no checkpoint in the second half of the training run; use settings with "
+                "shorter iterations"
+            )
         before, after = ([step for step in told.steps if (step > saved_at) == late] for late in (False, True))
         if len(before) < 2 or len(after) < 2:
             raise Inconclusive(
-                f"of {total} steps, {len(before)} iterations are before the checkpoint at {saved_at} and {len(after)} "
-                "after it; at least two on either side are needed. Use smaller settings, or more steps"
+                f"in a training run of {total} steps, {len(before)} iterations precede the checkpoint at step "
+                f"{saved_at} and {len(after)} follow it, but at least two before and two after are needed; use "
+                "settings with shorter iterations, or more steps"
             )
         started = type(whole).load(Path(folder))
         if difference(subject.untrained.predict(seen)[0], started.predict(seen)[0]) is None:
-            raise Inconclusive(f"nothing was learned before the checkpoint at {saved_at} steps; use smaller settings")
+            raise Inconclusive(
+                f"training did not change the policy before the checkpoint at step {saved_at}; use settings with "
+                "shorter iterations"
+            )
         with closing(told.copied) as copied:
             resumed = type(whole).load(Path(folder), copied)
             again = Monitor(copied)
             resumed.train(total, again)
-    expect(again.steps == after, f"after it was loaded, it reports {again.steps} steps instead of {after}.")
-    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a continued training run")
+    expect(again.steps == after, f"the resumed algorithm reports the step counts {again.steps} instead of {after}.")
+    expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
     for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
-        expect_same(row, found, f"the metrics at step {steps} of a continued training run")
+        expect_same(row, found, f"the metrics at step {steps} of a resumed training run")
 
 
 def policy_alone_predicts(subject: AlgorithmUnderTest) -> None:

@@ -56,7 +56,10 @@ def learns(subject: AlgorithmUnderTest) -> None:
     expect(monitor.steps, "on_progress was never called.")
     expect(monitor.steps == sorted(monitor.steps), f"the reported steps decrease: {monitor.steps}.")
     expect(monitor.steps[-1] >= subject.steps, f"it trained for {monitor.steps[-1]} of {subject.steps} steps.")
-    expect(monitor.offers or len(monitor.steps) < 3, "offer_checkpoint is never called; no run could be resumed.")
+    expect(
+        monitor.offers or len(monitor.steps) < 3,
+        "the algorithm never calls offer_checkpoint, so its training runs cannot be resumed.",
+    )
     if difference(subject.untrained.predict(seen)[0], algorithm.predict(seen)[0]) is None:
         raise Inconclusive(f"{subject.steps} steps changed no prediction")
 
@@ -67,9 +70,10 @@ def steps_count_every_environment(subject: AlgorithmUnderTest) -> None:
     env = monitor.env
     expect(
         monitor.steps == monitor.taken,
-        f"{monitor.steps[:5]} steps are reported, but {env.num_envs} environments took {monitor.taken[:5]}.",
+        f"the algorithm reports the step counts {monitor.steps[:5]}, but its {env.num_envs} environments took "
+        f"{monitor.taken[:5]} steps.",
     )
-    expect(env.outside is None, f"training uses actions that are not in {env.action_space}: {env.outside}.")
+    expect(env.outside is None, f"training uses an action outside the action space {env.action_space}: {env.outside}.")
 
 
 def stops_when_told(subject: AlgorithmUnderTest) -> None:
@@ -80,7 +84,7 @@ def stops_when_told(subject: AlgorithmUnderTest) -> None:
     expect(
         len(monitor.steps) == 1 and monitor.env.taken == monitor.taken[0],
         f"on_progress returned False at {monitor.steps[0]} steps, but training continued to "
-        f"{max(monitor.steps[-1], monitor.env.taken)}.",
+        f"{max(monitor.steps[-1], monitor.env.taken)} steps.",
     )
 
 
@@ -106,7 +110,7 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """Training gives the same result with the same seed and a different result with another seed."""
     if not subject.record.reproducible:
-        raise NotApplicable("the record declares reproducible=False")
+        raise NotApplicable("the algorithm's record declares reproducible=False")
     seen = subject.observations(8)
     expected, again, other = (
         algorithm.predict(seen)[0]
@@ -114,7 +118,10 @@ def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     )
     expect_same(expected, again, "predictions after training again with the same seed")
     if expected.dtype.kind == "f":
-        expect(difference(expected, other), "two seeds give bit-identical results.")
+        expect(
+            difference(expected, other),
+            "training runs with two different seeds give bit-identical results; the seed has no effect.",
+        )
 
 
 def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
@@ -127,7 +134,7 @@ def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
 def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
     """Predictions during training do not affect the weights or the random number generators."""
     if not subject.record.reproducible:
-        raise NotApplicable("the record declares reproducible=False")
+        raise NotApplicable("the algorithm's record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
     if len(told.steps) < 2:  # with a single report, no training follows the predictions

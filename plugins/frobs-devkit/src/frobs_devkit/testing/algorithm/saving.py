@@ -45,12 +45,14 @@ def files_execute_nothing(subject: AlgorithmUnderTest) -> None:
                 builds = _what_a_pickle_builds(content)
                 expect(
                     not builds,
-                    f"{name} is a pickle that builds {', '.join(sorted(builds)[:5])}; save tensors and JSON.",
+                    f"the saved file {name} is a pickle that imports {', '.join(sorted(builds)[:5])}; save only "
+                    "tensors and JSON.",
                 )
                 expect(b'":serialized:"' not in content, f"{name} contains a serialized Python object.")
                 expect(
                     not _holds_objects(content),
-                    f"{name} is an array of Python objects, which is stored as a pickle; save numbers.",
+                    f"the saved file {name} is an array of Python objects, which NumPy stores as a pickle; save only "
+                    "arrays of numbers.",
                 )
 
 

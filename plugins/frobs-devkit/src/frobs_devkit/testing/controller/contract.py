@@ -30,7 +30,8 @@ def actions_are_normalized(subject: ControllerUnderTest) -> None:
         if isinstance(space, gym.spaces.Box):
             expect(
                 space.dtype == np.float32,
-                f"the dtype of the action space is {space.dtype}; it must be float32, because learners send float32 actions.",
+                f"the dtype of the action space is {space.dtype}; it must be float32, because learners send float32 "
+                "actions.",
             )
             expect(space.low.min() >= -1 and space.high.max() <= 1, f"{space} is not within [−1, 1].")
         else:
@@ -45,7 +46,7 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
         try:
             with subject.bind(reverse=reverse) as bound:
                 if not isinstance(bound.controller.action_space, gym.spaces.Box):
-                    raise NotApplicable("each action refers to a certain joint")
+                    raise NotApplicable("the action space is discrete, so an action may refer to a particular joint")
                 actions = [bound.constant(value) for value in (0.0, 1.0, -1.0)]
                 commands.append([np.array(bound.controller.apply(action)) for action in actions])
         except ConfigurationError as error:
@@ -64,17 +65,17 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                 if not isinstance(space, gym.spaces.Box) or space.low.size != len(names):
                     raise NotApplicable("the action does not have one element for each joint")
                 if all(joint.type is JointType.PRISMATIC for joint in bound.robot.joints):
-                    raise NotApplicable("prismatic joints may be the axes of a tool's motion")
+                    raise NotApplicable("all joints are prismatic, so they may be the axes of a Cartesian motion")
                 moved = [_moved_columns(bound, number) for number in range(len(names))]
         except ConfigurationError as error:
             raise NotApplicable(f"it only controls some groups: {error}") from error
         if sorted(moved) != [[column] for column in range(len(names))]:
-            raise NotApplicable("the elements of an action do not move one joint each")
+            raise NotApplicable("the elements of an action do not correspond one-to-one to the joints")
         for number, [column] in enumerate(moved):
             expect(
                 number == column,
-                f"element {number} of an action moves joint '{names[column]}' in the group {', '.join(names)}, not "
-                f"'{names[number]}'; use the order of the group, JointGroup.joint_names.",
+                f"element {number} of an action moves joint '{names[column]}' of the group {', '.join(names)}, but "
+                f"it must move '{names[number]}'; use the joint order of JointGroup.joint_names.",
             )
 
 
@@ -109,7 +110,9 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
             bound.step(action)
             told = bound.controller.info()
             expect(
-                known in (None, set(told)), f"info() has the keys {sorted(told)}, but had {sorted(known or ())} before."
+                known in (None, set(told)),
+                f"info() returned the keys {sorted(told)}, but {sorted(known or ())} in an earlier step; the keys "
+                "must not change.",
             )
             known = set(told)
             for name, values in told.items():
@@ -127,7 +130,11 @@ def actions_are_clipped(subject: ControllerUnderTest) -> None:
             if not isinstance(space, gym.spaces.Box):
                 raise NotApplicable("the action space is discrete")
             commands.append([bound.step(bound.constant(scale * space.high)) for _ in range(3)])
-    expect_same(commands[0], commands[1], "commands of actions five times too large, compared with the largest")
+    expect_same(
+        commands[0],
+        commands[1],
+        "commands for actions five times larger than the upper bound, compared with commands for the upper bound",
+    )
 
 
 def action_changes_are_followed(subject: ControllerUnderTest) -> None:
@@ -135,7 +142,7 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         change, space, robot = bound.controller.max_action_change, bound.controller.action_space, bound.robot
         if change is None or not isinstance(space, gym.spaces.Box) or space.low.size != robot.dof:
-            raise NotApplicable("it has no max_action_change for its joints")
+            raise NotApplicable("the controller does not define a max_action_change for its joints")
         middle = (space.low.astype(np.float64) + space.high) / 2.0
         for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
@@ -150,8 +157,8 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
             wanted,
             np.abs(moved),
             1e-3 * float(allowed[:, limited].max(initial=1e-9)),
-            "command after an action that changed by half of max_action_change, compared with half of velocity_limit × "
-            "control_timestep",
+            "change of the command when the action changes by a fraction of max_action_change, compared with the "
+            "same fraction of velocity_limit × control_timestep",
         )
 
 
@@ -172,8 +179,11 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
     """Each of the record's ``needs`` is an existing capability with a level."""
     for capability, level in subject.record.needs.items():
-        expect(capability in abilities(), f"it needs '{capability}', which is not a capability.")
-        expect(isinstance(level, Level), f"the needed level of '{capability}' is {level!r}, not a Level.")
+        expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
+        expect(
+            isinstance(level, Level),
+            f"the record's 'needs' contains the level {level!r} for '{capability}'; expected a Level.",
+        )
 
 
 def controllers_share_nothing(subject: ControllerUnderTest) -> None:

@@ -43,12 +43,12 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         for action in bound.opposites():
             bound.begin()
-            # if only update() uses the action, and not apply(), only the positions differ
+            # if the controller uses the action in update() but not in apply(), only the positions differ
             commands.append((bound.step(action), bound.robot.joint_positions.copy()))
     expect(
         difference(*commands) is not None,
-        "the first command of an episode is the same for opposite actions, so it belongs to the previous step. Return "
-        "the command for the action of the current call.",
+        "the first command of an episode is the same for opposite actions, so the command belongs to the previous "
+        "step. Return the command for the action of the current call.",
     )
 
 
@@ -71,7 +71,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
         space = bound.controller.action_space
         if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
-            raise NotApplicable("not a position controller with a zero action")
+            raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
         assert isinstance(space, gym.spaces.Box)
         for _ in range(subject.count(50)):
             bound.step(bound.constant(0.0))
@@ -95,7 +95,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
             kept = np.abs(bound.robot.joint_positions - start).max(axis=1)
             expect(
                 (kept >= 0.5 * np.abs(led).max(axis=1)).all(),
-                "the zero action reverts other actions: the joints return towards their start.",
+                "zero actions undo the previous actions: the joints return toward their initial positions.",
             )
 
 
@@ -122,13 +122,14 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
             command = bound.step(action).reshape(NUM_ENVS, -1, robot.dof)
             inside = (command >= lower[:, None] - 1e-9) & (command <= upper[:, None] + 1e-9)
             expect(inside.all(), f"a {mode} command exceeds the limits of joint "
-                   f"'{robot.joint_names[int(np.argwhere(~inside)[0][2]) if not inside.all() else 0]}': {command[:, -1]}.")  # fmt: skip
+                   f"'{robot.joint_names[int(np.argwhere(~inside)[0][2]) if not inside.all() else 0]}': "
+                   f"{command[:, -1]}.")  # fmt: skip
             if mode is CommandMode.POSITION:
                 reach = robot.velocity_limit * subject.control_timestep
                 expect(
                     (np.abs(command[:, -1] - before) <= reach * (1.0 + 1e-6)).all(),
-                    "a position command differs from the previous one by more than the velocity limit allows in a "
-                    "control step.",
+                    "a position command differs from the previous command by more than the velocity limit allows in "
+                    "one control step.",
                 )
                 before = command[:, -1]
                 q = robot.joint_positions

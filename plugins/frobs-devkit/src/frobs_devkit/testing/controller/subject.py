@@ -23,7 +23,7 @@ from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 NUM_ENVS = 3
 
 _PHYSICS_TIMESTEP = 0.002  # [s]
-_CONTROL_TIMESTEP = 0.04  # [s], if the record does not define a control timestep
+_CONTROL_TIMESTEP = 0.04  # [s], used if the record does not define a control timestep
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 
 

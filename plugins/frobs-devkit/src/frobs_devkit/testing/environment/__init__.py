@@ -45,7 +45,8 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
     checks = collect(EnvUnderTest(id, kwargs), map(_if_able, CHECKS))
     if SKELETON.search(id):
         reason = Inconclusive(
-            "the task is a stand-in that 'frobs migrate' made; complete it as MIGRATION.md describes, and rename it"
+            "the task is a placeholder that 'frobs migrate' created; complete the task as described in MIGRATION.md, "
+            "and rename it"
         )
         checks += only("task_is_complete", "The task is complete, not a skeleton.", reason)
     return checks

@@ -96,8 +96,8 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
         over = f"{len(_SEEDS)} seeds" if goal else f"{len(rows)} steps of {len(_SEEDS)} random episodes"
         expect(
             not constant,
-            f"observation{path}: {len(constant)} of {rows[0].size} elements never change over {over}: "
-            f"{constant[:8]}; remove elements without information.",
+            f"observation{path}: {len(constant)} of {rows[0].size} elements are constant over {over}, at the indices "
+            f"{constant[:8]}; remove these elements, which carry no information.",
         )
 
 
@@ -144,10 +144,13 @@ def _expect_own_memory(observations: Iterator[Any], whose: str) -> None:
             for path, leaf in leaves(observation).items():
                 before = leaves(kept[-1][0]).get(path)
                 shares = before is not None and np.may_share_memory(before, leaf)
-                expect(not shares, f"{whose} returns the same memory in two steps (observation{path}); return a copy.")
+                expect(
+                    not shares,
+                    f"{whose} returns arrays that share memory in two steps (observation{path}); return a copy.",
+                )
         kept = [*kept[-3:], (observation, deepcopy(observation))]
         for old, copy in kept[:-1]:
-            expect_same(copy, old, f"{whose} overwrites an observation that it has returned")
+            expect_same(copy, old, f"{whose} overwrites an observation that it returned in an earlier step")
 
 
 def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
@@ -157,8 +160,8 @@ def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:
         if outside:
             i = tuple(outside[0])
             raise CheckFailure(
-                f"{when}: the observation leaves its space at {outside[:8]}: "
-                f"{observation[i]} is not in [{space.low[i]}, {space.high[i]}]."
+                f"{when}: the observation is outside its space at the indices {outside[:8]}: {observation[i]} is not "
+                f"in [{space.low[i]}, {space.high[i]}]."
             )
     if isinstance(space, gym.spaces.Dict) and isinstance(observation, dict):
         expect(

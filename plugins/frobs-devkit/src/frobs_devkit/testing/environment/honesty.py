@@ -37,7 +37,8 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
-                for before in draw_actions(space, 2, seed):  # delayed values would depend on these identical actions
+                # delayed results would only depend on these identical actions
+                for before in draw_actions(space, 2, seed):
                     env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
                 rewards |= {steps[-1][1], float(env.step(action)[1])}
@@ -47,7 +48,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
         raise Inconclusive("there is only one action")
     expect(same_observation < 6, "the observation of a step does not depend on its action; is it delayed by one step?")
     if len(rewards) <= 2:
-        raise NotApplicable(f"the reward has {len(rewards)} values in two steps")
+        raise NotApplicable(f"the rewards have only {len(rewards)} different values, too few to detect a delay")
     expect(same_reward < 6, "the reward of a step does not depend on its action; is it delayed by one step?")
 
 
@@ -65,18 +66,22 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
                 if ours:
                     _expect_reason(inside(env), bool(terminated), k, info)
                 if ours and truncated and k < limit:
-                    expect("frobs/diverged" in info, f"truncated after {k} of {limit} steps, but nothing diverged.")
+                    expect(
+                        "frobs/diverged" in info,
+                        f"the episode was truncated after {k} of {limit} steps, although the simulation did not "
+                        "diverge.",
+                    )
                 if k == limit:
                     reached += 1
-                    expect(truncated, f"not truncated after {limit} steps, the time limit.")
+                    expect(truncated, f"the episode was not truncated after {limit} steps, which is the time limit.")
                 if terminated or truncated:
                     ends.add((k, bool(terminated)))
                     break
         last, by_task = next(iter(ends), (0, False))
         expect(
             len(ends) != 1 or not by_task or last < limit - 1,
-            f"every episode is terminated at step {last} of {limit}: the time limit must truncate, so that the final "
-            "value is bootstrapped.",
+            f"every episode is terminated at step {last}, and the time limit is {limit} steps; the time limit must "
+            "truncate episodes, so that the final value is bootstrapped.",
         )
     if not ours:
         _expect_reached(reached)
@@ -90,7 +95,7 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
                 told = np.zeros(2, np.bool_) if ends is None else ends
                 expect(
                     "frobs/diverged" in info or (terminated == told).all(),
-                    f"the batch: terminated is {terminated}, but the task's is_terminated() is {told}.",
+                    f"in a batch, terminated is {terminated}, but the task's is_terminated() is {told}.",
                 )
                 break
     _expect_reached(reached)
@@ -103,7 +108,7 @@ def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
     for info in infos:
         odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]
-        expect(not odd, f"the info contains {odd}; keys of FRobs must begin with 'frobs/'.")
+        expect(not odd, f"the info contains the keys {odd}; keys of FRobs must begin with 'frobs/'.")
 
 
 def _expect_reached(reached: int) -> None:

@@ -46,15 +46,16 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
                 action[columns] = value
                 changed |= {joint for joint, command in commands(action).items() if command != rest[joint]}
             expect(
-                changed <= own, f"the action of '{name}' also changes commands of {', '.join(sorted(changed - own))}."
+                changed <= own,
+                f"the action of joint group '{name}' also changes the commands of {', '.join(sorted(changed - own))}.",
             )
-            expect(changed, f"the action of '{name}' changes no command.")
+            expect(changed, f"the action of joint group '{name}' does not change any command.")
             moved |= own
         for name, robot in control.robots.items():
             for joint, home in zip(robot.robot.joint_names, robot.robot.home[0], strict=True):
                 if f"{name}/{joint}" not in moved:
                     told = rest[f"{name}/{joint}"]
-                    expect_close(home, told, 1e-12, f"command of '{joint}', which has no controller")
+                    expect_close(home, told, 1e-12, f"command of joint '{joint}', which has no controller")
 
 
 def terms_fill_their_columns(subject: EnvUnderTest) -> None:
@@ -75,4 +76,7 @@ def terms_fill_their_columns(subject: EnvUnderTest) -> None:
                     expect_close(read, parts[key][columns], 0.0, f"columns of the term '{name}'")
             for key, part in parts.items():
                 width = sum(len(term.low) for term in observations.terms.values() if term.key == key and term.is_vector)
-                expect(width in (0, len(part)), f"'{key}' has {len(part)} columns, but its terms have {width}.")
+                expect(
+                    width in (0, len(part)),
+                    f"the observation '{key}' has {len(part)} columns, but its terms have {width} columns.",
+                )

@@ -35,7 +35,11 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
     told = [info["is_success"] for _, _, info in steps if "is_success" in info]
     if not told and not ours:
         raise NotApplicable("the environment does not report success")
-    expect(len(told) == len(steps), f"'is_success' is in {len(told)} of {len(steps)} steps' infos; it must be in each.")
+    expect(
+        len(told) == len(steps),
+        f"the info contains 'is_success' in {len(told)} of {len(steps)} steps; it must contain 'is_success' in every "
+        "step.",
+    )
     for value in told:
         expect(type(value) is float and value in (0.0, 1.0), f"'is_success' is {value!r}; it must be 0.0 or 1.0.")
 
@@ -46,7 +50,8 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
         expect(
-            told != {1.0}, f"all {_STEPS} steps of random episodes are a success, so success carries no information."
+            told != {1.0},
+            f"all {_STEPS} steps of random episodes are successful, so 'is_success' carries no information.",
         )
         task, (observation, _) = inside(env).task, env.reset(seed=8)
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
@@ -55,7 +60,10 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
             with suppress(FrobsError, ValueError):  # the achieved goal may not be a valid desired goal
                 env.reset(seed=8, options={"goal": reached})
                 success = bool(task.is_success()[0])
-                expect(success or not of_goals, f"no success, although the goal {reached} is achieved.")
+                expect(
+                    success or not of_goals,
+                    f"the achieved goal {reached} equals the desired goal, but is_success() returns False.",
+                )
                 told.add(float(success))
         if 1.0 not in told and task.expert:
             told.add(_success_of_expert(env))
@@ -99,7 +107,7 @@ def terms_sum_to_reward(subject: EnvUnderTest) -> None:
         raise NotApplicable("the task has no reward terms")
     for k, (_, reward, info) in enumerate(steps, start=1):
         missing = sorted(names - info.keys())
-        expect(not missing, f"step {k}: the info does not contain {missing}, which other steps have.")
+        expect(not missing, f"step {k}: the info does not contain {missing}, which the info of other steps contains.")
         if "frobs/diverged" not in info:  # the reward of a diverged step is 0, regardless of its terms
             total = sum(info[name] for name in sorted(names))
             expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
@@ -124,13 +132,18 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         desired = np.stack([observation["desired_goal"] for observation, _, _ in steps])
         rewards = np.array([reward for _, reward, _ in steps])
         one_by_one = [compute(a, d, info) for a, d, (_, _, info) in zip(achieved, desired, steps, strict=True)]
-        expect_close(rewards, np.array(one_by_one), 1e-5, "compute_reward of each step's goals")
+        expect_close(
+            rewards, np.array(one_by_one), 1e-5, "compute_reward for single goals, compared with the rewards of step()"
+        )
         together = np.asarray(compute(achieved, desired, [info for _, _, info in steps]))
-        expect_close(np.array(one_by_one), together, 1e-12, "compute_reward of all goals together")
+        expect_close(
+            np.array(one_by_one), together, 1e-12, "compute_reward for a batch of goals, compared with single goals"
+        )
         there = np.asarray(compute(desired, desired, [{}] * len(desired)))
         expect(
             (there >= rewards - 1e-9).all(),
-            "the reward of a reached goal is lower than that of another goal: compute_reward(desired, desired) < reward.",
+            "a reached goal has a lower reward than a step of a random episode: compute_reward(desired, desired, "
+            "info) < reward.",
         )
         if is_ours(env) and inside(env).task.reward_type == "sparse":
             expect(
@@ -151,19 +164,21 @@ def approaching_pays(subject: EnvUnderTest) -> None:
         action, start, end = max(paths, key=lambda path: float(np.linalg.norm(path[2] - path[1])))
         near = _rewards(env, action, end)
         if near is None or not near[1]:
-            raise Inconclusive("the goal at the end of a path is rejected, or not reached when the path is repeated")
+            raise Inconclusive(
+                "the task rejects the goal at the end of a motion, or repeating the motion does not reach this goal"
+            )
         for share in (1.0, 0.5, 0.25):
             far = _rewards(env, action, start - share * (end - start))
             if far is not None and not far[1]:
                 break
         else:
-            raise Inconclusive("no goal behind the robot is accepted")
+            raise Inconclusive("the task accepts no goal in the opposite direction of the motion")
     steps = min(len(near[0]), len(far[0]))
     totals = sum(near[0][:steps]), sum(far[0][:steps])
     expect(
         totals[0] > totals[1],
-        f"{steps} steps that reach the goal have a total reward of {totals[0]:.4g}, and the same steps away from a goal "
-        f"have {totals[1]:.4g}; check the signs of the reward's terms.",
+        f"moving toward a goal for {steps} steps earns a total reward of {totals[0]:.4g}, but the same motion away "
+        f"from a goal earns {totals[1]:.4g}; check the signs of the reward terms.",
     )
 
 

@@ -41,7 +41,7 @@ def episodes_differ(subject: EnvUnderTest) -> None:
         for episode in range(1, 5):
             env.step(draw_actions(env.action_space, 1, seed=episode)[0])
             first[episode] = deepcopy(env.reset()[0])
-    _expect_distinct(first, "episodes {} and {} after one seed begin with the same observation.")
+    _expect_distinct(first, "episodes {} and {} after a reset with a seed begin with the same observation.")
 
 
 @after("same_seed_repeats")
@@ -62,7 +62,11 @@ def reset_forgets_history(subject: EnvUnderTest) -> None:
     with closing(subject.make()) as env:
         for name, history in histories.items():
             play(env, 1, history)
-            expect_same_play(expected, play(env, 99, actions), f"a reset after {name} compared with a new environment")
+            expect_same_play(
+                expected,
+                play(env, 99, actions),
+                f"an environment that is reset after {name}, compared with a new environment",
+            )
 
 
 def _expect_distinct(observations: dict[int, Any], message: str) -> None:

@@ -70,7 +70,7 @@ class EnvUnderTest:
             NotApplicable: The simulator is paced and thus does not support batches.
         """
         if self.simulator is not None and self.simulator.is_paced:
-            raise NotApplicable(f"simulator '{self.simulator.name}' is paced, so there are no batches")
+            raise NotApplicable(f"simulator '{self.simulator.name}' is paced, so it does not support batches")
         keywords: dict[str, Any] = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": mode}}
         if self._has_batch():
             keywords = {"vectorization_mode": "vector_entry_point", "autoreset_mode": mode}

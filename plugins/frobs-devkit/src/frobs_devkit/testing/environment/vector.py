@@ -61,10 +61,16 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
                 before = ended[i]
                 if before is not None:
                     expect_same(
-                        before.reset_observation, row(observation, i), f"{what}, in which it resets: the observation"
+                        before.reset_observation,
+                        row(observation, i),
+                        f"{what}, in which the environment is reset: the observation",
                     )
                     told = (float(reward[i]), bool(terminated[i]), bool(truncated[i]))
-                    expect(told == (0.0, False, False), f"{what}, in which it resets: reward and ends are {told}.")
+                    expect(
+                        told == (0.0, False, False),
+                        f"{what}, in which the environment is reset: reward, terminated and truncated are {told}; "
+                        "expected (0.0, False, False).",
+                    )
                     ended[i] = None
                     continue
                 expected = singles.plays[i][position[i]]
@@ -92,7 +98,11 @@ def disabled_equals_single(subject: EnvUnderTest) -> None:
                 actual = _transition(row(observation, i), reward, terminated, truncated, info, i, row(fresh, i))
                 expect_same_transition(expected, actual, what)
                 if mask.any() and not mask[i]:
-                    expect_same(expected.observation, row(fresh, i), f"{what}, while others are reset: the observation")
+                    expect_same(
+                        expected.observation,
+                        row(fresh, i),
+                        f"{what}, while other environments are reset: the observation",
+                    )
     singles.expect_ends()
 
 
@@ -109,7 +119,7 @@ def threads_agree(subject: EnvUnderTest) -> None:
                 trace.append(env.step(action)[:4])
             plays.append(trace)
     for k, (one, two) in enumerate(zip(*plays, strict=True)):
-        expect_same(one, two, f"two threads compared with one, step {k}")
+        expect_same(one, two, f"step {k} with two threads, compared with one thread")
 
 
 class _Singles:

@@ -36,7 +36,7 @@ _NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
 
 def model_has_joints(subject: RobotUnderTest) -> None:
     """The model file can be read and has at least one actuated joint, unless the robot is a tool for an arm."""
-    expect(isinstance(subject.robot, Robot), f"the entry point is {subject.robot!r}, not a Robot.")
+    expect(isinstance(subject.robot, Robot), f"the robot's entry point is {subject.robot!r}; expected a Robot.")
     if not subject.model.joint_names and subject.robot.end_effectors:
         raise NotApplicable("the robot is a tool without joints")
     expect(subject.model.joint_names, f"{subject.model.path} has no revolute, continuous or prismatic joint.")
@@ -84,7 +84,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
     moves = np.abs(poses[0] - poses[1]).max() > 1e-6
     if not moves and not subject.robot.groups and tcp in (tool.tcp for tool in subject.robot.end_effectors.values()):
         raise NotApplicable("the robot is a tool that is moved by an arm's joints")
-    expect(moves, f"no joint moves the tcp '{tcp}'; choose a link at the chain's end.")
+    expect(moves, f"no joint moves the tcp '{tcp}'; choose a link at the end of the kinematic chain.")
     fixed = {joint.name for joint in joint_path(model, tcp)}
     for name in names:
         beyond = [
@@ -96,8 +96,8 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         expect(
             not on_chain
             or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # one additional joint may belong to a gripper
-            f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which carries them; choose a "
-            "link at the chain's end.",
+            f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which is closer to the "
+            "base; choose a link at the end of the kinematic chain.",
         )
 
 
@@ -118,8 +118,8 @@ def tcp_is_the_tool(subject: RobotUnderTest) -> None:
         moves = any(joint.type is not JointType.FIXED for joint in path[parents.index(tcp) :])
         expect(
             moves or distance < _NEAR,
-            f"the origin of the tcp '{tcp}' is {distance:.3g} m from that of the tool '{link.name}', which is fixed to "
-            f"it; set tcp='{link.name}', or choose the link at the working point.",
+            f"the origin of the tcp '{tcp}' is {distance:.3g} m from the origin of the tool '{link.name}', which is "
+            f"fixed to the tcp; set tcp='{link.name}', or choose the link at the tool's working point.",
         )
 
 
@@ -129,13 +129,20 @@ def inertias_are_possible(subject: RobotUnderTest) -> None:
         if link.inertial is None:
             continue
         mass = link.inertial.mass
-        expect(mass > 0, f"link '{link.name}' has a mass of {mass} kg; remove the inertial or make it positive.")
+        expect(
+            mass > 0,
+            f"link '{link.name}' has a mass of {mass} kg; set a positive mass, or remove the link's inertial element.",
+        )
         moments = np.linalg.eigvalsh(inertia_matrix(link.inertial))
         text = ", ".join(f"{moment:.3g}" for moment in moments)
-        expect(moments[0] > 0, f"link '{link.name}' has principal moments {text} kg·m²; all must be positive.")
+        expect(
+            moments[0] > 0,
+            f"link '{link.name}' has the principal moments of inertia {text} kg·m²; all must be positive.",
+        )
         expect(
             moments[0] + moments[1] >= moments[2] * (1 - 1e-6),
-            f"link '{link.name}' has principal moments {text} kg·m²; one must not exceed the sum of the other two.",
+            f"link '{link.name}' has the principal moments of inertia {text} kg·m²; none may exceed the sum of the "
+            "other two.",
         )
 
 
@@ -173,7 +180,7 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
         unknown = (
             [name for name in owner if name not in model.joint_names] if not isinstance(owner, float | int) else []
         )
-        expect(not unknown, f"gains contain {unknown}, which are not actuated joints: {', '.join(model.joint_names)}.")
+        expect(not unknown, f"the gains contain {unknown}, but the actuated joints are {', '.join(model.joint_names)}.")
     for name in model.joint_names:
         kp, kd = gains.of(name)
         expect(kd > 0, f"joint '{name}' has a damping gain of {kd}; it must be positive.")
@@ -186,7 +193,10 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
 def parts_exist(subject: RobotUnderTest) -> None:
     """Base, friction and differential drive have valid values and refer to existing links and joints."""
     robot, model = subject.robot, subject.model
-    expect(robot.base in ("fixed", "floating", "wheeled"), f"base is '{robot.base}', not fixed, floating or wheeled.")
+    expect(
+        robot.base in ("fixed", "floating", "wheeled"),
+        f"the robot's base is '{robot.base}'; expected 'fixed', 'floating' or 'wheeled'.",
+    )
     links = [link.name for link in model.links]
     for name, friction in robot.friction.items():
         expect(name in links, f"the robot's 'friction' has an entry for '{name}', which is not a link.")
@@ -214,8 +224,8 @@ def fingers_close(subject: RobotUnderTest) -> None:
         compared = True
         expect(
             gaps[0] < gaps[1],
-            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart when closed and {gaps[1]:.3g} m where "
-            "open; swap the joint positions in open and closed.",
+            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart when closed and {gaps[1]:.3g} m apart "
+            "when open; swap the joint positions in open and closed.",
         )
     if not compared:
         raise NotApplicable("the robot has no end effector with two fingers")
@@ -241,13 +251,16 @@ def end_effectors_attach(subject: RobotUnderTest) -> None:
     """A tool that is attached to an arm keeps its mass, home, tool center point, and open and closed positions."""
     tool, model = subject.robot, subject.model
     if not tool.end_effectors or tool.groups or model.format != "urdf":
-        raise NotApplicable("the robot is not a tool that can be attached")
+        raise NotApplicable("the robot is not a tool that can be attached to an arm")
     arm, at = replace(ARM, model=str(model_of(ARM.model).path)), (0.1, -0.2, 0.3)
     whole = arm.attach("tool", tool, name="kit", pos=at)
     joined = load_model(whole.model)
     effector, described = whole.end_effectors["kit"], next(iter(tool.end_effectors.values()))
     names = tuple(f"kit_{joint}" for joint in model.joint_names)
-    expect(whole.groups.get("kit", ()) == names, f"the group of the tool is {whole.groups.get('kit')}, not {names}.")
+    expect(
+        whole.groups.get("kit", ()) == names,
+        f"the joint group of the attached tool is {whole.groups.get('kit')}; expected {names}.",
+    )
     masses = [
         sum(link.inertial.mass for link in m.links if link.inertial) for m in (joined, model, model_of(ARM.model))
     ]
@@ -259,7 +272,7 @@ def end_effectors_attach(subject: RobotUnderTest) -> None:
     for state in ("open", "closed"):
         wanted = {f"kit_{joint}": value for joint, value in getattr(described, state).items()}
         found = getattr(effector, state)
-        expect(found == wanted, f"the {state} positions of the attached tool are {found}, not {wanted}.")
+        expect(found == wanted, f"the {state} positions of the attached tool are {found}; expected {wanted}.")
     frames = {link: joined.frame_pose(link, home[None])[0][0] for link in ("tool", effector.tcp)}
     turn = joined.frame_pose("tool", home[None])[1]
     tip = quat_rotate(turn, (np.array(at) + model.frame_pose(described.tcp, own[None])[0][0])[None])[0]

@@ -17,9 +17,12 @@ def sensors_are_fixed(subject: RobotUnderTest) -> None:
     """All sensor descriptions are valid, and all sensors are fixed to existing links."""
     links = [link.name for link in subject.model.links]
     for name, sensor in subject.robot.sensors.items():
-        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}, which is not a Sensor.")
+        expect(isinstance(sensor, Sensor), f"sensor '{name}' is {sensor!r}; expected a Sensor object.")
         for frame in sensor.frames:
-            expect(frame in links, f"sensor '{name}' is fixed to '{frame}', which is not a link: {', '.join(links)}.")
+            expect(
+                frame in links,
+                f"sensor '{name}' is fixed to '{frame}', which is not a link; the links are {', '.join(links)}.",
+            )
 
 
 def lidars_look_around_once(subject: RobotUnderTest) -> None:
@@ -28,7 +31,7 @@ def lidars_look_around_once(subject: RobotUnderTest) -> None:
         turns = float(lidar.angles[-1] - lidar.angles[0]) / (2.0 * np.pi)
         expect(
             turns <= 1.0 + 1e-6,
-            f"the rays of lidar '{name}' cover {turns:.3g} turns; angle_min and angle_max are in radians.",
+            f"the rays of lidar '{name}' cover {turns:.3g} turns; specify angle_min and angle_max in radians.",
         )
 
 
@@ -69,13 +72,14 @@ def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
         blind = np.flatnonzero(read[0] <= sensor.range_min).tolist()
         expect(
             not blind,
-            f"rays {blind[:5]} of lidar '{name}' read range_min on an empty floor; they start in it or point at it; "
-            "move the lidar with frame and offset, or reduce range_min.",
+            f"rays {blind[:5]} of lidar '{name}' read range_min on an empty floor, because they start below the "
+            "floor or hit it too close to the lidar; move the lidar with frame and offset, or reduce range_min.",
         )
     if isinstance(sensor, Bumper):
         expect(
             not read.any(),
-            f"bumper '{name}' is closed at home; add the objects that its links always touch to ignore.",
+            f"bumper '{name}' is pressed at home; add the objects that its links always touch to the bumper's "
+            "'ignore' list.",
         )
 
 

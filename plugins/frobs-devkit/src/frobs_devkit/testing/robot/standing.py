@@ -74,7 +74,8 @@ def joints_follow(subject: RobotUnderTest) -> None:
             if wheeled:
                 expect(
                     moved[0, joint] > 0.1,
-                    f"joint '{name}' turns by {moved[0, joint]:.3g} rad when commanded 1 rad/s for 1 s.",
+                    f"joint '{name}' turns by {moved[0, joint]:.3g} rad in 1 s, although a velocity of 1 rad/s is "
+                    "commanded.",
                 )
                 continue
             expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
@@ -105,11 +106,16 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
             pos_after, ahead_after = _pos_and_ahead(robot)
             if linear:
                 expect_close(
-                    linear, float((pos_after - pos) @ ahead), _SLIP * linear, f"drive ahead in 1 s [m]; {advice}"
+                    linear,
+                    float((pos_after - pos) @ ahead),
+                    _SLIP * linear,
+                    f"distance driven straight ahead in 1 s [m]; {advice}",
                 )
             else:
                 turned = np.arctan2(np.cross(ahead, ahead_after)[2], ahead @ ahead_after)
-                expect_close(angular, turned, _SLIP_TURNING * angular, f"turn to the left in 1 s [rad]; {advice}")
+                expect_close(
+                    angular, turned, _SLIP_TURNING * angular, f"angle turned to the left in 1 s [rad]; {advice}"
+                )
 
 
 def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
@@ -121,7 +127,7 @@ def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
 def home_is_free(subject: RobotUnderTest) -> None:
     """In the home position, links that are not neighbors do not touch."""
     if not subject.robot.self_collision:
-        raise NotApplicable("the robot's links do not collide with each other")
+        raise NotApplicable("the robot's description disables self-collision")
     with subject.build() as (sim, _robot):
         overlaps = sim.overlaps()
     if overlaps is not None:
@@ -136,7 +142,7 @@ def home_is_free(subject: RobotUnderTest) -> None:
     beside = {frozenset((joint.parent, joint.child)) for joint in model.joints}
     pairs = [pair for pair in combinations(solid, 2) if frozenset(pair) not in beside]
     if not pairs:
-        raise Inconclusive("no two links that are not neighbors have collision shapes")
+        raise Inconclusive("all pairs of links with collision shapes are neighbors")
     contacts = {f"{a} and {b}": Contact(first=f"robot/{a}", second=f"robot/{b}") for a, b in pairs}
     with subject.build(Scene(contacts=contacts)) as (sim, robot):
         robot.command(robot.home.copy())

@@ -98,7 +98,7 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
             tolerance = subject.tolerance("wrench", exact=1e-6)
             expect_close(np.tile(spin, (n, 1)), hammer.twist[1], tolerance, "ang_vel_world of a hammer after a torque")
             expect_close(
-                np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of its origin after a force"
+                np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of a hammer's origin after a force"
             )
 
 
@@ -114,8 +114,8 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
     with subject.build(LIFT, bodies=bodies, attachments=attachments, gravity=_WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         places: dict[str, tuple[Callable[[], tuple[Floats, Floats]], str]] = {
-            "the hammer in the frame of the table": (lambda: robot.frame_pose("table"), "hammer"),
-            "the box in the frame of the ball": (lambda: sim.bodies["ball"].pose, "box"),
+            "pose of the hammer relative to the table": (lambda: robot.frame_pose("table"), "hammer"),
+            "pose of the box relative to the ball": (lambda: sim.bodies["ball"].pose, "box"),
         }
         held = _relative(robot.frame_pose("table"), sim.bodies["hammer"].pose)
         fixed = np.tile([0.2, 0.0, 0.1], (n, 1)), np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
@@ -128,10 +128,13 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
                 expect_same_pose(expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), what)
         expect(
             (np.abs(robot.joint_positions[:, 1]) > 0.2).all(),
-            "the table does not turn with the body that is fixed to it.",
+            "the table with the attached body did not follow its command to turn.",
         )
         speed = np.linalg.norm(sim.bodies["ball"].twist[0], axis=1)
-        expect((speed > 0.05).all(), f"a ball that is fixed to a flying box moves at {speed} m/s.")
+        expect(
+            (speed > 0.05).all(),
+            f"a ball that is attached to a moving box must move, but its speed is only {speed} m/s.",
+        )
 
 
 def _relative(frame: tuple[Floats, Floats], pose: tuple[Floats, Floats]) -> tuple[Floats, Floats]:

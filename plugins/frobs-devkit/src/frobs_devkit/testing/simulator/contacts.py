@@ -33,7 +33,7 @@ def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
         sim.step(20)
         for name, wanted in (("left", True), ("robot", True), ("pair", False)):
             told = sim.contact(name)
-            expect((told == wanted).all(), f"contact('{name}') of a rover on the floor is {told}.")
+            expect((told == wanted).all(), f"contact('{name}') of a rover on the floor has the wrong value {told}.")
 
 
 @verifies("contacts")
@@ -65,18 +65,21 @@ def contacts_end_with_a_reset(subject: SimulatorUnderTest) -> None:
         mask = np.arange(sim.num_envs) == 0
         sim.reset(mask)
         told = sim.contact("standing")
-        expect(not told[0], "the contact of the last episode is reported after a reset.")
-        expect(told[1:].all(), f"the reset of environment 0 ended contacts of other environments: {told}.")
-        expect(not sim.contact_force("standing")[0].any(), "the force of the last contact is reported after a reset.")
+        expect(not told[0], "a contact from the previous episode is still reported after a reset.")
+        expect(told[1:].all(), f"the reset of environment 0 also ended contacts in other environments: {told}.")
+        expect(
+            not sim.contact_force("standing")[0].any(),
+            "a contact force from the previous episode is still reported after a reset.",
+        )
         sim.step(20)
-        expect(sim.contact("standing").all(), "no contact is reported in the step after a reset.")
+        expect(sim.contact("standing").all(), "no contact is reported 20 steps after a reset.")
 
 
 @verifies("contacts")
 def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
     """``step_with`` reports the contacts during all its physics steps, not only during the last step."""
     if not subject.level("teleport"):
-        raise NotApplicable("the simulator does not claim 'teleport'")
+        raise NotApplicable("the simulator does not have the capability 'teleport'")
     on_floor = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
     contacts = {"ball": Contact(first="ball", second="floor")}
     with subject.build(bodies={"ball": on_floor}, contacts=contacts, num_threads=1) as (sim, _):
@@ -88,8 +91,13 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
             sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, 1.0], (n, 1)))
 
         sim.step_with(2, lift)
-        expect(sim.contact("ball").all(), "a contact of the first of two physics steps is not reported by step_with.")
-        expect_close(force, sim.contact_force("ball"), 0.1 * force.max(), "contact_force of the first of two steps [N]")
+        expect(
+            sim.contact("ball").all(),
+            "step_with does not report a contact that occurs only in the first of two physics steps.",
+        )
+        expect_close(
+            force, sim.contact_force("ball"), 0.1 * force.max(), "force of a contact in the first of two steps [N]"
+        )
 
 
 @verifies("contacts")
@@ -114,17 +122,20 @@ def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None
             if name != "floor":
                 # the box touches the floor at no more than four corners and their center
                 low = sim.contact_force(name).min() > weight.max() / 9.0
-                expect(low, f"contact_force('{name}') of a box on the floor is {sim.contact_force(name)} N.")
+                expect(low, f"contact_force('{name}') of a box on the floor is too small: {sim.contact_force(name)} N.")
         if subject.level("wrench"):
             push = np.array([3.0, 1.0, 0.0]) * (1.0 + np.arange(n))[:, None] / n
             for body in ("box", "turned"):
                 sim.apply_wrench(body, push, np.zeros((n, 3)))
             sim.step(100)
             for name, sign in (("box", 1.0), ("floor", -1.0), ("turned", 1.0)):
-                what = f"contact_resultant('{name}') of a box that is pushed and does not slide [N]"
+                what = f"contact_resultant('{name}') of a box that is pushed but does not slide [N]"
                 expect_close(sign * (weight - push), sim.contact_resultant(name), 3.0 * tolerance, what)
         sim.reset()
-        expect(not sim.contact_resultant("box").any(), "after a reset the resultant of the last contact is reported.")
+        expect(
+            not sim.contact_resultant("box").any(),
+            "the resultant of a contact from the previous episode is still reported after a reset.",
+        )
 
 
 def _standing_rover(

@@ -24,7 +24,7 @@ def capabilities_are_known(subject: SimulatorUnderTest) -> None:
     """The record contains only known capabilities with levels, and its entry point is a subclass of Simulation."""
     for name, level in subject.record.capabilities.items():
         expect(name in abilities(), f"'{name}' is not a capability; available: {', '.join(abilities())}.")
-        expect(isinstance(level, Level), f"the level of '{name}' is {level!r}, not a Level.")
+        expect(isinstance(level, Level), f"the level of the capability '{name}' is {level!r}; expected a Level.")
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Simulation), f"{cls} is not a subclass of Simulation.")
 
@@ -54,9 +54,9 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
         n, dof = sim.num_envs, robot.dof
         robot.command(robot.home + 0.2)
         sim.step(3)
-        expect(robot.num_envs == n, f"the robot's num_envs is {robot.num_envs}, not {n}.")
+        expect(robot.num_envs == n, f"the robot's num_envs is {robot.num_envs}; expected {n}.")
         expect(sim.physics_timestep == TIMESTEP, f"physics_timestep is {sim.physics_timestep}, not {TIMESTEP}.")
-        expect(robot.name == "robot", f"the robot's name is '{robot.name}', not 'robot'.")
+        expect(robot.name == "robot", f"the robot's name is '{robot.name}'; expected 'robot'.")
         wanted: dict[str, tuple[Any, tuple[int, ...]]] = {
             name: (getattr(robot, name), (n, dof))
             for name in ("home", "position_lower", "position_upper", "velocity_limit", "effort_limit")
@@ -82,8 +82,15 @@ def writes_broadcast(subject: SimulatorUnderTest) -> None:
     with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_joint_state(np.array([0.2, -0.3]), np.array([[0.1, 0.4]]))
-        expect_close(np.tile([0.2, -0.3], (n, 1)), robot.joint_positions, 1e-12, "joint_positions written as one row")
-        expect_close(np.tile([0.1, 0.4], (n, 1)), robot.joint_velocities, 1e-12, "joint_velocities written as one row")
+        expect_close(
+            np.tile([0.2, -0.3], (n, 1)), robot.joint_positions, 1e-12, "joint_positions after a single row was written"
+        )
+        expect_close(
+            np.tile([0.1, 0.4], (n, 1)),
+            robot.joint_velocities,
+            1e-12,
+            "joint_velocities after a single row was written",
+        )
         if n < 3:
             return
         mask = np.arange(n) != 1
@@ -114,8 +121,10 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> None:
         target = np.tile([0.1, 0.5], (n, 1))
         lift.command(target)
         sim.step(1500)
-        expect_close(target, lift.joint_positions, 2e-3, "joint_positions of the second robot, commanded alone")
-        expect_close(arm.home, arm.joint_positions, 2e-3, "joint_positions of the first robot, which holds")
+        expect_close(target, lift.joint_positions, 2e-3, "joint_positions of the second robot, which follows a command")
+        expect_close(
+            arm.home, arm.joint_positions, 2e-3, "joint_positions of the first robot, which holds its position"
+        )
 
 
 @verifies("teleport")
@@ -124,7 +133,10 @@ def static_bodies_stay(subject: SimulatorUnderTest) -> None:
     ghost = type(BALL)(geometry=BALL.geometry, pose=Pose(pos=(0.0, 2.0, 0.1)), mass=0.5, collides=False)
     with subject.build(bodies={"wall": WALL, "ghost": ghost}, num_threads=1) as (sim, _):
         sim.step(150)
-        expect((sim.bodies["ghost"].pose[0][:, 2] < -0.1).all(), "a body with collides=False is held by the floor.")
+        expect(
+            (sim.bodies["ghost"].pose[0][:, 2] < -0.1).all(),
+            "the floor stops a body with collides=False, which must fall through the floor.",
+        )
         with expect_raises(SimulationError, "write_pose on a static body"):
             sim.bodies["wall"].write_pose(np.zeros((sim.num_envs, 3)))
 
@@ -142,7 +154,7 @@ def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
         if subject.level("randomize_mass"):
             with expect_raises(UnknownNameError, "write_parameter('mass', 'no_such_body', …)"):
                 sim.write_parameter("mass", "no_such_body", np.ones(n))
-        with expect_raises(FrobsError, "a command of 5 rows in a step of 3"):
+        with expect_raises(FrobsError, "a command with 5 rows in a step of 3 physics steps"):
             robot.command(np.zeros((n, 5, robot.dof)))
             sim.step(3)
 
@@ -174,13 +186,15 @@ def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
         sim.step(20)
         sim.restore(snapshot)
         sim.step(20)
-        expect_close(expected, robot.joint_positions, 1e-9, "joint_positions 20 steps after a restore, uncommanded")
+        expect_close(
+            expected, robot.joint_positions, 1e-9, "joint_positions 20 steps after a restore, without a new command"
+        )
 
 
 def rows_of_a_single(subject: SimulatorUnderTest) -> None:
     """A simulation of one environment returns arrays with one row and accepts masks."""
     if subject.num_envs == 1:
-        raise NotApplicable("every other check builds one environment")
+        raise NotApplicable("the simulator supports only one environment, which all other checks test")
     with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         expect(robot.joint_positions.shape == (1, 2), f"joint_positions is {robot.joint_positions.shape}, not (1, 2).")
         sim.step(2)

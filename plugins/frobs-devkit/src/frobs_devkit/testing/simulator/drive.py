@@ -57,7 +57,10 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
             sim.step(3)
             traces.append(np.concatenate([robot.joint_positions, robot.joint_velocities], axis=1))
     expect_close(
-        traces[1], traces[0], subject.tolerance("drive"), "the state after 6 simultaneous command rows and 3 steps"
+        traces[1],
+        traces[0],
+        subject.tolerance("drive"),
+        "the state 3 steps after a command with 6 rows, compared with 6 separate commands",
     )
 
 
@@ -70,7 +73,8 @@ def commands_are_kept(subject: SimulatorUnderTest) -> None:
         command[:] = -0.1
         sim.step(20)
         expect(
-            (robot.joint_positions > 0).all(), "the simulation reads the command's array after command() has returned."
+            (robot.joint_positions > 0).all(),
+            "changing the array after command() has returned changes the command; the simulation must copy the array.",
         )
 
 
@@ -96,7 +100,9 @@ def wheels_roll(subject: SimulatorUnderTest) -> None:
         sim.step(500)
         forward = robot.base_twist[0][:, 0]
         expect_close(np.full(sim.num_envs, 6.0), robot.joint_velocities[:, 0], 0.3, "velocity of the wheels [rad/s]")
-        expect_close(np.full(sim.num_envs, 0.3), forward, 0.02, "velocity of a rover on wheels of 0.05 m [m/s]")
+        expect_close(
+            np.full(sim.num_envs, 0.3), forward, 0.02, "velocity of a rover with a wheel radius of 0.05 m [m/s]"
+        )
 
 
 def _require_steps(subject: SimulatorUnderTest) -> None:
@@ -145,4 +151,4 @@ def _expect_law(
         if np.abs(q - start).max() < 1e-3:
             raise Inconclusive("no joint moved")
         if not free or saturated != saturates:
-            raise Inconclusive("the motion was not the intended one")
+            raise Inconclusive("the joint efforts did not saturate as intended, so the drive law was not verified")

@@ -29,7 +29,7 @@ def weights_are_measured(subject: SimulatorUnderTest) -> None:
     with subject.build(_SENSING, pose=TILTED) as (sim, robot):
         turned = np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None]
         robot.command(robot.home + turned)
-        sim.step(2000)  # until the robot is at rest
+        sim.step(2000)  # long enough for the robot to come to rest
         sim.step(5)
         for sensor, frame in (("elbow", "fore"), ("wrist", "tool")):
             read = sim.sensor_wrench("robot", sensor)
@@ -51,7 +51,7 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
         sim.step(1)
         force = weight + quat_rotate(turn, (_momentum(robot, "elbow") - before) / TIMESTEP)
         read = sim.sensor_wrench("robot", "elbow")[:, :3]
-        expect_close(force, read, 0.1 * np.abs(force).max(), "force of a force-torque sensor in motion [N]")
+        expect_close(force, read, 0.1 * np.abs(force).max(), "force measured by a force-torque sensor in motion [N]")
 
 
 @verifies("force_torque")
@@ -59,7 +59,7 @@ def inertia_is_measured(subject: SimulatorUnderTest) -> None:
 def pushes_are_measured(subject: SimulatorUnderTest) -> None:
     """A force-torque sensor measures pushes on its links over all physics steps, and a reset clears the reading."""
     if not subject.level("wrench"):
-        raise NotApplicable("the simulator does not claim 'wrench'")
+        raise NotApplicable("the simulator does not have the capability 'wrench'")
     with subject.build(_SENSING, pose=TILTED, gravity=(0.0, 0.0, 0.0)) as (sim, robot):
         n = sim.num_envs
         force = np.array([[6.0, -3.0, 2.0]]) * (1.0 + np.arange(n))[:, None]
@@ -67,16 +67,30 @@ def pushes_are_measured(subject: SimulatorUnderTest) -> None:
             sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
             sim.step(1000)
         held = _in_frame(robot, "tool", np.concatenate([-force, np.zeros((n, 3))], axis=1))
-        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor of a pushed link")
+        _expect_wrench(
+            subject,
+            held,
+            sim.sensor_wrench("robot", "wrist"),
+            "wrench measured by the force-torque sensor of a pushed link",
+        )
         sim.apply_wrench("robot/tool", force, np.zeros((n, 3)))
         sim.step_with(4, lambda: None)
-        _expect_wrench(subject, held, sim.sensor_wrench("robot", "wrist"), "force-torque sensor after step_with")
+        _expect_wrench(
+            subject,
+            held,
+            sim.sensor_wrench("robot", "wrist"),
+            "wrench measured by a force-torque sensor after step_with",
+        )
         _expect_kept(subject, sim, held)
         mask = np.arange(n) == 0
         sim.reset(mask)
         read = sim.sensor_wrench("robot", "wrist")
-        expect(not read[0].any(), "after a reset a force-torque sensor reads the force of the last episode.")
-        expect_close(held[1:], read[1:], 0.01 * np.abs(held).max(), "force-torque sensors of environments not reset")
+        expect(
+            not read[0].any(), "after a reset, a force-torque sensor still reads the force from the previous episode."
+        )
+        expect_close(
+            held[1:], read[1:], 0.01 * np.abs(held).max(), "force-torque sensors in environments that were not reset"
+        )
 
 
 def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:

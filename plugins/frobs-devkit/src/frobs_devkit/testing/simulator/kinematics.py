@@ -70,7 +70,7 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
             wanted = placed((TILTED.pos, TILTED.quat_wxyz), robot.model.frame_pose("tool", given))
             expect_same_pose(wanted, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
         after = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
-        expect_same(before, after, "the state after frame_pose of given joint positions")
+        expect_same(before, after, "the state after a call of frame_pose(frame, joint_positions)")
 
 
 def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> None:

@@ -30,7 +30,9 @@ def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
         model = model_of(robot.model)
         rows = cls.translation(model)
         if not rows:
-            raise Inconclusive("translation() is empty: 'frobs doctor robot' shows every element as unknown")
+            raise Inconclusive(
+                "translation() returns an empty result, so 'frobs doctor robot' shows every element as unknown"
+            )
         missing = set(elements(model)) - {row.element for row in rows}
         expect(not missing, f"translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
         for row in rows:
@@ -81,7 +83,9 @@ def overlapping_links_let_each_other_be(subject: SimulatorUnderTest) -> None:
     """Links that overlap at home do not push each other apart."""
     with subject.build(PILE, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         sim.step(100)
-        expect_close(robot.home, robot.joint_positions, 1e-3, "joints 0.2 s after a start with overlapping links")
+        expect_close(
+            robot.home, robot.joint_positions, 1e-3, "joint positions 0.2 s after a start with overlapping links"
+        )
 
 
 @verifies("contacts")

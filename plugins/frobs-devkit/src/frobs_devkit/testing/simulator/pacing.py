@@ -34,10 +34,14 @@ def steps_wait_for_the_world(subject: SimulatorUnderTest) -> None:
             sim.step(10)
         took, passed, duration = time.monotonic() - start, float(sim.time[0]) - before, 200 * TIMESTEP
         expect(
-            took >= 0.95 * duration, f"steps of {duration} s returned after {took:.3f} s; they must wait for the world."
+            took >= 0.95 * duration,
+            f"steps of {duration} s returned after only {took:.3f} s; steps must wait for the world.",
         )
-        expect(passed >= duration - 1e-9, f"time advanced by {passed:.3f} s in steps of {duration} s.")
-        expect_close(took, passed, _SLACK, "advance of time, compared with the wall clock [s]")
+        expect(
+            passed >= duration - 1e-9,
+            f"the simulation's time advanced by only {passed:.3f} s in steps of {duration} s.",
+        )
+        expect_close(took, passed, _SLACK, "advance of the simulation's time, compared with the wall clock [s]")
 
 
 @verifies("real_time")
@@ -52,7 +56,8 @@ def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
         moved = float(np.abs(robot.joint_positions - before).max())
         expect(
             moved > 0.1,
-            f"the joints moved by {moved:.3f} in 0.3 s without a step, on the way to +0.5; the world waits for steps.",
+            f"the joints moved by only {moved:.3f} in 0.3 s without a step, on the way to a target at +0.5; the "
+            "world must not wait for steps.",
         )
 
 
@@ -70,8 +75,10 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
         sim.step(10)
         late, count = pacer.lateness - lateness, pacer.missed - missed
         least = pause - 2 * duration  # the previous step may have returned almost one duration too late
-        expect(late >= least, f"a step that was called {waited:.3f} s after the last adds {late:.3f} s to 'lateness'.")
-        expect(count >= least / duration, f"a step {late:.3f} s after its deadline adds {count} to 'missed'.")
+        expect(
+            late >= least, f"a step {waited:.3f} s after the previous step increases 'lateness' by only {late:.3f} s."
+        )
+        expect(count >= least / duration, f"a step {late:.3f} s after its deadline increases 'missed' by only {count}.")
         expect_close(before + (1 + count) * duration, sim.time[0], 1e-6, "time after a step that missed deadlines [s]")
         sim.reset()
         expect(not pacer.missed and not pacer.lateness, "a reset does not clear 'missed' and 'lateness'.")
@@ -85,7 +92,7 @@ def resets_drive_home(subject: SimulatorUnderTest) -> None:
         sim.step(500)
         away = np.abs(robot.joint_positions - robot.home)
         if away.max() < 0.5:
-            raise Inconclusive("the robot did not leave home")
+            raise Inconclusive("the robot did not move far enough away from its home position")
         least = float((away / robot.velocity_limit).max())
         start = time.monotonic()
         sim.reset()

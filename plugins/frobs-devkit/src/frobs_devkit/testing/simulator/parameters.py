@@ -115,8 +115,8 @@ def friction_shows(subject: SimulatorUnderTest) -> None:
                 slid[float(value)].append(float(distance))
     expect(
         min(slid[0.05]) > 0.1 and max(slid[1.0]) < 0.02,
-        f"4 N on a box of 1 kg for 0.4 s move it by {slid[0.05]} m if friction is 0.05, and by {slid[1.0]} m if it "
-        "is 1; about 0.28 m and no motion are expected.",
+        f"a force of 4 N for 0.4 s moves a box of 1 kg by {slid[0.05]} m with friction 0.05, and by {slid[1.0]} m "
+        "with friction 1; expected about 0.28 m and 0 m.",
     )
 
 
@@ -142,7 +142,7 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         sim.write_parameter("gravity", "", np.array([[0.0, 0.0, -9.81]]).repeat(n, axis=0))
         sim.bodies["pillar"].write_pose(np.array([[0.0, 0.0, 0.01]]).repeat(n, axis=0))
         sim.step(500)
-        expect_close(np.zeros(n), sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of the foot of a pillar [m]")
+        expect_close(np.zeros(n), sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of the lower end of a pillar [m]")
         upside_down = np.array([[0.0, 1.0, 0.0, 0.0]]).repeat(n, axis=0)
         heights = np.stack([np.zeros(n), np.zeros(n), 0.3 * values + 0.01], axis=-1)
         sim.bodies["pillar"].write_pose(heights, upside_down)
@@ -189,7 +189,12 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
             sim.step(40)
             ends.append(robot.joint_positions.copy())
     tolerance = subject.tolerance("randomize_mass", exact=1e-12)
-    expect_close(ends[0], ends[1], tolerance, "joint positions with a mass written once, and after others")
+    expect_close(
+        ends[0],
+        ends[1],
+        tolerance,
+        "joint positions with a mass that was written once, compared with a mass that was written after other masses",
+    )
 
 
 @verifies("randomize_gains")
@@ -203,7 +208,7 @@ def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
             values = sim.parameter(name, "robot")[:1] * factor
             sim.write_parameter(name, "robot", values, np.arange(n) == 0)
         sim.step(1500)
-        expect_close(told, robot.joint_positions, 1e-2, "joints that hold, after their gains changed [rad]")
+        expect_close(told, robot.joint_positions, 1e-2, "joint positions after the drive gains changed [rad]")
         if not subject.level("teleport"):
             return
         for restore in (False, True):
@@ -211,7 +216,9 @@ def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
                 sim.restore(sim.snapshot())
             sim.reset()
             sim.step(50)
-            expect_close(robot.home, robot.joint_positions, 1e-6, "joints after a reset with the new gains [rad]")
+            expect_close(
+                robot.home, robot.joint_positions, 1e-6, "joint positions after a reset with the new gains [rad]"
+            )
 
 
 @verifies("randomize_mass")

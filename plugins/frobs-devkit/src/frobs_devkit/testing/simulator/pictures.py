@@ -34,12 +34,15 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
         red = _red(drawn["rgb"])  # (h, w)
-        expect(red.any(), "no pixel is red, but a red box is in front of the camera.")
+        expect(red.any(), "no pixel of the image is red, although a red box is in front of the camera.")
         up, left = np.argwhere(red).mean(0)
         expect(
             up < 20 and left < 24, f"the red box is rendered at row {up:.0f}, column {left:.0f}, not at the upper left."
         )
-        expect(rolled.any(), "no pixel is red in the image of a camera whose up vector is the y axis.")
+        expect(
+            rolled.any(),
+            "no pixel of the image is red, although a red box is in front of a camera whose up vector is the y axis.",
+        )
         up, right = np.argwhere(rolled).mean(0)
         where = f"at row {up:.0f}, column {right:.0f}"
         expect(
@@ -71,7 +74,8 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
                 expect_array(fast, (n, *size, 3), np.uint8, "render(fast=True)")
                 for i in range(n):
                     expect(
-                        _red(fast[i]).any(), f"no pixel of a fast {size} image is red, but it should show a red box."
+                        _red(fast[i]).any(),
+                        f"no pixel of a fast {size} image is red, although a red box is in front of the camera.",
                     )
                     shown, wanted = (np.argwhere(_red(one[i])).mean(axis=0) for one in (fast, full))
                     what = f"row and column of a red box in a fast {size} image of environment {i}"
@@ -79,13 +83,19 @@ def fast_pictures_show_the_same(subject: SimulatorUnderTest) -> None:
             if subject.level("teleport"):
                 rows = [np.argwhere(_red(one))[:, 0].mean() for one in all_drawn]
                 lower = np.diff(rows) > 2.0  # each box is lower than the previous environment's box
-                expect(lower.all(), f"red boxes at different heights are rendered at the rows {rows}.")
+                expect(
+                    lower.all(),
+                    f"red boxes, each lower than the previous box, are rendered at the image rows {rows}, which must "
+                    "increase.",
+                )
             for mask in (np.arange(n) == n - 1, np.zeros(n, np.bool_)):
                 some = sim.render(mask, "front", _SIZE, fast=True)
                 expect_array(some, (int(mask.sum()), *_SIZE, 3), np.uint8, f"render of the mask {mask}")
                 for i, image in zip(np.flatnonzero(mask).tolist(), some, strict=True):
                     shown, wanted = (np.argwhere(_red(one)).mean(axis=0) for one in (image, all_drawn[i]))
-                    expect_close(wanted, shown, 2.0, f"row and column of a red box in environment {i}, rendered alone")
+                    expect_close(
+                        wanted, shown, 2.0, f"row and column of a red box in environment {i}, rendered with a mask"
+                    )
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error
 

@@ -24,7 +24,7 @@ from frobs_devkit.testing.simulator.subject import (
 def time_counts_steps(subject: SimulatorUnderTest) -> None:
     """``time`` equals the number of physics steps since the last reset, multiplied by ``physics_timestep``."""
     if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced; steps_wait_for_the_world checks its time")
+        raise NotApplicable("the simulator is paced; the check steps_wait_for_the_world tests its time")
     with subject.build() as (sim, _):
         expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
         sim.step(3)
@@ -66,13 +66,13 @@ def time_stands_between_steps(subject: SimulatorUnderTest) -> None:
         move(sim, robot, 2)
         before = state_of(sim, robot)
         time.sleep(0.05)
-        expect_same(before, state_of(sim, robot), "the state 50 ms later, without a step")
+        expect_same(before, state_of(sim, robot), "the state 50 ms after a step, without another step")
 
 
 @verifies("spawn")
 def spawning_is_seen(subject: SimulatorUnderTest) -> None:
     """Bodies can be added to a running simulation."""
-    raise Inconclusive("the simulation contract does not support this yet")
+    raise Inconclusive("the simulation contract does not yet support adding bodies to a running simulation")
 
 
 @verifies("teleport")
@@ -96,15 +96,17 @@ def _expect_contained(subject: SimulatorUnderTest, speed: float, expected: dict[
         sim.step(40)
         found = state_of(sim, robot)
         for name in expected:
-            expect_same(expected[name][1:], found[name][1:], f"{name} of the others while environment 0 diverges")
+            expect_same(
+                expected[name][1:], found[name][1:], f"{name} of the other environments while environment 0 diverges"
+            )
         diverged = sim.diverged
         told = diverged is not None and bool(diverged[0])
         sound = np.isfinite(found["positions"][0]).all() and np.abs(found["positions"][0]).max() < 1e6
         expect(told or sound, f"environment 0 diverged to {found['positions'][0]}, but 'diverged' does not report it.")
-        expect(diverged is None or not diverged[1:].any(), "'diverged' reports environments that are intact.")
+        expect(diverged is None or not diverged[1:].any(), "'diverged' reports environments that did not diverge.")
         sim.reset(first)
         expect(sim.diverged is None or not sim.diverged.any(), "'diverged' is not cleared by the reset.")
-        expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joints of environment 0 after its reset")
+        expect_close(robot.home[0], robot.joint_positions[0], 1e-9, "joint positions of environment 0 after its reset")
 
 
 def close_twice(subject: SimulatorUnderTest) -> None:

@@ -44,13 +44,13 @@ def joints_are_placed(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> None:
-    """A floating base keeps a written twist and falls as gravity predicts, and a fixed base rejects a twist."""
+    """A floating base keeps a written twist and falls under gravity, and a fixed base rejects a twist."""
     with subject.build(FLOATING, pose=TILTED, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
         robot.write_base_twist(linear, angular)
         for name, wanted, found in zip(("lin", "ang"), (linear, angular), robot.base_twist, strict=True):
-            expect_close(wanted, found, 1e-9, f"written {name}_vel_world of the base")
+            expect_close(wanted, found, 1e-9, f"{name}_vel_world of the base after it was written")
         robot.write_base_twist(linear, np.zeros((n, 3)))
         before = robot.base_pose[0].copy()
         sim.step(1)

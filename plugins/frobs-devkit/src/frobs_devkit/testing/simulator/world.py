@@ -34,7 +34,9 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
         mask = np.arange(n) == 0
         ball.write_pose(np.array([[0.5, 0.6, 0.7]]), mask=mask)
         expect_close(np.array([0.5, 0.6, 0.7]), ball.pose[0][0], 1e-9, "the ball's written position [m]")
-        expect_close(np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz, which was not written")
+        expect_close(
+            np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz of a body after only its position was written"
+        )
         expect_close(np.zeros(3), ball.twist[0][0], 0.0, "lin_vel_world of the moved ball")
         expect_close(falling[1:], ball.twist[0][1:], 0.0, "lin_vel_world of the other balls")
         turned = _QUARTER_TURN.repeat(n, axis=0)
@@ -56,15 +58,22 @@ def rays_measure(subject: SimulatorUnderTest) -> None:
         origins = np.tile([0.0, 0.0, 1.0], (n, 5, 1))
         expected = np.array([1.9, 2.95, 10.0, 1.0, 1.9 / 0.8])
         found = sim.rays(origins, np.tile(directions, (n, 1, 1)), 10.0)
-        expect_close(np.tile(expected, (n, 1)), found, tolerance, "rays to wall, bar, nothing, floor, slanted wall [m]")
+        expect_close(
+            np.tile(expected, (n, 1)),
+            found,
+            tolerance,
+            "lengths of rays to a wall, a bar, nothing, the floor and a slanted wall [m]",
+        )
         if subject.level("teleport"):
             y = -3.0 - 0.5 * np.arange(n)
             places = np.stack([np.zeros(n), y, np.ones(n)], axis=-1)
             sim.bodies["bar"].write_pose(places, np.repeat(_QUARTER_TURN, n, axis=0))
             found = sim.rays(origins[:, :1], np.tile(directions[1:2], (n, 1, 1)), 10.0)
-            expect_close(-y[:, None] - 0.5, found, tolerance, "rays to the bar, moved and rotated towards them [m]")
+            expect_close(
+                -y[:, None] - 0.5, found, tolerance, "lengths of rays to the bar after it was moved and rotated [m]"
+            )
         found = sim.rays(origins[:, :1], np.tile(directions[:1], (n, 1, 1)), 1.0)
-        expect_close(np.ones((n, 1)), found, 0.0, "a ray whose max_range ends before the wall [m]")
+        expect_close(np.ones((n, 1)), found, 0.0, "length of a ray whose max_range ends before the wall [m]")
 
 
 @verifies("rays")
@@ -81,11 +90,17 @@ def lidars_measure(subject: SimulatorUnderTest) -> None:
             robot.write_base_pose(np.array([[0.0, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
             found = robot.lidar("scan")
             expect_close(
-                np.tile([1.9, 6.0, 6.0], (n, 1)), found, tolerance, "lidar of a robot rotated to the left: wall"
+                np.tile([1.9, 6.0, 6.0], (n, 1)),
+                found,
+                tolerance,
+                "lidar readings of a robot that was rotated to the left [m]",
             )
             robot.write_base_pose(np.array([[1.8, 0.0, 0.05]]).repeat(n, axis=0), _QUARTER_TURN.repeat(n, axis=0))
             expect_close(
-                np.full(n, 0.2), robot.lidar("scan")[:, 0], tolerance, "lidar of objects closer than range_min"
+                np.full(n, 0.2),
+                robot.lidar("scan")[:, 0],
+                tolerance,
+                "lidar readings of objects closer than range_min [m]",
             )
         with expect_raises(UnknownNameError, "lidar('no_such_lidar')"):
             robot.lidar("no_such_lidar")
@@ -102,14 +117,19 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
         n = sim.num_envs
         sim.step(400)
         for name in contacts:
-            expect(sim.contact(name).all(), f"contact('{name}') is {sim.contact(name)} for a ball on the floor.")
+            expect(
+                sim.contact(name).all(),
+                f"contact('{name}') is {sim.contact(name)} for a ball on the floor; expected True.",
+            )
         expect_close(np.full(n, 0.5 * 9.81), sim.contact_force("landed"), 1.0, "contact_force of the ball's weight [N]")
         if subject.level("wrench"):
             lifted = np.arange(n) == 0
             sim.apply_wrench("ball", np.array([[0.0, 0.0, 60.0]]), np.zeros((1, 3)), lifted)
             sim.step(40)
             expect(sim.bodies["ball"].pose[0][0, 2] > 0.1, "the wrench did not lift the ball.")
-            expect(sim.contact("landed")[0], "a contact at the beginning of a step is not reported at its end.")
+            expect(
+                sim.contact("landed")[0], "a contact at the beginning of a step is not reported at the end of the step."
+            )
             sim.step(5)
             told = sim.contact("landed")
             expect(not told[0], "a contact is reported for a ball in the air.")
@@ -183,7 +203,8 @@ def depth_is_in_metres(subject: SimulatorUnderTest) -> None:
             plain, marked = (sim.render(None, "world", (48, 64), markers=m)[0, 24, 32].astype(int) for m in ((), red))
             expect(
                 marked[0] - marked[2] > plain[0] - plain[2] + 50,
-                f"a red marker in front of the wall is not visible: the pixel is {marked}, and {plain} without it.",
+                f"a red marker in front of the wall is not visible: the pixel is {marked} with the marker and "
+                f"{plain} without the marker.",
             )
         except RenderingUnavailableError as error:
             raise Inconclusive(str(error)) from error

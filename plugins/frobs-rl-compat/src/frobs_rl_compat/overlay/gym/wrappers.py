@@ -1,4 +1,4 @@
-"""Gymnasium's wrappers under the same names, but with old gym's API."""
+"""Gymnasium's wrappers under the same names, but with the old gym API."""
 
 from collections.abc import Callable
 from functools import partial

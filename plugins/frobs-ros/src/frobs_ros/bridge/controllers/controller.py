@@ -48,7 +48,7 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """Handle of the robot. Rebuilding the simulation replaces the handle."""
+        """Handle of the robot, which changes whenever the simulation is rebuilt."""
         assert self.model.robot is not None
         return self.model.robot
 
@@ -60,7 +60,7 @@ class Controller(Component):
             ConfigurationError: The list is empty, or a joint does not provide the controller's interface.
         """
         if not joints:
-            raise ControllerError(self.topic, "has no joints.")
+            raise ControllerError(self.topic, "the list of joints is empty; set at least one joint.")
         for name in joints:
             if name not in self.model.joints:
                 raise UnknownNameError(f"actuated joint of '{self.model.name}'", name, self.model.joints)
@@ -69,8 +69,8 @@ class Controller(Component):
                 driven = "has no transmission" if offered is None else f"has only {INTERFACES[offered]}"
                 raise ControllerError(
                     self.topic,
-                    f"requires {INTERFACES[self.interface or CommandMode.EFFORT]} of joint "
-                    f"'{name}', which {driven}; check its <transmission>.",
+                    f"the joint interface {INTERFACES[self.interface or CommandMode.EFFORT]} is required, but joint "
+                    f"'{name}' {driven}; check the joint's <transmission>.",
                 )
         self.joints = tuple(joints)
         self.columns = np.array([self.model.joints[name] for name in joints], np.intp)

@@ -33,7 +33,7 @@ class DiffDriveController(Driving, Controller):
         self.claim([*left, *right])
         for name in ("wheel_separation", "wheel_radius"):
             if not float(parameters.get(name, 0.0)) > 0.0:
-                raise ControllerError(topic, f"requires the parameter {name} [m], above 0.")
+                raise ControllerError(topic, f"the parameter {name} [m] is required and must be above 0.")
         linear, angular = (parameters.get(a, {}).get(b, {}) for a, b in (("linear", "x"), ("angular", "z")))
         driver = Driver(
             model,

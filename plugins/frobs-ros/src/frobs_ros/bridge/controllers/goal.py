@@ -52,11 +52,14 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
     missing = [name for name in joints if name not in names]
     if (missing and not partial) or len(set(names)) != len(names):
         raise TrajectoryError(
-            f"the trajectory names the joints {', '.join(names)}; this controller has {', '.join(joints)}."
+            f"the trajectory names the joints {', '.join(names)}, but the controller has the joints "
+            f"{', '.join(joints)}; name each joint once."
         )
     times = np.array([point.time_from_start.to_sec() for point in trajectory.points])
     if (np.diff(times) <= 0.0).any() or times[0] < 0.0:
-        raise TrajectoryError(f"the times of the points must increase: {times.tolist()}.")
+        raise TrajectoryError(
+            f"the times of the trajectory points are {times.tolist()}; they must be at least 0 and increasing."
+        )
     columns = [list(joints).index(name) for name in names]
     stamp = trajectory.header.stamp.to_sec()
 
@@ -65,7 +68,7 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
         if not any(rows):
             return None
         if any(len(row) != len(names) for row in rows) or not np.isfinite(rows).all():
-            raise TrajectoryError(f"the points' {field} must be one finite number for each joint.")
+            raise TrajectoryError(f"each trajectory point must have one finite number per joint in '{field}'.")
         found = np.repeat(rest[None], len(rows), axis=0)
         found[:, columns] = rows
         return found

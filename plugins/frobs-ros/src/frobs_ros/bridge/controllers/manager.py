@@ -65,14 +65,14 @@ class ControllerManager(Component):
             UnknownNameError: The controller type or a joint does not exist.
         """
         if name in self.controllers:
-            raise ControllerError(name, "is loaded already.")
+            raise ControllerError(name, "the controller is already loaded.")
         topic = f"{self._namespace}/{name}"
         parameters = self._find_parameters(topic)
         kind = parameters.get("type") if isinstance(parameters, Mapping) else None
         if not isinstance(parameters, Mapping) or not kind:
             raise ControllerError(
                 name,
-                f"is unknown: the parameter {topic}/type is not set; load its YAML file into the namespace "
+                f"the parameter {topic}/type is not set; load the controller's YAML file into the namespace "
                 f"'{self._namespace or '/'}' first.",
             )
         if kind not in TYPES:
@@ -90,7 +90,7 @@ class ControllerManager(Component):
         if name not in self.controllers:
             raise UnknownNameError("loaded controller", name, self.controllers)
         if self._states[name] == "running":
-            raise ControllerError(name, "is running; stop it first.")
+            raise ControllerError(name, "a running controller cannot be unloaded; stop it first.")
         self.controllers.pop(name).close()
         del self._types[name], self._states[name]
 
@@ -117,7 +117,8 @@ class ControllerManager(Component):
             for joint in self.controllers[name].joints:
                 if joint in owners:
                     raise ControllerError(
-                        name, f"and '{owners[joint]}' both claim the joint '{joint}'; stop one of them."
+                        name,
+                        f"the joint '{joint}' is also claimed by controller '{owners[joint]}'; stop one of them.",
                     )
                 owners[joint] = name
         for name in dict.fromkeys(ending):
@@ -138,7 +139,7 @@ class ControllerManager(Component):
         return min(found, default=None)
 
     def due_ns(self) -> int | None:
-        """Return the time at which a running controller publishes next [ns], or None if no controller publishes."""
+        """Return the next time at which a running controller publishes [ns], or None if no controller publishes."""
         return min((due for controller in self.running if (due := controller.due_ns()) is not None), default=None)
 
     def publish(self, world: World) -> None:
@@ -174,11 +175,11 @@ class ControllerManager(Component):
         if name not in self.controllers:
             if strict:
                 raise UnknownNameError("loaded controller", name, self.controllers)
-            LOG.warning("switch_controller: ignored controller '%s', which is not loaded", name)
+            LOG.warning("switch_controller: controller '%s' is ignored because it is not loaded", name)
             return False
         fits = self._states[name] == state if state else self._states[name] != "running"
         if not fits and strict:
-            raise ControllerError(name, f"{complaint}; nothing was switched.")
+            raise ControllerError(name, f"the controller {complaint}; no controller was started or stopped.")
         return fits
 
     def _switch(self, request: Any) -> None:
@@ -186,7 +187,9 @@ class ControllerManager(Component):
 
     def _reload(self, force: bool) -> None:
         if self.running and not force:
-            raise ConfigurationError("controllers are running; stop them first, or set force_kill.")
+            raise ConfigurationError(
+                "the controllers cannot be reloaded while they are running; stop them first, or set force_kill."
+            )
         self.switch([], [name for name, state in self._states.items() if state == "running"], strict=False)
         for name in list(self.controllers):
             self.unload(name)

@@ -28,7 +28,7 @@ class Pid:
         rows = []
         for given in parameters:
             if not isinstance(given, Mapping) or "p" not in given:
-                raise ConfigurationError(f"{where} has no gains; set p, i and d for each joint.")
+                raise ConfigurationError(f"{where} has no PID gains; set p, i and d for each joint.")
             try:
                 clamp = abs(float(given.get("i_clamp", given.get("i_max", 0.0))))
                 rows.append([*(float(given.get(name, 0.0)) for name in "pid"), clamp])

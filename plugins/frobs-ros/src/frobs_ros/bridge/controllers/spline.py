@@ -34,7 +34,7 @@ class Spline:
             coefficients[3] = (2.0 * (p0 - p1) / spans + v0 + v1) / spans**2
         else:
             v0, v1, a0, a1 = velocities[:-1], velocities[1:], accelerations[:-1], accelerations[1:]
-            # Position, velocity and acceleration at the end, minus the values for constant acceleration a0.
+            # Final position, velocity and acceleration, minus their values for a constant acceleration a0.
             d = p1 - p0 - v0 * spans - 0.5 * a0 * spans**2
             dv, da = v1 - v0 - a0 * spans, a1 - a0
             coefficients[1], coefficients[2] = v0, 0.5 * a0

@@ -71,7 +71,7 @@ class TrajectoryController(Controller):
     def _take(self, trajectory: Any) -> None:
         """Accept a trajectory from the topic. A trajectory without points stops the robot. Called in a rospy thread."""
         if not self._runs:
-            LOG.error("%s/command: the controller is not running; the trajectory is ignored", self.topic)
+            LOG.error("%s/command: the trajectory is ignored because the controller is not running", self.topic)
             return
         try:
             points = read_points(trajectory, self.joints, self._held, self._partial) if trajectory.points else None
@@ -99,7 +99,7 @@ class TrajectoryController(Controller):
                 code = Result.INVALID_JOINTS if names_joints else Result.INVALID_GOAL
             else:
                 if points.start is not None and points.start + points.times[-1] < self._now:
-                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory is in the past"
+                    code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory ends in the past"
         if text:
             LOG.error("%s/follow_joint_trajectory: %s", self.topic, text)
             handle.set_rejected(Result(error_code=code, error_string=text), text)
@@ -130,7 +130,7 @@ class TrajectoryController(Controller):
         super().stop(world)
 
     def most_steps(self, world: World) -> int | None:
-        """Return 1 with a PID controller, which requires the state in each physics step, and None otherwise."""
+        """Return 1 if a PID controller requires the state in each physics step, and None otherwise."""
         return None if self._pid is None else 1
 
     def before(self, world: World, steps: int) -> None:
@@ -147,7 +147,8 @@ class TrajectoryController(Controller):
         self._desired = positions[-1], velocities[-1], accelerations[-1]
         if self._pid is None:
             stiffness, damping = (gain[0, self.columns] for gain in self.robot.drive_gains())
-            # The drive law contains the damping term Kd·q̇. Adding Kd/Kp·v to the target turns the term into Kd·(q̇ − v).
+            # The drive law contains the damping term Kd·q̇. Adding Kd/Kp·v to the target turns this term into
+            # Kd·(q̇ − v).
             ahead = np.divide(damping, stiffness, out=np.zeros_like(damping), where=stiffness > 0.0)
             self.model.drive.look_ahead(self.columns, positions + ahead * velocities)
         else:
@@ -186,7 +187,7 @@ class TrajectoryController(Controller):
         times = start + points.times
         later = times > now
         if not later.any():
-            LOG.error("%s: the trajectory is in the past", self.topic)
+            LOG.error("%s: the trajectory is ignored because it ends in the past", self.topic)
             return
         here = self._spline.sample(np.array([now]))
 

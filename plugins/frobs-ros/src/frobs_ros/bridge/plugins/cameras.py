@@ -51,11 +51,13 @@ class CameraTopics(Component):
 
         sensor = plugin.sensor
         if sensor is None or not sensor.is_camera:
-            raise GazeboElementError(f"the plugin '{plugin.name}'", "must be in a <sensor> with a <camera>.")
+            raise GazeboElementError(
+                f"the plugin '{plugin.name}'", "the plugin must be inside a <sensor> that has a <camera>."
+            )
         for name in _DISTORTION:
             if plugin.number(name, default=0.0):
                 raise GazeboElementError(
-                    f"the plugin '{plugin.name}'", f"{name} is not 0, but distortion is not supported."
+                    f"the plugin '{plugin.name}'", f"lens distortion is not supported; set <{name}> to 0."
                 )
         rates = [rate for rate in (sensor.rate, plugin.number("updateRate", default=0.0)) if rate > 0.0]
         super().__init__(min(rates, default=_USUAL_RATE))

@@ -37,7 +37,9 @@ class BumperTopic(Component):
         from gazebo_msgs.msg import ContactsState
 
         if plugin.sensor is None or plugin.sensor.kind != "contact":
-            raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="contact">.')
+            raise GazeboElementError(
+                f"the plugin '{plugin.name}'", 'the plugin must be inside a <sensor type="contact">.'
+            )
         if plugin.sensor.link not in model.links:
             what = f"link of '{model.name}' for the plugin '{plugin.name}'"
             raise UnknownNameError(what, plugin.sensor.link, model.links)

@@ -109,7 +109,7 @@ def _base(
     if not (separation > 0.0 and radius > 0.0):
         raise GazeboElementError(
             f"the plugin '{plugin.name}'",
-            f"the wheels' separation {separation} m and radius {radius} m must be above 0.",
+            f"the wheel separation is {separation} m and the wheel radius is {radius} m; both must be above 0.",
         )
     return Base(
         left=(model.joints[joints[0]],),

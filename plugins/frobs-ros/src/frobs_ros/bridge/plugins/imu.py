@@ -108,7 +108,7 @@ def read_imu_sensor(plugin: Plugin, model: Model, space: str) -> tuple[Mount, Im
     """
     sensor = plugin.sensor
     if sensor is None:
-        raise GazeboElementError(f"the plugin '{plugin.name}'", 'must be in a <sensor type="imu">.')
+        raise GazeboElementError(f"the plugin '{plugin.name}'", 'the plugin must be inside a <sensor type="imu">.')
     rates = [rate for rate in (sensor.rate, plugin.number("updateRateHZ", default=1.0)) if rate > 0.0]
     return _mount(plugin, model, sensor.link, sensor.place), ImuSettings(
         topic=topic(space, plugin.text("topicName", default="imu_data")),

@@ -53,7 +53,7 @@ def _describe(text: str, paths: tuple[str, ...]) -> Description:
         root = open_sdf(text, Path(folder, "spawned.sdf"))
         models = list(root.children("model"))
         if len(models) != 1 or root.child("world") is not None:
-            root.refuse(f"contains {len(models)} models; it must contain exactly one, and no world.")
+            root.refuse(f"the SDF file contains {len(models)} models; it must contain exactly one model and no world.")
         return describe_model(models[0])
 
 
@@ -67,10 +67,12 @@ def describe_model(model: Element, static: bool | None = None) -> Description:
     check(model, ("pose", "static", "self_collide", "link", "joint", "plugin"), passed_over)
     links = {element.required("name"): _link(element) for element in model.children("link")}
     if not links:
-        model.refuse("has no <link>.")
+        model.refuse("the model has no <link>; it must contain at least one.")
     if not says(model, "gravity", True):
         LOG.warning(
-            "%s: ignored <gravity>, which SDF supports only in a <link>; the model falls, as in Gazebo", model.named()
+            "%s: <gravity> is ignored because SDF supports it only in a <link>; gravity acts on the model, as in "
+            "Gazebo",
+            model.named(),
         )
     is_static = says(model, "static") if static is None else static
     description = _standing(links, model) if is_static else _moving(links, model)
@@ -128,13 +130,13 @@ def _standing(links: dict[str, SdfLink], model: Element) -> Description:
 def _moving(links: dict[str, SdfLink], model: Element) -> Description:
     for name, link in links.items():
         if any(shape.is_ground for shape in link.collisions):
-            link.element.refuse(f"the link '{name}' moves and has a plane; only static models can have one.")
+            link.element.refuse(f"the link '{name}' has a plane, but only links of static models can have planes.")
     urdf, offsets, fixed = write_urdf(links, model)
     file = model.file
     try:
         read = read_urdf(parse_xml(urdf, file, expanded=True), file, packages_of(file))
     except ModelFileError as error:
-        model.refuse(f"cannot be a robot: {error.reason}")
+        model.refuse(f"the model cannot be converted to a robot: {error.reason}")
     elements = _elements(links, model)
     friction = {name: max(given) for name, link in links.items() if (given := _frictions(link))}
     robot = Robot(

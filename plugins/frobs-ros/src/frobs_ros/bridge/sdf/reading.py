@@ -33,7 +33,7 @@ def check(element: Element, read: Iterable[str], passed_over: Iterable[str] = ()
         if child.tag not in known and ":" not in child.tag and not child.tag.startswith("{"):
             close = nearest(child.tag, sorted(known))
             hint = f" Did you mean <{close}>?" if close else ""
-            child.refuse(f"the bridge does not support <{child.tag}> in {element.named()}.{hint} Remove it.")
+            child.refuse(f"the bridge does not support <{child.tag}> in {element.named()}; remove the element.{hint}")
 
 
 def text_of(element: Element, path: str, default: str = "") -> str:
@@ -51,9 +51,9 @@ def numbers_of(element: Element, path: str, default: str) -> list[float]:
     try:
         values = [float(word) for word in text.split()]
     except ValueError:
-        element.refuse(f"<{path}> is '{text}', which is not a list of numbers.")
+        element.refuse(f"expected a list of numbers in <{path}>, got '{text}'.")
     if len(values) != len(default.split()) or not all(map(math.isfinite, values)):
-        element.refuse(f"<{path}> is '{text}'; it must be {len(default.split())} finite numbers.")
+        element.refuse(f"expected {len(default.split())} finite numbers in <{path}>, got '{text}'.")
     return values
 
 
@@ -67,7 +67,7 @@ def number_of(element: Element, path: str, default: float) -> float:
     try:
         value = float(text) if text else default
     except ValueError:
-        element.refuse(f"<{path}> is '{text}', which is not a number.")
+        element.refuse(f"expected a number in <{path}>, got '{text}'.")
     return value if not math.isnan(value) else element.refuse(f"<{path}> is nan.")
 
 
@@ -90,7 +90,7 @@ def place_of(element: Element) -> Place:
         if pose.get(attribute, "").strip():
             pose.refuse(
                 f"the attribute {attribute}='{pose.get(attribute)}' is not supported; write the pose relative to the "
-                "parent."
+                "parent element."
             )
     x, y, z, roll, pitch, yaw = numbers_of(element, "pose", "0 0 0 0 0 0")
     return Place(np.array([x, y, z]), quat_from_rpy((roll, pitch, yaw)))
@@ -103,7 +103,7 @@ def find_model(uri: str, element: Element) -> Path:
         ModelFileError: The file does not exist, or the URI does not begin with ``model://``.
     """
     if not uri.startswith("model://"):
-        element.refuse(f"'{uri}': only model://NAME can be included; nothing is downloaded.")
+        element.refuse(f"the URI '{uri}' is not supported; use model://NAME for a model on this machine.")
     name = uri.removeprefix("model://").strip("/")
     own = _MODELS.expanduser() / name
     folder = own if own.is_dir() else None
@@ -112,7 +112,7 @@ def find_model(uri: str, element: Element) -> Path:
     except ModelFileError as error:
         if folder is None:
             element.refuse(
-                f"the model '{name}' is not found; add the folder that contains the folder '{name}' to "
+                f"the model '{name}' was not found; add the parent folder of the folder '{name}' to "
                 f"GAZEBO_MODEL_PATH. {error.reason}"
             )
     config = folder / "model.config"
@@ -134,7 +134,7 @@ def open_sdf(text: bytes | str, file: Path) -> Element:
     """
     root = parse_xml(text, file)
     if root.tag != "sdf":
-        root.refuse("the first element must be <sdf>.")
+        root.refuse("the root element of an SDF file must be <sdf>.")
     check(root, ("model", "world", "light"))
     return root
 

@@ -71,7 +71,7 @@ def _shape(element: Element, friction: float | None = None, rgba: tuple[float, f
     holder = element.child("geometry")
     shapes = [] if holder is None else list(holder.children())
     if len(shapes) != 1:
-        element.refuse("must have one <geometry> with one shape.")
+        element.refuse("the element must contain one <geometry> with exactly one shape.")
     form = shapes[0]
     if form.tag not in _SHAPES:
         form.refuse(f"the shape <{form.tag}> is not supported; supported shapes: {', '.join(_SHAPES)}.")
@@ -80,7 +80,9 @@ def _shape(element: Element, friction: float | None = None, rgba: tuple[float, f
     if form.tag == "plane":
         normal = np.array(numbers_of(form, "normal", "0 0 1"))
         if not np.allclose(normal, (0.0, 0.0, 1.0)):
-            form.refuse(f"a plane's normal is {normal.tolist()}; it must be 0 0 1; rotate the plane by its pose.")
+            form.refuse(
+                f"the plane has the normal {normal.tolist()}, but it must be 0 0 1; rotate the plane with <pose>."
+            )
         x, y = numbers_of(form, "size", "100 100")
         below = Place(np.array([0.0, 0.0, -_THICKNESS / 2.0]), np.array([1.0, 0.0, 0.0, 0.0]))
         return Shape(name, Box((x, y, _THICKNESS)), below.after(place), rgba, friction, is_ground=True)
@@ -106,4 +108,4 @@ def _geometry(form: Element) -> Geometry:
 
 
 def _positive(form: Element, number: float) -> float:
-    return number if number > 0.0 else form.refuse(f"sizes must be above 0, not {number:g}.")
+    return number if number > 0.0 else form.refuse(f"expected a size above 0, got {number:g}.")

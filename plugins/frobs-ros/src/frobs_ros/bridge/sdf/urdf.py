@@ -41,15 +41,18 @@ def write_urdf(links: Mapping[str, SdfLink], model: Element) -> tuple[str, dict[
     for joint in holds:
         if joint.get("type") != "fixed":
             joint.refuse(
-                "a joint to the world must be fixed; add a base link to the model, and attach the joint to it."
+                "a joint to the world must be fixed; for a moving joint, add a base link to the model and attach the "
+                "joint to this link."
             )
-    # URDF link frames are at the joints. The root link uses the model frame, so that both have the same pose.
+    # URDF link frames are at the joints. The root link uses the model frame, so its pose is the model's pose.
     frames = dict.fromkeys(links, WORLD)
     for joint in moving:
         child = text_of(joint, "child")
         for tag in ("parent", "child"):
             if text_of(joint, tag) not in links:
-                joint.refuse(f"its {tag} '{text_of(joint, tag)}' is not a link of the model: {', '.join(links)}.")
+                joint.refuse(
+                    f"the {tag} link '{text_of(joint, tag)}' is not in the model; existing links: {', '.join(links)}."
+                )
         frames[child] = place_of(joint).after(links[child].place)
     robot = PlainElement("robot", {"name": model.required("name")})
     offsets = {name: link.place.seen_from(frames[name]) for name, link in links.items()}

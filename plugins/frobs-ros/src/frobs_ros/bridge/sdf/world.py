@@ -46,7 +46,7 @@ def read_world(file: Path) -> WorldFile:
     root = open_sdf(read_bytes(file), file)
     world = root.child("world")
     if world is None:
-        root.refuse("contains no <world>.")
+        root.refuse("the SDF file contains no <world>.")
     check(world, ("include", "model", "light", "physics", "gravity", "plugin"), _PASSED_OVER)
     read = WorldFile()
     x, y, z = numbers_of(world, "gravity", "0 0 -9.8")
@@ -80,7 +80,7 @@ def _include(read: WorldFile, include: Element) -> None:
     file = find_model(uri, include)
     model = open_sdf(read_bytes(file), file).child("model")
     if model is None:
-        include.refuse(f"{file} contains no <model>.")
+        include.refuse(f"the included file {file} contains no <model>.")
     static = says(include, "static") if include.child("static") is not None else None
     place = place_of(include) if include.child("pose") is not None else None
     _add(read, model, text_of(include, "name") or model.required("name"), static, place)
@@ -88,7 +88,7 @@ def _include(read: WorldFile, include: Element) -> None:
 
 def _add(read: WorldFile, model: Element, name: str, static: bool | None, place: Place | None) -> None:
     if name in read.models:
-        model.refuse(f"there is already a model '{name}' in this world.")
+        model.refuse(f"the world already contains a model named '{name}'; rename one of the two models.")
     if _is_ground(model):
         read.floor = True
         return

@@ -75,8 +75,8 @@ def set_link_state(bridge: Bridge, state: Any) -> dict[str, Any]:
         return failed(f"SetLinkState: link [{state.link_name}] does not exist. {error}")
     if link != model.links[0]:
         return failed(
-            f"SetLinkState: '{link}' is moved by joints of '{model.name}'; set the state of its root link "
-            f"'{model.links[0]}', or move the joints with set_model_configuration"
+            f"SetLinkState: the pose of link '{link}' depends on the joints of model '{model.name}'; set the state of "
+            f"the root link '{model.links[0]}', or move the joints with set_model_configuration"
         )
     try:
         frame = bridge.world.frame(state.reference_frame)
@@ -117,7 +117,7 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
         return failed(str(found["status_message"]).replace("Get", "Set"))
     model, name = bridge.world.find_link(request.link_name)
     if "mass" not in found:
-        return failed(f"SetLinkProperties: '{name}' has no mass or is static")
+        return failed(f"SetLinkProperties: link '{name}' is static or has no mass, so its properties cannot be set")
     if not request.mass > 0.0:
         return failed(f"SetLinkProperties: the mass is {request.mass} kg; it must be above 0")
     scale = request.mass / found["mass"]
@@ -126,8 +126,8 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     kept = np.array([found[key] for key in _INERTIA])
     if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
         return failed(
-            "SetLinkProperties: nothing was set. Only the mass can be changed, which scales the inertia: "
-            "set com, gravity_mode and inertia to the values of get_link_properties"
+            "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia scales "
+            "with the mass: set com, gravity_mode and inertia to the values that get_link_properties returns"
         )
     bridge.world.write_parameter("mass", f"{model.key}/{name}", np.array([request.mass]))
     return done("SetLinkProperties: properties set")
@@ -140,7 +140,7 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
     except UnknownNameError as error:
         return failed(f"ApplyBodyWrench: body [{request.body_name}] does not exist. {error}")
     if model.is_static:
-        return failed(f"ApplyBodyWrench: '{model.name}' is static, so forces have no effect")
+        return failed(f"ApplyBodyWrench: model '{model.name}' is static, so forces have no effect")
     try:
         frame, _ = world.frame(request.reference_frame)
     except UnknownNameError as error:

@@ -54,7 +54,7 @@ def offer_light_services(offers: Offers, names: Sequence[str]) -> None:
         if request.light_name not in lights:
             return failed("Requested light not found")
         lights[request.light_name] = request
-        return done("SetLightProperties: stored; lights have no effect in the bridge")
+        return done("SetLightProperties: the properties were stored, but lights have no effect in the bridge")
 
     def delete(request: Any) -> dict[str, Any]:
         if lights.pop(request.light_name, None) is None:
