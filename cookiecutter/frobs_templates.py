@@ -1,6 +1,6 @@
 """Functions that create the scaffold's files from the files in ``templates/`` and ``partials/``.
 
-This Jinja extension is used by cookiecutter and by ``frobs new``. It needs frobs-devkit only to read a robot's file.
+Both cookiecutter and ``frobs new`` use this Jinja extension. It needs frobs-devkit only to read a robot's model file.
 """
 
 from __future__ import annotations
@@ -34,11 +34,13 @@ def renamed(text: str, old: str, new: str) -> str:
 
 
 def plain(name: str, *names: str) -> str:
-    """Return a renamed file of ``templates/`` without the self-check at its end, which the plugin's tests replace.
+    """Return a file from ``templates/`` with the given names replaced.
+
+    The self-check at the end of the file is removed, because the plugin has tests instead.
 
     Args:
         name: Name of the file.
-        *names: Old name, new name, old name, new name, …
+        *names: Pairs of names: each old name is followed by its new name.
     """
     text = (_HERE.parent / "templates" / name).read_text("utf-8")
     check = '\n\nif __name__ == "__main__":'
@@ -51,7 +53,7 @@ def plain(name: str, *names: str) -> str:
 
 
 def algorithm(name: str) -> str:
-    """Return ``templates/algorithm.py`` under another name, without its record, which is in ``plugin.py``."""
+    """Return ``templates/algorithm.py`` renamed and without the algorithm's record, which is in ``plugin.py``."""
     text = (_HERE.parent / "templates" / "algorithm.py").read_text("utf-8").partition("\n\n\n@hookimpl")[0] + "\n"
     for line in ("from frobs_core.hookspecs import hookimpl\n", "from frobs_core.specs import AlgorithmRecord\n"):
         text = text.replace(line, "")
@@ -61,7 +63,7 @@ def algorithm(name: str) -> str:
 
 
 def paced_simulator(name: str) -> str:
-    """Return ``templates/my_paced_simulator.py`` under another name, without its record, which is in ``plugin.py``."""
+    """Return ``templates/my_paced_simulator.py`` renamed and without its record, which is in ``plugin.py``."""
     text = plain("my_paced_simulator.py")
     for line in ("from frobs_core.capabilities import Level\n", "from frobs_core.specs import SimulatorRecord\n"):
         text = text.replace(line, "")
@@ -84,8 +86,8 @@ def partial(context: Context, name: str, **values: Any) -> str:
 
 @pass_context
 def robot_file(context: Context) -> Any:
-    """Return the data from the robot file that the answers specify."""
-    from frobs_devkit.scaffold.robot_file import facts_for  # only needed for a robot's file
+    """Return the data from the robot's model file that the answers specify."""
+    from frobs_devkit.scaffold.robot_file import facts_for  # needed only for a robot's model file
 
     return facts_for(context["cookiecutter"])
 
@@ -112,7 +114,7 @@ class Templates(Extension):
 
 
 def repr_double(value: Any) -> str:
-    """Return a value as Python code in ruff's format: strings in double quotes."""
+    """Return a value as Python code in ruff's format, with double quotes around strings."""
     if not isinstance(value, str):
         return repr(value)
     escaped = value.replace("\\", "\\\\").replace('"', '\\"')

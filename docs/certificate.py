@@ -1,7 +1,7 @@
-"""Measure the certificate of the documentation anew: ``python docs/certificate.py RUN [SIMULATOR…]``.
+"""Measure the certificate in the documentation again: ``python docs/certificate.py RUN [SIMULATOR…]``.
 
 RUN is a run of frobs/Irb120Reach-v0. Writes ``docs/how-to/parity-measured.md`` and its picture in about two minutes. The
-published page is of the run that ``frobs train frobs/Irb120Reach-v0 --controller tcp_delta_position --steps 60_000 --seed 0
+published page uses the run that ``frobs train frobs/Irb120Reach-v0 --controller tcp_delta_position --steps 60_000 --seed 0
 --run-dir reach_tcp`` makes.
 """
 
@@ -23,19 +23,19 @@ EPISODES = 500
 
 
 def page(certificate: Certificate) -> str:
-    """Return the page: the certificate's own words, with the table and one picture of all of its pictures."""
+    """Return the page: the text of the certificate, with the table and only one of its pictures."""
     lines = []
     for line in markdown(certificate).splitlines():
         if line.startswith("!["):
             if f"({SHOWN}.png)" not in line:
                 continue
             line = line.replace(f"{SHOWN}.png", f"../images/{PICTURE.name}")
-        if line.startswith("| platform |"):  # the machine that it was measured on is nobody's business
+        if line.startswith("| platform |"):  # Do not publish the machine on which the certificate was measured.
             continue
         lines.append(line)
     head, *rest = lines
     note = (
-        "`docs/certificate.py` wrote this certificate; `frobs parity` writes the same kind. "
+        "`docs/certificate.py` generated this certificate; `frobs parity` generates certificates of the same form. "
         "[Compare a task on several simulators](parity.md) explains certificates."
     )
     text = "\n".join([head.replace("Parity of", "Benchmarks: parity certificate of"), "", note, *rest])

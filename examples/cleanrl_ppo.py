@@ -1,8 +1,8 @@
 """PPO in a single file, in the style of CleanRL, so that you can change every line.
 
-The only part of FRobs that the loop uses is the batched environment: observations, rewards and ends of episodes are
-arrays with one row for each of the 64 environments. The script prints the success rate, which rises to more than 80 %
-during training.
+The training loop uses only the batched environment of FRobs. Observations, rewards and end-of-episode flags are arrays
+with one row for each of the 64 environments. The script prints the success rate, which rises to more than 80 % during
+training.
 
 Requires: pip install torch frobs-sim-mujoco frobs-robots-abb frobs-controllers frobs-tasks-reach
 """

@@ -1,9 +1,8 @@
 """Export a policy, and run it with NumPy and onnxruntime, as a robot's computer would.
 
-`export_policy` runs on the training machine. `run_policy` imports neither PyTorch nor a simulator: the robot is a
-function that takes an action and returns the next observation. Here, a simulated arm replaces the
-robot. The script prints the contents of the exported file, and the distance between tool and goal after every tenth
-action.
+`export_policy` runs on the training machine. `run_policy` imports neither PyTorch nor a simulator. The robot is a
+function that takes an action and returns the next observation. In this example, a simulated arm replaces the robot. The
+script prints the contents of the exported file, and the distance between tool and goal after every tenth action.
 
 Requires: pip install frobs
 

@@ -1,7 +1,7 @@
 """Train your own arm: all you need is its URDF file.
 
-The script writes the URDF file of an arm with three joints, checks it, and trains the arm on a task of FRobs that
-suits any arm. The script prints the doctor's findings about the file, and then the success rate on 100 new goals.
+The script writes the URDF file of an arm with three joints, checks it, and trains the arm on a FRobs task that
+works with any arm. The script prints the doctor's findings about the file, and then the success rate on 100 new goals.
 
 Requires: pip install frobs
 """

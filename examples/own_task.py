@@ -1,8 +1,8 @@
 """Write your own task, and let the conformance kit check it.
 
-The task asks an arm to copy a random posture with all of its joints. The script prints the rewards of a simple
-controller that moves each joint toward its goal. The rewards rise to 0. Then the script prints the results of the
-conformance kit, in which no check fails.
+The task is to move all joints of an arm to a random posture. The script prints the rewards of a simple controller that
+moves each joint toward its goal. The rewards rise to 0. Then the script prints the results of the conformance kit, in
+which no check fails.
 
 To turn such a task into a plugin, run `frobs new task`, which creates the rest of the package.
 
@@ -27,7 +27,7 @@ from frobs_devkit.testing import check_task, run_checks
 class CopyPosture(Task):
     """Move all joints to a random posture. Every array has one row for each environment."""
 
-    reset_options = ()  # no option of reset() chooses the start
+    reset_options = ()  # reset() accepts no options
 
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Store the robot, and allocate the goals."""
@@ -50,7 +50,7 @@ class CopyPosture(Task):
         return np.asarray(-np.abs(self.difference()).mean(axis=1))
 
     def is_success(self) -> Mask:
-        """Return which arms have copied the posture, (num_envs,) bool."""
+        """Return which arms have reached the posture, (num_envs,) bool."""
         return np.asarray((np.abs(self.difference()) < 0.05).all(axis=1))
 
     def snapshot(self) -> Snapshot:
@@ -70,7 +70,7 @@ RECORD = TaskRecord(
     name="copy_posture",
     summary="an arm copies a posture",
     entry_point="__main__:CopyPosture",  # a plugin names its module here
-    needs={"teleport": Level.APPROXIMATE},  # resets place the robot
+    needs={"teleport": Level.APPROXIMATE},  # reset() writes joint positions
 )
 env = gym.make("frobs_core:frobs/Env-v0", task=RECORD, robot="irb120", controller="joint_delta_position")
 observation, info = env.reset(seed=0)

@@ -1,8 +1,8 @@
 """Train an arm to reach, evaluate it, and plot its learning curve.
 
 An IRB 120 learns to move its tool to random goals and to hold it there. Each action moves the tool directly, so 40,000
-steps are enough, which take about ten seconds. The script prints the progress, the success rate on 200 goals that were
-not used in training (close to 100 %), and the path of the plot.
+steps are enough, and training takes about ten seconds. The script prints the progress, the success rate on 200 goals
+that were not used in training (close to 100 %), and the path of the plot.
 
 Requires: pip install frobs
 """

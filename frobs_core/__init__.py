@@ -1,9 +1,8 @@
 """FRobs, a plugin-based framework for robot reinforcement learning.
 
 Importing this package discovers the installed plugins and registers their Gymnasium IDs. The import does not load
-physics engines, torch or ROS. The import does not load plugins if ``FROBS_NO_PLUGINS=1`` is set or during shell
-completion. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and examines each plugin in a separate
-process.
+physics engines, torch or ROS. If ``FROBS_NO_PLUGINS=1`` is set, and during shell completion, the import does not load
+plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and examines each plugin in a separate process.
 """
 
 import os

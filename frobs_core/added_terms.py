@@ -1,4 +1,4 @@
-"""Observation terms that the keyword ``observations`` adds to the task's terms."""
+"""Observation terms that users add to a task with the ``observations`` keyword."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TYPES: Mapping[str, frozenset[str]] = {
     "previous_action": frozenset(),
     "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
 }
-"""Settings of each observation term type."""
+"""Settings that each type of observation term accepts."""
 
 _OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
 
@@ -39,7 +39,7 @@ MAX_SIDE = 4_096
 
 
 def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the settings of each added term, including its type. Terms that are None are omitted.
+    """Return the settings of each added term, including the term's type. Terms set to None are omitted.
 
     Raises:
         ConfigurationError: A term has an unknown type or setting, or a required setting is missing.
@@ -49,7 +49,9 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if value is None:  # drops the task's term
             continue
         if not isinstance(value, Mapping):
-            raise ObservationTermError(name, f'is {value!r}; write a mapping such as {{"type": "joint_positions"}}.')
+            raise ObservationTermError(
+                name, f'must be a mapping such as {{"type": "joint_positions"}}, but it is {value!r}.'
+            )
         settings = dict(value)
         if "camera" in settings:
             settings.setdefault("type", "camera")
@@ -61,7 +63,7 @@ def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
                 raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
         for key in TYPES[kind] - _OPTIONAL:
             if not isinstance(settings.get(key), str):
-                raise ObservationTermError(name, f"needs the setting '{key}', the name of a {key}.")
+                raise ObservationTermError(name, f"requires the setting '{key}', which is the name of a {key}.")
         if kind == "camera":
             _check_camera(name, settings)
         found[name] = settings
@@ -73,13 +75,15 @@ def _check_camera(name: str, settings: dict[str, Any]) -> None:
     whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
     if not whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
         raise ObservationTermError(
-            name, f"has size {size!r}; write [height, width] in pixels, at most {MAX_SIDE} each."
+            name, f"has the invalid size {size!r}; write [height, width] in pixels, each between 1 and {MAX_SIDE}."
         )
     if settings.setdefault("modality", "rgb") not in MODALITIES:
         raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
     for key, default in {"fast": True, "markers": False}.items():
         if not isinstance(settings.setdefault(key, default), bool):
-            raise ObservationTermError(name, f"has {key} {settings[key]!r}; write true or false.")
+            raise ObservationTermError(
+                name, f"has the setting '{key}' = {settings[key]!r}, which must be true or false."
+            )
 
 
 def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
@@ -88,13 +92,15 @@ def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, An
     The name ``"*"`` drops all terms except goals.
 
     Raises:
-        UnknownNameError: The task does not have a term with one of the names.
+        UnknownNameError: A name to drop does not belong to any of the task's terms.
         ConfigurationError: A goal would be dropped.
     """
     dropped = {name for name, value in given.items() if value is None}
     for name in dropped - {"*"}:
         if terms[_known("term of the task", name, terms)].key != VECTORS:
-            raise ObservationTermError(name, "is a goal; goal-conditioned tasks need it, so it cannot be dropped.")
+            raise ObservationTermError(
+                name, "cannot be dropped, because goal-conditioned tasks require their goal terms."
+            )
     if "*" in dropped:
         return {name: term for name, term in terms.items() if term.key != VECTORS}
     return {name: term for name, term in terms.items() if name not in dropped}
@@ -117,7 +123,7 @@ class AddedTerms:
         settings: Result of :func:`read_settings`.
         simulation: The simulation to observe.
         scene: Scene of the simulation.
-        control: All controllers.
+        control: All controllers of the environment.
         context: Step context of the environment.
         markers: Function that returns the task's markers.
         control_timestep: [s]
@@ -155,12 +161,12 @@ class AddedTerms:
         self.stateful = bool(self._sensors)
 
     def reset(self, rng: RandomSource, mask: Mask | None) -> None:
-        """Take the first samples of an episode."""
+        """Take the first sensor samples of an episode."""
         for sensors in self._sensors.values():
             sensors.reset(mask, rng)
 
     def advance(self, rng: RandomSource) -> None:
-        """Update the sensor measurements. Called once in each control step."""
+        """Update the sensor measurements once per control step."""
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
@@ -214,7 +220,7 @@ class AddedTerms:
         camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
         size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
         view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
-        if view["up"] is None:  # exported policies that predate the up vector have no such key
+        if view["up"] is None:  # omit the key for compatibility with policies exported without it
             del view["up"]
 
         def read() -> np.ndarray[Any, Any]:
@@ -248,7 +254,7 @@ def _previous_action(context: StepContext, control: Control) -> ObservationTerm:
 
 
 def _action_bounds(control: Control) -> tuple[Floats, Floats]:
-    """Return the bounds of an action, (k,) each; k is 1 for a Discrete space."""
+    """Return an action's lower and upper bounds, each of shape (k,). For a Discrete space, k is 1."""
     space: Any = control.action_space
     if hasattr(space, "low"):
         return space.low.astype(np.float64).ravel(), space.high.astype(np.float64).ravel()

@@ -12,7 +12,9 @@ Floats: TypeAlias = npt.NDArray[np.float64]
 """float64."""
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
-"""Boolean mask of the selected environments, (num_envs,). Where None is allowed, None selects all environments."""
+"""Boolean mask of the selected environments, (num_envs,). Functions that also accept None treat None as a mask of all
+environments.
+"""
 
 Action: TypeAlias = npt.NDArray[Any]
 """Actions in the batched action space, (num_envs, …)."""
@@ -27,9 +29,9 @@ def rows_of(mask: Mask | None) -> Mask | slice:
 
 
 def widened(rows: np.ndarray[Any, Any], shape: Iterable[int]) -> np.ndarray[Any, Any]:
-    """Zero-pad an array with the shape (n, …) to (n, *shape).
+    """Zero-pad an array with the shape (n, …) to ``(n, *shape)``.
 
-    The states in two snapshots of the same engine may have different sizes.
+    Padding is needed because two snapshots of the same engine may contain states of different sizes.
     """
     return np.pad(rows, [(0, 0), *((0, wide - here) for here, wide in zip(rows.shape[1:], shape, strict=True))])
 

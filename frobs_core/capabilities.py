@@ -29,11 +29,11 @@ CAPABILITIES: Mapping[str, str] = {
     "snapshot": "the complete state can be saved and restored",
     "teleport": "joint states and poses can be written",
     "pause": "simulated time advances only during a step",
-    "batched": "one call steps many environments (approximate: only a few, because each needs a separate engine)",
+    "batched": "one call steps many environments (at level approximate: only a few, each in its own engine instance)",
     "real_time": "the simulation runs continuously, and a step waits for it (a paced simulator)",
     "spawn": "the scene can change while the simulation runs",
     "drive": "joint drives follow the core's drive law at the physics rate",
-    "contacts": "contacts between named bodies, over the whole control step",
+    "contacts": "contacts between named bodies are detected over the whole control step",
     "rays": "rays and lidar",
     "wrench": "forces and torques on bodies",
     "force_torque": "force-torque sensors in robot joints",
@@ -46,7 +46,7 @@ CAPABILITIES: Mapping[str, str] = {
     "randomize_joint_damping": "joint damping per environment",
     "randomize_gravity": "gravity per environment",
 }
-"""All core abilities with their meanings. :func:`abilities` also includes the abilities that plugins define."""
+"""Descriptions of the core abilities, by name. :func:`abilities` also includes the abilities that plugins define."""
 
 
 METHODS: Mapping[str, Sequence[str]] = {
@@ -93,7 +93,7 @@ def check_capabilities(
             {"snapshot": Level.EXACT}}``.
 
     Raises:
-        CapabilityError: A requirement is not met. The message contains a table of all unmet requirements.
+        CapabilityError: A requirement is not met. The error message contains a table of all unmet requirements.
         ConfigurationError: A requirement names an unknown capability.
     """
     missing = []

@@ -181,7 +181,7 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
 
 
 def needs_of_task(record: TaskRecord, task: Task, options: Collection[str] = ()) -> dict[str, Mapping[str, Level]]:
-    """Return the capabilities that a task requires, under the task's description for error messages.
+    """Return the capabilities that a task requires, keyed by the task's description in error messages.
 
     Args:
         record: Record of the task.
@@ -196,7 +196,7 @@ def _check_pace(simulator: SimulatorRecord, num_envs: int, same_step: bool) -> N
     """Check that a paced simulator has a single environment and is not reset during a step.
 
     Raises:
-        ParameterValueError: There are several environments, or a step may include a reset.
+        ParameterValueError: The simulator is paced, and there are several environments or a step may include a reset.
     """
     if simulator.is_paced and num_envs > 1:
         rule = f"1, because simulator '{simulator.name}' is paced and supports only one environment"

@@ -128,7 +128,12 @@ class EnvConfig:
                 object.__setattr__(self, name, {})
         _check(self, (str, TaskRecord), "a name or a TaskRecord", "task")
         _check(self, (str, Robot), "a name, the path of a model file or a Robot", "robot")
-        _check(self, (str, ControllerRecord, Mapping), "a name, a ControllerRecord or a mapping of names", "controller")
+        _check(
+            self,
+            (str, ControllerRecord, Mapping),
+            "a name, a ControllerRecord or a mapping from joint groups to controllers",
+            "controller",
+        )
         _check(self, (str, SimulatorRecord), "a name or a SimulatorRecord", "simulator")
         _check(self, (str, type(None)), "a name or None", "reward_type", "camera", "tcp", "base")
         _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
@@ -174,7 +179,7 @@ class EnvConfig:
             return {"robot": RobotConfig(**own)}
         for name in _OF_A_ROBOT:
             if name not in ("controller", "controller_kwargs") and own[name]:
-                raise ConflictingOptionsError([name, "robots"], f"set '{name}' in the entries of robots instead")
+                raise ConflictingOptionsError([name, "robots"], f"set '{name}' in each entry of robots instead")
         if not self.robots:
             raise ParameterValueError("robots", self.robots, "a mapping with at least one robot, by name")
         shared = {"controller": self.controller, "controller_kwargs": self.controller_kwargs}

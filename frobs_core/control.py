@@ -53,7 +53,7 @@ class RobotControl:
     Attributes:
         robot: Handle of the robot.
         controllers: Controllers, by joint group.
-        physics_rate: Whether any controller computes a new command in every physics step.
+        physics_rate: Whether any controller computes a new command at every physics step.
         only: The robot's controller, if there is only one and it moves all joints at the control rate. Otherwise, None.
     """
 
@@ -70,7 +70,7 @@ class RobotControl:
         self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
         self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
         self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
-        # Joints without a controller keep their home positions. All other columns are overwritten in each step.
+        # Joints without a controller keep their home positions. All other columns are overwritten at each step.
         self._held: Floats = np.repeat(robot.home[:1], robot.num_envs, axis=0)
         self._commands: list[Floats] = []
         self._physics_step = 0
@@ -136,7 +136,7 @@ class Control:
         robots: Controllers of each robot, by robot name.
         controllers: Controllers, by ``"robot/group"``.
         action_space: Action space of a single environment.
-        physics_rate: Whether any controller computes a new command in every physics step.
+        physics_rate: Whether any controller computes a new command at every physics step.
         only: The controller, if there is only one and it moves all joints of the only robot at the control rate.
             Otherwise, None.
         last_commands: Latest command that :meth:`update` sent to each robot, by robot name, (num_envs, dof).
@@ -195,7 +195,10 @@ class Control:
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Largest action change per control step that the joints can follow, or None if unknown for a controller."""
+        """Largest action change per control step that the joints can follow.
+
+        The value is None if a controller's actions are not joint positions.
+        """
         changes = [controller.max_action_change for controller in self.controllers.values()]
         known = [change for change in changes if change is not None]
         return np.concatenate(known) if len(known) == len(changes) else None

@@ -12,7 +12,7 @@ R = TypeVar("R")
 
 
 class FrobsDeprecationWarning(DeprecationWarning):
-    """Warning that a deprecated part of FRobs is used. The message names the replacement."""
+    """Warning about the use of a deprecated part of FRobs. The message names the replacement."""
 
 
 def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, stacklevel: int = 2) -> None:
@@ -22,10 +22,10 @@ def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, sta
         what: Deprecated part, such as ``"RobotHandle.joint_torques"``.
         instead: Replacement for the deprecated part, such as ``"RobotHandle.joint_efforts"``.
         since: Version of the core that first announced the deprecation.
-        removed_in: Version that removes the part. The major version (before 1.0, the minor version) must be higher than
-            that of ``since``.
-        stacklevel: Stack level of the code that must change. Level 2 is the caller of the function that calls
-            ``warn_deprecated``.
+        removed_in: Version that removes the part. It must be a later major version than ``since`` (before 1.0, a later
+            minor version).
+        stacklevel: Stack level of the code that uses the deprecated part. Level 2 is the caller of the function that
+            calls ``warn_deprecated``.
     """
     text = f"{what} is deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
     warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)

@@ -39,8 +39,9 @@ class Loop:
     Attributes:
         context: Data about the latest step, which the task reads.
         rng: Source of all random numbers.
-        after_reset: Function that receives the mask of the reset environments before their first observation, or None.
-        discrete: Whether the action space is discrete, that is, not a Box.
+        after_reset: Function that is called after a reset with the mask of the reset environments, before they are
+            observed, or None.
+        discrete: Whether the action space is not a Box.
     """
 
     def __init__(self, parts: Parts, num_envs: int) -> None:
@@ -102,7 +103,7 @@ class Loop:
         self.added_terms.reset(self.rng, mask)
         if self.after_reset is not None:
             self.after_reset(mask)
-        if not self._checked_terms:  # checked here, because terms may have no values before the first reset
+        if not self._checked_terms:  # not checked earlier, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
         observation = self._observe()
@@ -130,14 +131,14 @@ class Loop:
             context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(context)  # updates the task's quantities, which the calls below only read
+        task.advance(context)  # updates the task's quantities, which the following calls read
         if self.added_terms.stateful:
             self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # after the reward, because the reports include the reward terms
+        for part, report, keys in self._reports:  # must follow the reward, because the reports include the reward terms
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -186,7 +187,7 @@ def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any
 
 
 class _Keys(dict[str, str]):
-    """Cache of info keys by the name of the reported value, so that each key is created only once.
+    """Info keys, cached by the name of the reported value so that each string is built only once.
 
     Args:
         prefix: Prefix of the keys.
@@ -217,7 +218,7 @@ def _overrides(part: object, base: type, method: str) -> bool:
 class RobotEnv(gym.Env[Any, Any]):
     """Gymnasium environment in which robots perform a task.
 
-    In every step, ``info`` contains ``is_success`` (0.0 or 1.0), the reward terms (``frobs/reward/<term>``), and the
+    At every step, ``info`` contains ``is_success`` (0.0 or 1.0), the reward terms (``frobs/reward/<term>``), and the
     metrics of the controller (``frobs/…``). If the engine fails, ``info`` contains ``frobs/diverged``, and the episode
     is truncated. A paced simulator adds ``frobs/missed_deadlines``, the number of missed deadlines since the reset, and
     ``frobs/lateness``, the total delay of the actions [s].
@@ -297,7 +298,7 @@ class RobotEnv(gym.Env[Any, Any]):
         """Advance by one control step.
 
         Args:
-            action: Action in the action space. Box actions are clipped to the space.
+            action: Action in the action space. Actions outside the bounds of a Box space are clipped.
 
         Returns:
             Tuple of observation, reward, terminated, truncated and info.

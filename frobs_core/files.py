@@ -75,7 +75,7 @@ def check_regular(path: Path | str, limit: int) -> int:
 
 def _check(found: os.stat_result, path: Path | str, limit: int) -> None:
     if not stat.S_ISREG(found.st_mode):
-        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "special")
+        kind = _KINDS.get(stat.S_IFMT(found.st_mode), "a special file")
         raise UnsuitableFileError(errno.EINVAL, f"it is {kind}, not a regular file", os.fspath(path))
     if found.st_size > limit:
         raise _too_large(path, limit)

@@ -1,5 +1,6 @@
-"""Hooks that a plugin may implement: one for each of the five main kinds of records, and three for extensions.
+"""Hooks that a plugin may implement.
 
+Five hooks provide the main kinds of records. Three hooks provide abilities, sensor types and physical parameters.
 A plugin is a module that is registered as an entry point in the group ``frobs``. Hooks are called once, when plugins
 are loaded, and never while an environment is being stepped.
 """

@@ -1,8 +1,8 @@
 """Install commands in error messages.
 
-By default, messages refer to FRobs distributions by their names on a package index: ``pip install frobs-sim-mujoco``.
-In a checkout of the repository, ``local_install_hint`` replaces each name with the distribution's folder: ``pip install
--e plugins/frobs-sim-mujoco``.
+By default, install commands in messages use the distributions' names: ``pip install frobs-sim-mujoco``. In a checkout
+of the repository, ``local_install_hint`` replaces each name with the distribution's folder:
+``pip install -e plugins/frobs-sim-mujoco``.
 """
 
 from __future__ import annotations

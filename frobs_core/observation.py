@@ -30,10 +30,10 @@ class ObservationTerm:
         low: Minimum values, with the shape of a single environment's value.
         high: Maximum values, with the same shape as ``low``.
         unit: Unit of the values, such as ``"m"``.
-        scale: Suggested scale factor for learning algorithms. After scaling, a typical relevant difference between two
-            values is about 1.
+        scale: Suggested scale factor for learning algorithms. After scaling, a change that matters for the task is
+            about 1.
         key: Key in a dictionary observation. Vectors with the same key are concatenated in the order of the terms.
-        dtype: ``"float32"`` for vectors. Images may have other types and require a separate key.
+        dtype: ``"float32"`` for vectors. Images may have other data types and require a separate key.
         imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. For such terms,
             ``randomize`` rejects additional noise and delays.
         view: Camera settings of an image, which are stored in exported policies: name of the ``camera``, the fields of

@@ -24,7 +24,7 @@ _FULL = 0xFFFFFFFFFFFFFFFF
 _FEW = 16  # up to this number of blocks, plain Python is faster than about 150 small NumPy calls
 
 Words = npt.NDArray[np.uint64]
-"""Unsigned 32-bit words, stored in 64 bits to leave room for products."""
+"""Unsigned 32-bit words, stored in 64-bit integers so that products do not overflow."""
 
 
 def philox4x32(counter: Sequence[Any], key: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
@@ -53,7 +53,7 @@ def _stream_number(stream: str) -> int:
 
 
 def _mix(x: Words) -> Words:
-    """Spread consecutive numbers over 64 bits with the finalizer of SplitMix64 (Steele, Lea, Flood 2014)."""
+    """Hash consecutive numbers to 64-bit values with the finalizer of SplitMix64 (Steele, Lea, Flood 2014)."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return x ^ (x >> np.uint64(31))
@@ -122,7 +122,7 @@ class RandomSource:
             low: Broadcasts to (n, …shape).
             high: Broadcasts to (n, …shape).
             shape: Shape of the numbers for a single environment.
-            mask: Mask of the n environments, or None for all.
+            mask: Mask of the n environments, or None for all environments.
 
         Returns:
             Random numbers, (n, …shape) float64, in the order of the environments.

@@ -266,7 +266,10 @@ def _problem(environment: EnvironmentRecord) -> str:
         return "its parameters are not a mapping"
     for name, value in environment.parameters.items():
         if not is_plain(value):
-            return f"parameter '{name}' is a {type(value).__name__}; use numbers, strings, lists and dictionaries"
+            return (
+                f"parameter '{name}' has the unsupported type {type(value).__name__}; "
+                "use numbers, strings, lists and dictionaries"
+            )
         if name in ("task", "robot", "controller", "simulator"):
             return f"parameter '{name}' must be set as a field of the record"
     return ""

@@ -156,14 +156,14 @@ class RobotConfig:
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
         """Return the robot description adapted to the scene, and the base pose in the world.
 
-        If this configuration does not set ``pose``, a movable base starts at the root pose that its model file defines,
-        relative to the task's pose. If there is a floor, the base is moved vertically so that its lowest point touches
-        the floor.
+        If this configuration does not set ``pose``, a movable base starts at the root pose defined by its model file,
+        relative to the base pose that the task defines. If there is a floor, the base is moved vertically so that its
+        lowest point touches the floor.
 
         Args:
             robot: Description of the robot.
             model: Model of the robot.
-            pose: Base pose of the task.
+            pose: Base pose that the task defines.
             on_floor: Whether there is a floor at z = 0.
 
         Raises:

@@ -206,7 +206,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Remove the keys that pydantic adds for members of a union, but keep a key that is missing from the settings."""
+    """Remove the keys that pydantic inserts for union members, but keep the first key that is not in the settings."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

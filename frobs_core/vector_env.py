@@ -1,4 +1,4 @@
-"""Gymnasium vector environment that steps many environments with the same task together.
+"""Gymnasium vector environment that steps many environments with the same task in a single call.
 
 If the simulator's ``determinism`` is exact, environment *i* of a vector environment seeded with *s* is bit-identical to
 a single environment seeded with *s + i*.
@@ -190,7 +190,8 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         """Advance all environments by one control step.
 
         Args:
-            actions: Actions in the batched action space, (num_envs, …). Box actions are clipped to the space.
+            actions: Actions in the batched action space, (num_envs, …). Actions outside the bounds of a Box space are
+                clipped.
 
         Returns:
             Tuple of observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, and info.

@@ -31,7 +31,7 @@ _PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "st
 
 
 class ConfigMapping(dict[str, Any]):
-    """Mapping that stores the origin of each key.
+    """Mapping that stores the file and line of each key.
 
     Args:
         values: The mapping.
@@ -46,7 +46,7 @@ class ConfigMapping(dict[str, Any]):
 
 
 class LimitedLoader(yaml.SafeLoader):
-    """PyYAML's safe loader with limits on the depth and the number of values."""
+    """PyYAML's safe loader with limits on the nesting depth and the number of values."""
 
     _depth = _count = 0
 
@@ -174,7 +174,7 @@ class _Builder:
         self._open: set[int] = set()
 
     def build(self, node: Node) -> Any:
-        # Aliases are expanded each time they are used, so counting the built values stops an alias bomb.
+        # Each use of an alias builds new values, so limiting their number protects against alias bombs.
         self._values += 1
         if self._values > MAX_VALUES:
             raise self._error(
@@ -236,7 +236,7 @@ def _line(node: Node) -> int:
 
 
 def merge(*layers: Mapping[str, Any]) -> ConfigMapping:
-    """Merge mappings recursively. Later mappings take precedence, and each key keeps the origin of its value."""
+    """Merge mappings recursively. Later mappings take precedence, and each key keeps the file and line of its value."""
     result = ConfigMapping()
     for layer in layers:
         origins = layer.origins if isinstance(layer, ConfigMapping) else {}

@@ -1,12 +1,12 @@
 """The cross-entropy method as a plugin: a complete algorithm to copy and modify.
 
-It samples the weights of a small network from a normal distribution, runs episodes with each sample, and moves the
-distribution toward the best samples (de Boer et al. 2005). Noise is added to the standard deviation, as in Szita and
-Lőrincz (2006). The framework provides everything else: the command line, the log, checkpoints, evaluation, plots and
-comparison.
+The method samples the weights of a small network from a normal distribution, runs episodes with each sample, and moves
+the distribution toward the best samples (de Boer et al. 2005). Noise is added to the standard deviation, as in Szita
+and Lőrincz (2006). The framework provides everything else: the command line, the log, checkpoints, evaluation, plots
+and comparison.
 
-To package it as a distribution, put the two parts into separate modules. The record at the end is the plugin, and the
-entry point names its module::
+To package it as a distribution, put the algorithm and its record into separate modules. The record at the end is the
+plugin, and the entry point names its module::
 
     [project.entry-points.frobs]
     my_algorithms = "my_package.plugin"
@@ -89,7 +89,7 @@ class CrossEntropy(Algorithm):
             if not monitor.is_due(self._steps) and self._steps < steps:
                 continue
             go_on = monitor.on_progress(self._steps, metrics)
-            # The next iteration depends only on self and the environment, so it is safe to save them here.
+            # The next iteration depends only on self and the environment, so a checkpoint can be saved here.
             monitor.offer_checkpoint(self._steps, self.save)
             if not go_on:
                 return

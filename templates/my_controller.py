@@ -1,6 +1,6 @@
 """The controller: it converts an action into a command for the joints, once per control step.
 
-It handles any number of environments at once: every array has one row per environment.
+The controller handles any number of environments at once: every array has one row per environment.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
 
 
 class MyController(Controller):
-    """Moves the commanded joint positions by a smoothed action, which filters out jerky motion.
+    """Moves the commanded joint positions by a smoothed action, so that the motion is not jerky.
 
     Args:
         max_delta: Joint motion per control step for an action of 1 [rad or m], if the joint's velocity limit allows it.
@@ -43,7 +43,7 @@ class MyController(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
 
     def reset(self, mask: Mask | None) -> None:
-        """Start from the position in which the task has placed the robot."""
+        """Start from the joint positions in which the task has placed the robot."""
         rows = rows_of(mask)
         self._target[rows] = self._joints.joint_positions[rows]
         self._smooth[rows] = 0.0
@@ -51,8 +51,8 @@ class MyController(Controller):
     def apply(self, action: Action) -> Floats:
         """Return the target joint positions, (num_envs, dof) [rad or m].
 
-        Steps are added to the commanded positions. If they were added to the measured positions, an arm would sink,
-        because gravity pulls it slightly below the command.
+        Each step is added to the commanded positions. If the steps were added to the measured positions, an arm would
+        sink, because gravity pulls the arm slightly below the command.
         """
         self._smooth = self.smoothing * self._smooth + (1.0 - self.smoothing) * np.clip(action, -1.0, 1.0)
         self._target = np.clip(self._target + self._step * self._smooth, self._lower, self._upper)

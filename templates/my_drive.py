@@ -1,7 +1,7 @@
 """The task: a wheeled robot drives to a goal on the floor.
 
-It handles any number of environments at once: every array has one row per environment. Use only functions that work row
-by row, not matrix products or means over the environments, because environments must not affect each other.
+The task handles any number of environments at once: every array has one row per environment. Use only functions that
+work row by row, not matrix products or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations

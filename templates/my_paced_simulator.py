@@ -1,12 +1,12 @@
 """A paced simulator: the world runs by itself in real time, and FRobs waits for it.
 
-The world is a separate process at the other end of a socket. Replace it with your robot or your ROS graph. In
-this template, the world is an engine that is stepped in real time. Its drives follow the received commands, and hold
-the last command. The world cannot be paused, saved or duplicated, and its objects cannot be teleported, so the record
-does not claim ``pause``, ``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
+The world is a separate process at the other end of a socket. Replace this process with your robot or your ROS graph. In
+this template, the world is an engine that is stepped in real time. The engine's drives follow the received commands,
+and hold the last command. The world cannot be paused, saved or duplicated, and its objects cannot be teleported, so the
+record does not claim ``pause``, ``teleport``, ``snapshot`` or ``batched``. A reset drives the robots home.
 
-``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` are the client of this process, and implement
-the required methods of a simulator.
+``World`` is the separate process. ``PacedRobot`` and ``MyPacedSimulator`` form the client of this process, and
+implement the required methods of a simulator.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ RECORD = SimulatorRecord(
 )
 
 _HOMING_SPEED = 1.0  # [rad/s or m/s]
-_HOMING_PERIOD = 0.02  # [s] between commands on the way home
+_HOMING_PERIOD = 0.02  # [s] time between commands while a robot is driven home
 _AT_HOME = 0.05  # [rad or m] maximum deflection under gravity at home, and [rad/s or m/s] maximum residual velocity
 
 Ask = Callable[..., Any]
@@ -247,7 +247,7 @@ class MyPacedSimulator(Simulation):
             self._pacer.restart()
 
     def _drive_home(self) -> None:
-        """Move the commanded positions home, within the joints' velocity limits.
+        """Command a motion to the home positions, within the joints' velocity limits.
 
         Raises:
             SimulationError: The robots do not reach home before the timeout.

@@ -1,7 +1,7 @@
 """The task: an arm moves its tool to a goal and holds it there.
 
-It handles any number of environments at once: every array has one row per environment. Use only functions that work row
-by row, not matrix products or means over the environments, because environments must not affect each other.
+The task handles any number of environments at once: every array has one row per environment. Use only functions that
+work row by row, not matrix products or means over the environments, because environments must not affect each other.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _OUTERMOST = 2.5  # [%] of the goals omitted at each end of each axis, because o
 
 
 def distance_to(goal: Floats, position: Floats) -> Floats:
-    """Return the distances of positions (num_envs, 3) from goals (num_envs, 3) [m]; (num_envs,) [m]."""
+    """Return the distances (num_envs,) [m] between goals (num_envs, 3) and positions (num_envs, 3) [m]."""
     return np.asarray(np.sqrt(((goal - position) ** 2).sum(axis=-1)))
 
 
@@ -35,7 +35,7 @@ def seen_from(quat_wxyz: Floats, vector: Floats) -> Floats:
 
 
 def closeness(distance: Floats, width: float) -> Floats:
-    """Return 1 at the goal and 0.37 at a distance of ``width`` [m] from it; (num_envs,), in (0, 1]."""
+    """Return values in (0, 1], (num_envs,): 1 at the goal, and 0.37 at a distance of ``width`` [m] from the goal."""
     return np.exp(-((distance / width) ** 2))
 
 
@@ -98,9 +98,9 @@ class MyReach(Task):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return joint positions, tool position, goal, and two vectors from tool to goal: dof + 12 numbers.
 
-        One vector is in the world frame, and the other is in the frame of the first moving link. In the latter frame,
-        the task of the other joints does not depend on the angle of that link. A learner may multiply each term by its
-        scale, so that relevant differences are about 1.
+        One vector is in the world frame, and the other is in the frame of the first moving link. Given the second
+        vector, the required motion of the other joints does not depend on the first joint's angle. A learner may
+        multiply each term by its scale, so that relevant differences are about 1.
         """
         robot = self._robot
         reach = longest_reach(robot.model, robot.tcp)
@@ -142,7 +142,7 @@ class MyReach(Task):
         return self._terms
 
     def is_success(self) -> Mask:
-        """Return which tools are at the goal now, (num_envs,) bool. The last step decides the episode's success."""
+        """Return which tools are at the goal, (num_envs,) bool. An episode is successful if its last step is."""
         return self._distance <= self.tolerance
 
     # An episode ends at the time limit. To end it earlier, implement is_terminated().
@@ -174,12 +174,12 @@ class MyReach(Task):
         high = np.where(np.isinf(robot.position_upper[0]), np.pi, robot.position_upper[0])
         postures = RandomSource(1).uniform("survey", low, high, (_POSTURES, robot.dof))[0]
         lowest: Floats = np.full(_POSTURES, np.inf)
-        for joint in robot.model.actuated_joints[1:]:  # no joint affects the position of the first link
+        for joint in robot.model.actuated_joints[1:]:  # the first link's position is the same in all postures
             lowest = np.minimum(lowest, robot.frame_pose(joint.child, postures)[0][:, 2])
         tool = robot.frame_pose("tcp", postures)[0].copy()
         clear = np.minimum(lowest, tool[:, 2]) > _FLOOR_CLEARANCE
         if not clear.any():
-            raise UnsuitableRobotError(robot.robot.name, f"penetrates the floor in all of {_POSTURES} postures.")
+            raise UnsuitableRobotError(robot.robot.name, f"penetrates the floor in all {_POSTURES} sampled postures.")
         tool = tool[clear]
         inner, outer = np.percentile(tool, (_OUTERMOST, 100.0 - _OUTERMOST), axis=0)
         return np.asarray(tool[((tool >= inner) & (tool <= outer)).all(axis=-1)])

@@ -1,4 +1,4 @@
-"""The robot: everything that its model file does not contain. Limits, masses and shapes are read from the file."""
+"""Properties of the robot that its model file does not define. Limits, masses and shapes are read from the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulator: how robots and bodies move. It uses only NumPy: each joint moves independently, and nothing collides.
+"""The simulator moves robots and bodies. It uses only NumPy: each joint moves independently, and nothing collides.
 
 Each joint follows the drive law exactly, including gravity, for the inertia that the joint moves in the home position.
 Joints do not affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts,
@@ -68,7 +68,7 @@ class FreeBody(BodyHandle):
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Teleport the body; its velocity becomes 0."""
         if not self._moves:
-            raise SimulationError(f"body '{self.name}' is static; set a mass or kinematic=True.")
+            raise SimulationError(f"body '{self.name}' is static and cannot be moved; set a mass or kinematic=True.")
         rows = rows_of(mask)
         self.pos[rows], self.linear[rows], self.angular[rows] = pos, 0.0, 0.0
         if quat_wxyz is not None:
@@ -159,7 +159,7 @@ class JointRobot(RobotHandle):
             self._root.step(seconds, gravity)
 
     def _drive(self, target: Floats, seconds: float, weight: Floats) -> None:
-        """Advance by one physics step with the drive law. Damping is implicit, except for saturated joints."""
+        """Advance by one physics step, applying the drive law. Damping is implicit, except for saturated joints."""
         kd = self._active_damping
         effort = self._factor * target - self._active_stiffness * self._q - kd * self._v
         implicit = np.where(np.abs(effort) > self.effort_limit, 0.0, kd) + self._friction
@@ -183,7 +183,7 @@ class JointRobot(RobotHandle):
 
 
 class MySimulator(Simulation):
-    """Independently moving joints and flying bodies, in NumPy."""
+    """Simulates independently moving joints and free-flying bodies with NumPy."""
 
     render_modalities = ()
 

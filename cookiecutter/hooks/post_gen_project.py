@@ -1,4 +1,4 @@
-"""Removes files that are not needed, and copies the robot's file."""
+"""Removes empty files and folders, and copies the robot's model file into the plugin."""
 
 import importlib.util
 import json

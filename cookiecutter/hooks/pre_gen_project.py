@@ -1,4 +1,4 @@
-"""Rejects invalid answers before a file is written."""
+"""Rejects invalid answers before any file is written."""
 
 import importlib.util
 import json
@@ -10,12 +10,12 @@ CHECKS = Path(r"{{ cookiecutter._repo_dir }}").resolve().parent / "plugins/frobs
 
 
 def refuse(problem):
-    """Exit with an error message in one line."""
+    """Exit with a single-line error message."""
     sys.exit(f"error: {problem}")
 
 
 def check_alone(answers):
-    """Check the answers on their own, without frobs-devkit."""
+    """Check the answers without requiring that frobs-devkit is installed."""
     spec = importlib.util.spec_from_file_location("answers", CHECKS)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -25,14 +25,14 @@ def check_alone(answers):
 
 
 def check_installed(answers):
-    """Check the answers against the installed packages and the robot's file."""
+    """Check the answers against the installed packages and the robot's model file."""
     try:
         from frobs_core.errors import FrobsError
         from frobs_devkit.scaffold.clashes import check_clashes
         from frobs_devkit.scaffold.robot_file import facts_for
     except ImportError:
         if answers["example"] == "file" and "robot" in answers["__kinds"]:
-            refuse("reading the robot's file requires frobs-devkit; install it next to cookiecutter: pip install frobs-devkit")
+            refuse("reading the robot's model file requires frobs-devkit; install it in cookiecutter's environment: pip install frobs-devkit")
         return
     try:
         check_clashes(answers)

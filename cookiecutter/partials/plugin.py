@@ -1,6 +1,6 @@
 {% set has_robot = "robot" in kinds %}
 {% set has_task = "task" in kinds %}
-"""Records of the parts that this distribution provides. This module does not import anything heavy."""
+"""Records of the parts that this distribution provides. This module imports only lightweight modules."""
 
 {% if kinds in ("task", "simulator", "controller", "robot task") %}
 from frobs_core.capabilities import Level
@@ -39,7 +39,7 @@ def frobs_robots() -> list[RobotRecord]:
 
 @hookimpl
 def frobs_tasks() -> list[TaskRecord]:
-    """Provide the task, and the Gymnasium ID that combines it with a robot and a controller."""
+    """Provide the task and a Gymnasium ID that combines the task with a robot and a controller."""
     return [
         TaskRecord(
             name="{{ cookiecutter.__task }}",
@@ -72,7 +72,7 @@ def frobs_tasks() -> list[TaskRecord]:
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Provide the simulator. It is paced (``real_time``) and does not claim teleporting, snapshots or pause."""
+    """Provide the simulator. It runs in real time and does not support teleporting, snapshots or pausing."""
     return [
         SimulatorRecord(
             name="{{ cookiecutter.name }}",
@@ -87,12 +87,12 @@ def frobs_simulators() -> list[SimulatorRecord]:
 
 @hookimpl
 def frobs_simulators() -> list[SimulatorRecord]:
-    """Provide the simulator. Others can only use the capabilities that it claims, and the kit checks the claims."""
+    """Provide the simulator. Tasks can use only the capabilities declared here. The conformance kit verifies them."""
     exact = ("determinism", "snapshot", "teleport", "pause", "batched")
     return [
         SimulatorRecord(
             name="{{ cookiecutter.name }}",
-            summary="independently moving joints, in NumPy",
+            summary="independently moving joints, simulated with NumPy",
             entry_point="{{ package }}.simulator:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
             capabilities={**dict.fromkeys(exact, Level.EXACT), "drive": Level.APPROXIMATE},
@@ -108,7 +108,7 @@ def frobs_controllers() -> list[ControllerRecord]:
     return [
         ControllerRecord(
             name="{{ cookiecutter.name }}",
-            summary="actions move the commanded joint positions, smoothly",
+            summary="actions move the commanded joint positions smoothly",
             entry_point="{{ package }}.controller:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
             needs={"drive": Level.APPROXIMATE},
@@ -124,7 +124,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
     return [
         AlgorithmRecord(
             name="{{ cookiecutter.name }}",
-            summary="the cross-entropy method over a small network",
+            summary="the cross-entropy method for a small network",
             entry_point="{{ package }}.algorithm:{{ camel(cookiecutter.name) }}",
             install_hint="pip install {{ distribution }}",
             action_spaces=("Box", "Discrete"),

@@ -1,4 +1,4 @@
-"""Tests of the {{ kinds }}: the checks of the conformance kit, and your own."""
+"""Tests of the {{ kinds }}: the conformance checks and your own tests."""
 
 {% if kinds != "algorithm" %}
 import gymnasium as gym

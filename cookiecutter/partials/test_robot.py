@@ -1,4 +1,4 @@
-"""Tests of the robot: the checks of the conformance kit, and your own."""
+"""Tests of the robot: the conformance checks and your own tests."""
 
 {% if cookiecutter.what == "robot" and cookiecutter.example == "wheeled" %}
 from frobs_devkit.testing import check_controller, check_plugin, check_robot, pytest_checks
@@ -14,7 +14,7 @@ test_plugin = pytest_checks(check_plugin("{{ distribution.removeprefix('frobs-')
 
 {% set robot = robot_file() if cookiecutter.example == "file" else none %}
 {% if robot and robot.expected_failures %}
-# Findings of the kit in the model file. If you fix the file, remove the line: checks that pass must not be listed.
+# Conformance checks that the model file fails. After you fix a problem, remove its line; otherwise, the test fails.
 EXPECTED_FAILURES = {
 {% for check, reason in robot.expected_failures.items() %}
     {{ check | literal }}: {{ reason | literal }},

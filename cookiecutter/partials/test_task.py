@@ -1,4 +1,4 @@
-"""Tests of the task: the checks of the conformance kit, and your own."""
+"""Tests of the task: the conformance checks and your own tests."""
 
 import gymnasium as gym
 

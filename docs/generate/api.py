@@ -51,9 +51,9 @@ def page() -> str:
     """Return the page that lists the modules."""
     text = label("api") + heading("Python modules")
     text += (
-        "The public modules of each distribution. Everything else may change without notice: modules that are not "
-        "listed here, and names with a leading underscore. Errors are on a :ref:`page of their own <errors>`, hooks and "
-        "records on :ref:`another <hooks>`. The other distributions are plugins: "
+        "This page lists the public modules of each distribution. Everything else may change without notice: modules that "
+        "are not listed here, and names with a leading underscore. Separate pages describe the :ref:`errors <errors>`, and "
+        "the :ref:`hooks and records <hooks>`. The other distributions are plugins; see "
         ":ref:`their parts <plugins>`, :ref:`their environments <environments>` and, for ROS, :ref:`ros`.\n\n"
     )
     for name, modules in MODULES.items():

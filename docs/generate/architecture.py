@@ -101,7 +101,7 @@ def figure() -> str:
     ]
     parts += [_arrow(boxes, pair, rows) for pair in sorted(_arrows(boxes, imports))]
     parts += [line for box in boxes for line in _drawn(box, rows)]
-    meta = Box("frobs", ("requires all others and contains no code",), rows, 0, columns)
+    meta = Box("frobs", ("contains no code; requires the others, except algos-sbx and ray",), rows, 0, columns)
     return "\n".join([*parts, *_drawn(meta, rows), "</svg>", ""])
 
 

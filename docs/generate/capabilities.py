@@ -1,4 +1,4 @@
-"""The page of the capabilities, and of how well each installed simulator has them."""
+"""Generates the page of the capabilities, with the level that each installed simulator declares."""
 
 import importlib.util
 
@@ -23,9 +23,9 @@ def page() -> str:
     ]
     text = label("capabilities") + heading("Capabilities")
     text += (
-        "What a simulator can do, each at a level: ``exact``, ``approximate`` or ``unsupported``. Tasks and controllers "
-        "state what they need; an environment that asks for more than its simulator has is refused, with a table of "
-        "what is missing, before anything is built.\n\n"
+        "Each simulator declares a level for each capability: ``exact``, ``approximate`` or ``unsupported``. Tasks and "
+        "controllers declare the capabilities that they require. If the simulator of an environment does not meet these "
+        "requirements, an error with a table of the missing capabilities is raised before anything is built.\n\n"
     )
     text += table(["capability", "meaning", *(escape(name) for name in simulators)], rows)
     needs = [
@@ -33,13 +33,13 @@ def page() -> str:
         for kind in ("controller", "task")
         for name, record in plugins.records(kind).items()
     ]
-    return text + heading("Who needs what", "-") + table(["", "needs at least"], needs)
+    return text + heading("Required capabilities", "-") + table(["", "requires at least"], needs)
 
 
 def unsupported() -> str:
-    """Return a Markdown table of what each simulator does not support, with the paced one of the templates."""
+    """Return a Markdown table of unsupported capabilities by simulator, including the paced simulator template."""
     simulators = [*plugins.records("simulator").values(), _paced()]
-    lines = ["| simulator | unsupported abilities |", "|---|---|"]
+    lines = ["| simulator | unsupported capabilities |", "|---|---|"]
     for record in simulators:
         levels = getattr(record, "capabilities", {})
         missing = [name for name in abilities() if not levels.get(name, Level.UNSUPPORTED)]

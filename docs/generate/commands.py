@@ -38,9 +38,9 @@ def page() -> str:
     found = list(walk())
     text = label("commands") + heading("Command line")
     text += (
-        "One command, ``frobs``, with one word for each act. Facts go to stdout, all else to stderr; ``--json`` makes "
-        "the facts JSON. The exit code is 0 when it is done, 1 when a check failed, 2 for bad input, 130 after "
-        "Ctrl-C and 143 for a training that was told to end by SIGTERM.\n\n"
+        "All functions are subcommands of ``frobs``. Results are printed on stdout, and all other messages on stderr; "
+        "``--json`` prints the results as JSON. The exit code is 0 on success, 1 if a check failed, 2 for invalid input, "
+        "130 after Ctrl-C, and 143 if SIGTERM ended a training run.\n\n"
     )
     rows = [(f":ref:`{name} <{_label(name)}>`", escape(_parts(command)[0])) for name, command in found[1:]]
     text += table(["command", "what it does"], rows, widths="25 75")

@@ -12,8 +12,9 @@ def page() -> str:
     """Return the page."""
     text = label("distributions") + heading("Distributions")
     text += (
-        "FRobs consists of these pip packages. ``pip install frobs`` installs all of them. Each one imports only the "
-        "FRobs distributions that its row lists; a test forbids others.\n\n"
+        "FRobs consists of these pip packages. ``pip install frobs`` installs all of them except ``frobs-algos-sbx`` and "
+        "``frobs-ray``. Each distribution imports only the FRobs distributions that its row lists; a test verifies "
+        "this.\n\n"
     )
     rows = []
     for name, distribution in distributions().items():
@@ -23,7 +24,9 @@ def page() -> str:
                 code(name),
                 ", ".join(code(package.name) for package in distribution.packages) or "–",
                 f"{escape(distribution.project['description'])}.",
-                "requires all others" if not distribution.packages else ", ".join(map(code, lower)) or "–",
+                "requires the others, except ``frobs-algos-sbx`` and ``frobs-ray``"
+                if not distribution.packages
+                else ", ".join(map(code, lower)) or "–",
                 ", ".join(code(command) for command in _commands(name)) or "–",
             )
         )

@@ -43,8 +43,8 @@ def page() -> str:
     )
     text += table(["ID", "what it is", "robot", "task", "trained policy"], rows, widths="34 30 12 14 10")
     text += (
-        "Any other combination is ``frobs_core:frobs/Env-v0``, which is told all of its parts, here with a limit of 100 "
-        "control steps:\n\n"
+        "For any other combination, use ``frobs_core:frobs/Env-v0`` and set all parts, in this example with a limit of "
+        "100 control steps:\n\n"
     )
     text += literal(
         'gym.make(\n    "frobs_core:frobs/Env-v0",\n    robot="irb120",\n    task="reach",\n'
@@ -132,7 +132,7 @@ def _observation(env: gym.Env | None, found: dict) -> Iterator[str]:
     space, observations = env.observation_space, env.unwrapped.observations
     parts = space.spaces if isinstance(space, gym.spaces.Dict) else {"": space}
     if "" in parts:
-        yield f"An **observation** is {code(space_text(space))}{'; its columns:'}\n\n"
+        yield f"An **observation** is {code(space_text(space))}{' with the following columns:'}\n\n"
     else:
         rows = [(code(key), code(space_text(part))) for key, part in parts.items()]
         yield "An **observation** is a dictionary:\n\n" + table(["key", "space"], rows)
@@ -159,7 +159,7 @@ def _reward(env_id: str, task, robot: str) -> str:
         text += f"{shown}{verb}\n\n{table(['term', 'what it is'], rows)}" if rows else f"{shown}.\n\n"
         if not robot:
             break
-    return text + "Each step's ``info`` has the terms as ``frobs/reward/TERM``.\n\n"
+    return text + "Each step's ``info`` contains the terms as ``frobs/reward/TERM``.\n\n"
 
 
 def _term_names(env_id: str, reward_type: str) -> list[str]:
@@ -177,11 +177,11 @@ def _term_names(env_id: str, reward_type: str) -> list[str]:
 def _end(env: gym.Env | None, found: dict) -> str:
     text = f"An episode is a success if {escape(found['success'])}. " if found.get("success") else ""
     steps = found["max_episode_steps"]
-    text += f"It is truncated after {steps:,} control steps"
+    text += f"An episode is truncated after {steps:,} control steps"
     if env is not None:
         timestep = env.unwrapped.control_timestep
         text += f" of {timestep:g} s, which is {steps * timestep:g} s"
-    return f'{text}. ``info["is_success"]`` tells of each step.\n\n'
+    return f'{text}. ``info["is_success"]`` reports the success at each step.\n\n'
 
 
 def _policy(env_id: str, found: dict, run: BundleRun, folder: Path | None) -> str:
@@ -192,8 +192,8 @@ def _policy(env_id: str, found: dict, run: BundleRun, folder: Path | None) -> st
     name = f"{slug(env_id)}-curve.png"
     curve = run.bundle.manifest["training"].get("curve") or {}
     if folder is not None and draw_curve(curve, folder / "environments" / name):
-        text += directive("figure", name, alt=f"How the policy of {env_id} was learned").rstrip()
-        text += "\n\n   How it was learned, with exploration.\n\n"
+        text += directive("figure", name, alt=f"Learning curve of the policy of {env_id}").rstrip()
+        text += "\n\n   Learning curve, with exploration.\n\n"
     return text
 
 

@@ -6,11 +6,11 @@ from importlib import import_module
 from generate.rst import directive, heading, label, literal
 
 MODULES = {
-    "frobs_core.errors": "The root is :exc:`~frobs_core.errors.FrobsError`.",
-    "frobs_train.errors": "These are further errors of runs, so they are also :exc:`~frobs_core.errors.FrobsError`.",
-    "frobs_ray.errors": "These are errors of Ray clusters, also :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_core.errors": "The base class is :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_train.errors": "These are further errors of runs. They are also subclasses of :exc:`~frobs_core.errors.FrobsError`.",
+    "frobs_ray.errors": "These are errors of Ray clusters. They are also subclasses of :exc:`~frobs_core.errors.FrobsError`.",
     "frobs_deploy.errors": (
-        "``frobs-deploy`` runs without the core, so its root is its own: :exc:`~frobs_deploy.errors.DeployError`."
+        "``frobs-deploy`` runs without the core, so it has its own base class: :exc:`~frobs_deploy.errors.DeployError`."
     ),
 }
 """The modules that define errors, and a sentence about each."""
@@ -29,9 +29,9 @@ def page() -> str:
     """Return the page."""
     text = label("errors") + heading("Errors")
     text += (
-        "Every error that FRobs raises on purpose is one of these. Its message says what was asked, what exists and "
-        "what to do; the objects that it is about are its attributes. The command line prints the message in one line "
-        "and exits with code 2.\n\n"
+        "Every error that FRobs raises deliberately is an instance of one of these classes. The message states what was "
+        "requested, what exists and what to do, and the attributes contain the objects that are involved. The command line "
+        "prints the message as a single line and exits with code 2.\n\n"
     )
     for module, about in MODULES.items():
         text += heading(module, "-") + f"{about}\n\n" + literal(_tree(module)) + directive("module", module)

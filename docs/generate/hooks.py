@@ -18,8 +18,9 @@ def page() -> str:
     ]
     text = label("hooks") + heading("Hooks and records")
     text += (
-        "A plugin is a module that an entry point of the group ``frobs`` names. It implements any of these hooks; each "
-        "takes nothing and returns frozen records, which say by name what there is and where it is imported from.\n\n"
+        "A plugin is a module that an entry point of the group ``frobs`` names. It may implement any of these hooks. "
+        "Each hook takes no arguments and returns frozen records, which state the names of the plugin's parts and the "
+        "locations of their implementations.\n\n"
     )
     text += table(["hook", "kind", "returns a list of"], kinds)
     text += heading("Hooks", "-") + directive("module", "frobs_core.hookspecs")

@@ -19,7 +19,7 @@ _WITH_CLASS = ("controller", "task", "algorithm")
 def page() -> str:
     """Return the page."""
     text = label("plugins") + heading("Built-in plugins")
-    text += "What comes with FRobs, by kind. The plugins use the same hooks as everybody else's.\n\n"
+    text += "These plugins come with FRobs, sorted by kind. They use the same hooks as third-party plugins.\n\n"
     for kind in KINDS:
         text += label(plural(kind)) + heading(plural(kind).capitalize(), "-")
         rows = [(code(item.name), escape(item.record.summary), escape(item.distribution)) for item in listed(kind)]

@@ -16,25 +16,22 @@ def page() -> str:
     """Return the page."""
     text = label("ros") + heading("FRobs_RL's functions on ROS")
     text += (
-        "What ``frobs-ros`` holds of FRobs_RL: names, arguments and defaults are those of its documentation, which a "
-        "test compares. Each function is tested against a real ROS master and, where it concerns the simulation, "
-        "against the bridge over MuJoCo and over a real Gazebo 11. Processes are ended by handle, failures are logged "
-        "with their reason, and retries are as many as documented, without needless sleeping.\n\n"
+        "``frobs-ros`` provides these functions of FRobs_RL. Their names, arguments and defaults are those of FRobs_RL's "
+        "documentation, which a test verifies. Each function is tested with a real ROS master and, if it affects the "
+        "simulation, with the bridge over MuJoCo and over a real Gazebo 11. Processes are ended by their handles, failures "
+        "are logged with the reason, and functions retry as often as documented, without unnecessary waiting.\n\n"
     )
     for module, functions in TABLES["functions"].items():
         text += heading(module, "-")
-        rows = [
-            (code(name), escape(_summary(module, name)), escape(how) or "as in FRobs_RL")
-            for name, how in functions.items()
-        ]
-        text += table(["function", "what it does", "beside FRobs_RL"], rows, widths="30 40 30")
+        rows = [(code(name), escape(_summary(module, name)), escape(how) or "none") for name, how in functions.items()]
+        text += table(["function", "what it does", "difference from FRobs_RL"], rows, widths="30 40 30")
         text += literal("\n".join(f"{name}({_taken(module, name)})" for name in functions), "python")
     text += heading("Arguments of launch_Gazebo", "-")
     rows = [(code(name), escape(gazebo), escape(bridge)) for name, (gazebo, bridge) in TREATMENT.items()]
     text += table(["argument", "on Gazebo", "on the bridge"], rows, widths="25 35 40")
     text += heading("Arguments of RobotBasicEnv", "-")
     rows = [(code(name), escape(how)) for name, how in TABLES["parameters"].items()]
-    return text + table(["argument", "what becomes of it"], rows)
+    return text + table(["argument", "treatment"], rows)
 
 
 def _function(module, name):

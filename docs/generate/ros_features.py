@@ -180,23 +180,23 @@ def page(marks: list[Mark] | None = None) -> str:
     marks = read_marks() if marks is None else marks
     text = label("ros-features") + heading("What works with ROS 1")
     text += (
-        "Each row is a capability of ROS 1 or of gazebo_ros. The page is generated from the tests that show it, so a "
-        "capability without a test does not appear. The ROS master and the clients in these tests are those of ROS Noetic in "
-        "Debian 12. The second column names what answers them. The bridge over Gazebo 11 runs without gazebo_ros, which "
-        "Debian does not have; no test runs a Gazebo with the original gazebo_ros. A stand-in is a program or module of "
-        "FRobs with the name and the behavior of a ROS package that Debian does not have.\n\n"
+        "Each row is a feature of ROS 1 or of gazebo_ros. The page is generated from the tests of these features, so a "
+        "feature without a test does not appear. The ROS master and the clients in these tests are those of ROS Noetic in "
+        "Debian 12. The second column names the implementation that responds to them. The bridge over Gazebo 11 runs without "
+        "gazebo_ros, which Debian does not provide; no test runs Gazebo with the original gazebo_ros. A stand-in is a program "
+        "or module of FRobs with the name and the behavior of a ROS package that Debian does not provide.\n\n"
     )
     for group, names in FEATURES.items():
         rows = [row for name in names if (row := _row([mark for mark in marks if mark.works and mark.name == name]))]
         if rows:
             text += heading(group, "-")
-            text += table(["capability", "what stands behind it", "tests that show it"], rows, widths="22 22 56")
+            text += table(["feature", "implementation", "tests"], rows, widths="22 22 56")
     limits = [[mark for mark in marks if not mark.works and mark.name == name] for name in LIMITS]
     rows = [(escape(shown[0].name), _tests(shown)) for shown in limits if shown]
     if rows:
         text += heading("What does not work", "-")
-        text += "These are rejected with a message that names them.\n\n"
-        text += table(["not supported", "tests that show the rejection"], rows, widths="44 56")
+        text += "The following features are rejected with a message that names the feature.\n\n"
+        text += table(["not supported", "tests of the rejection"], rows, widths="44 56")
     return text
 
 

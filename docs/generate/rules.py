@@ -8,9 +8,9 @@ def page() -> str:
     """Return the page."""
     text = label("model-rules") + heading("Rules for model files")
     text += (
-        "What is not built as the file says it is noted in ``RobotModel.notes``, each note with the name of one of these "
-        "rules; ``frobs doctor robot FILE`` shows them. Files whose author should mend something fail ``frobs check`` of "
-        "a robot.\n\n"
+        "If FRobs does not build an element as the model file describes it, it adds a note to ``RobotModel.notes``. Each "
+        "note contains the name of one of these rules, and ``frobs doctor robot FILE`` prints the notes. If a file contains "
+        "a fault that its author should fix, ``frobs check`` fails for the robot.\n\n"
     )
     for treatment in Treatment:
         rows = [
@@ -19,7 +19,7 @@ def page() -> str:
             if rule.treatment is treatment
         ]
         text += heading(treatment.value.capitalize(), "-")
-        text += table(["rule", "what the file says", "what is done", "to be mended"], rows)
+        text += table(["rule", "content of the file", "treatment", "should be fixed"], rows)
     return text
 
 

@@ -30,7 +30,7 @@ def traced_files() -> list[Path]:
 def fragment() -> str:
     """Return the list as Markdown, for a page to include."""
     files = traced_files()
-    lines = [f"One step of `{ID}` in MuJoCo runs code in {len(files)} files of FRobs, wrappers not counted:", ""]
+    lines = [f"One step of `{ID}` in MuJoCo runs code in {len(files)} files of FRobs, not counting wrappers:", ""]
     lines += ["| file | contents |", "|---|---|"]
     return "\n".join([*lines, *(f"| `{path}` | {_summary(path)} |" for path in files), ""])
 

@@ -19,14 +19,15 @@ from frobs_core.observation import Observation
 class TrainingMonitor(Protocol):
     """Interface through which an algorithm reports to its run during training.
 
-    The run observes the environment that it passes to the algorithm. An algorithm therefore reports only the episodes
-    of environments that it creates and steps itself, for example on other machines (see :meth:`on_episodes`).
+    The run itself records the episodes of the environment that it passes to the algorithm. An algorithm therefore
+    reports only the episodes of environments that it creates and steps itself, for example on other machines (see
+    :meth:`on_episodes`).
     """
 
     def is_due(self, steps: int) -> bool:
         """Return whether a progress report or a checkpoint is due at this number of environment steps.
 
-        This method is cheap enough to be called in every step.
+        This method is cheap enough to be called at every step.
         """
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
@@ -74,8 +75,8 @@ class Algorithm(ABC):
 
     Args:
         env: A vector environment with same-step autoreset. The environment is already seeded, so reset it without a
-            seed. A run's environment has the attribute ``recipe``, from which an algorithm can create more such
-            environments in other processes.
+            seed. A run's environment has the attribute ``recipe``, from which an algorithm can create more environments
+            of the same kind in other processes.
         config: Settings of the algorithm, which the constructor validates.
         seed: Seed for all random numbers that the algorithm draws, in [0, 2³¹).
 
@@ -105,7 +106,7 @@ class Algorithm(ABC):
 
         Raises:
             UnknownParameterError: A key is unknown. The message suggests the most similar valid key.
-            ConfigurationError: A value is out of range or of the wrong type. The message contains the key and its
+            ConfigurationError: A value is out of range or of the wrong type. The message includes the key and its
                 bounds.
         """
 
@@ -158,7 +159,7 @@ class Algorithm(ABC):
         """
 
     def timed_parts(self) -> Mapping[str, Sequence[tuple[object, str]]]:
-        """Return the methods that ``frobs bench ID --training`` times, by part of the training run.
+        """Return the methods whose duration ``frobs bench ID --training`` measures, by part of the training run.
 
         Implementing this method is optional. The parts are ``"inference"``, which chooses actions and estimates values
         while experience is collected, ``"updates"``, which performs gradient steps, and ``"storage"``, which maintains
@@ -213,13 +214,13 @@ class Algorithm(ABC):
 
         Implementing this method is optional. The graph includes all scaling, normalization, squashing and clipping.
 
-        The first axis of every input and output is the batch axis, which can have any size. The input is
-        ``"observation"``, as in the observation space, or ``"observation/<key>"`` for each key of a Dict space.
-        Recurrent policies have the additional inputs ``"state/0"``, ``"state/1"``, …, which are floats and initially
-        zero, and ``"episode_start"``, (batch,) bool. The output is ``"action"``, in the action space. For discrete
-        actions, the additional output ``"scores"``, (batch, choices) float, contains the scores of all choices, of
-        which the highest is chosen. Recurrent policies have the additional outputs ``"next_state/0"``,
-        ``"next_state/1"``, …
+        The first axis of every input and output is the batch axis, which can have any size. The input is named
+        ``"observation"`` and has the format of the observation space. For a Dict space, each key has an input named
+        ``"observation/<key>"``. Recurrent policies have the additional inputs ``"state/0"``, ``"state/1"``, …, which
+        are floats and initially zero, and ``"episode_start"``, (batch,) bool. The output is named ``"action"`` and
+        contains actions from the action space. For discrete actions, the additional output ``"scores"``, (batch,
+        choices) float, contains the scores of all choices, of which the highest is chosen. Recurrent policies have the
+        additional outputs ``"next_state/0"``, ``"next_state/1"``, …
 
         Raises:
             ConfigurationError: The algorithm cannot be exported, or a package that the export needs is not installed.

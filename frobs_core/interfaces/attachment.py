@@ -117,7 +117,7 @@ def _gains(
 ) -> DriveGains | None:
     """Return the combined drive gains of the arm and the tool.
 
-    An arm or tool without gains gets the combined model's default gains.
+    An arm or tool without gains uses the combined model's default gains.
     """
     if arm.gains is None and tool.gains is None:
         return None

@@ -57,8 +57,8 @@ class Body:
             [kg·m²].
         kinematic: Whether the body moves only when its pose is written. A kinematic body must not have a mass.
         collides: Whether the body collides with other bodies.
-        friction: Coefficient of sliding friction. If a free body slides over the floor, MuJoCo and PyBullet use the
-            larger of the body's and the floor's coefficients, and Gazebo uses the smaller one.
+        friction: Coefficient of sliding friction. When a free body slides over the floor, MuJoCo and PyBullet use the
+            larger of the body's and the floor's friction coefficients, and Gazebo uses the smaller one.
         torsional_friction: Maximum friction torque about the contact normal, divided by the normal force [m]. 0
             disables torsional friction.
         rolling_friction: Maximum torque that resists rolling, divided by the normal force [m]. 0 disables rolling
@@ -91,7 +91,7 @@ class Body:
         if (self.geometry is None) == (not self.shapes):
             raise SceneError("a scene body", "needs either a geometry or shapes; pass exactly one of them.")
         if self.mass is not None and self.density is not None:
-            raise SceneError("a scene body", "has a mass and a density; pass only one of them.")
+            raise SceneError("a scene body", "has both a mass and a density; pass only one of them.")
         if not self.is_free and (self.center_of_mass or self.inertia or self.twist != AT_REST):
             raise SceneError("a scene body", "has no mass, so it cannot have a center_of_mass, inertia or twist.")
         if self.inertia is not None:
@@ -101,7 +101,7 @@ class Body:
                 text = ", ".join(f"{moment:.4g}" for moment in moments)
                 raise SceneError(
                     "a scene body",
-                    f"has an impossible inertia: its principal moments are {text} kg·m². Each principal "
+                    f"has a physically impossible inertia: its principal moments are {text} kg·m². Each principal "
                     "moment must be above 0 and at most the sum of the other two.",
                 )
 

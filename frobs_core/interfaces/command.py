@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class CommandMode(StrEnum):
-    """Meaning of a joint command: the target that the drive law follows."""
+    """Quantity that a joint command specifies as the target of the drive law."""
 
     POSITION = "position"
     VELOCITY = "velocity"

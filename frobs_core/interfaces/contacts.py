@@ -12,15 +12,15 @@ from frobs_core.interfaces.scene import Scene
 
 
 class ContactState:
-    """State of a scene's declared contacts in the last control step, in the order of ``scene.contacts``.
+    """State of a scene's declared contacts during the last control step, in the order of ``scene.contacts``.
 
     A simulator that supports contacts stores an instance of this class as :attr:`Simulation.contacts` and updates its
-    arrays in each ``step``.
+    arrays at each ``step``.
 
     Args:
         scene: Scene that declares the contacts.
         num_envs: ≥ 1.
-        arrays: Arrays to use, named as in :meth:`fields`, or None to allocate new ones.
+        arrays: Arrays to use, with the names returned by :meth:`fields`, or None to allocate new arrays.
 
     Attributes:
         scene: Scene that declares the contacts.
@@ -47,7 +47,7 @@ class ContactState:
         return {"contact": ((count,), "?"), "contact_force": ((count,), "f8"), "contact_resultant": ((count, 3), "f8")}
 
     def clear(self, mask: Mask | None = None) -> None:
-        """Mark all contacts as open, with zero force, in the environments of ``mask``."""
+        """Mark all contacts as open, with zero force, in the environments selected by ``mask``."""
         for array in self._arrays.values():
             array[rows_of(mask)] = 0
 

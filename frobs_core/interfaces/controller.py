@@ -100,7 +100,7 @@ class Controller(ABC):
 
     @property
     def max_action_change(self) -> Floats | None:
-        """Return the largest change of the action per control step that the joints can follow, or None.
+        """Return the largest change in the action per control step that the joints can follow, or None.
 
         The array has the action space's shape. The values are derived from the joints' velocity limits and are inf for
         joints without a limit. Return None if actions are not joint positions.

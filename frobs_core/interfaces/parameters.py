@@ -36,7 +36,7 @@ class Driven(Protocol):
         """Recompute values that depend on the drive gains."""
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``."""
+        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``."""
 
 
 class WrittenParameters(ABC):
@@ -47,7 +47,7 @@ class WrittenParameters(ABC):
     Args:
         placements: The robots of the scene.
         scene: The rest of the scene.
-        robots: Handles of the robots. The mapping may be filled after construction.
+        robots: Handles of the robots. The caller may fill this mapping after constructing this object.
         num_envs: ≥ 1.
 
     Attributes:
@@ -100,7 +100,7 @@ class WrittenParameters(ABC):
         raise UnknownNameError("parameter", name, self.names)
 
     def write(self, name: str, target: str, values: Floats, mask: Mask | None) -> None:
-        """Change a parameter in the environments of ``mask``."""
+        """Change a parameter in the environments selected by ``mask``."""
         if name not in self.names:
             raise UnknownNameError("parameter", name, self.names)
         values = np.asarray(values, np.float64)
@@ -132,7 +132,7 @@ class WrittenParameters(ABC):
     def restore(self, state: Snapshot) -> None:
         """Restore a snapshot.
 
-        Parameters that the snapshot does not contain revert to the values in the scene and the models.
+        Parameters that the snapshot does not contain are reset to their values in the scene and the models.
         """
         saved = {
             (name, target): value

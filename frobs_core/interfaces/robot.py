@@ -90,7 +90,7 @@ class Robot:
         home: Rest configuration by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their limits if
             the limits exclude 0.
         tcp: Link that serves as the tool center point, or None for the last link of the longest chain.
-        gains: Gains of the drive law. If None, critically damped gains are computed from the inertia.
+        gains: Gains of the drive law. If None, critically damped gains are computed from the robot's inertia.
         base: ``"fixed"``, or ``"floating"`` or ``"wheeled"`` for a base that moves freely in the world.
         sensors: Sensors, by name.
         differential_drive: Differential drive of the robot, or None if the robot has no such drive.

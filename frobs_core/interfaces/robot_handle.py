@@ -22,7 +22,7 @@ from frobs_core.rotations import Number, quat_multiply, quat_rotate
 class RobotHandle(JointGroup):
     """Handle of a simulated robot in all environments.
 
-    The drive law, evaluated in each physics step, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with
+    The drive law, evaluated at each physics step, is effort = clip(Kp·(q* − q) − Kd·q̇ + ff, ± effort limit), with
     implicit damping. ``POSITION`` commands q* with ff = 0; ``VELOCITY`` commands v* as ff = Kd·v* with Kp = 0;
     ``EFFORT`` commands ff with Kp = Kd = 0. Each joint has its own command mode.
 
@@ -138,9 +138,9 @@ class RobotHandle(JointGroup):
         The default implementation stores the targets until the next step.
 
         Args:
-            values: Targets, (num_envs, dof) or (num_envs, decimation, dof). Targets of the first shape are held
-                constant. Targets of the second shape have one row for each physics step of the next ``step``, which
-                must use the same ``decimation``. After this ``step``, the last row is held.
+            values: Targets, (num_envs, dof) or (num_envs, decimation, dof). Targets of shape (num_envs, dof) are held
+                constant. Targets of shape (num_envs, decimation, dof) have one row for each physics step of the next
+                ``step``, which must use the same ``decimation``. After this ``step``, the last row is held.
         """
         self._command_rows = np.array(values) if values.ndim == 3 else None
         self._command[:] = values[:, -1] if values.ndim == 3 else values
@@ -175,7 +175,7 @@ class RobotHandle(JointGroup):
         )
 
     def _write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> Floats:
-        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``.
+        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``.
 
         Returns:
             Factors by which to multiply the current commands, (n, dof), so that the drives' targets do not change.

@@ -59,7 +59,7 @@ class Camera:
     """A camera that is fixed in the world, to a robot's link or to a scene body.
 
     Attributes:
-        pos: Position in ``frame``, or in the world if ``frame`` is None [m].
+        pos: Position [m] in ``frame``, or in the world if ``frame`` is None.
         target: Point that the camera looks at, in the same frame [m].
         fov_y: Vertical field of view [deg].
         frame: ``"robot/link"`` or the name of a scene body, or None for the world.
@@ -118,7 +118,7 @@ class Placement:
 
     @property
     def drive_gains(self) -> tuple[Floats, Floats]:
-        """Kp and Kd, (dof,) each: the gains in the robot's description, if any, or the model's default gains."""
+        """Kp and Kd, (dof,) each, from the robot's description, or the model's default gains if it specifies none."""
         gains = self.robot.gains or default_gains(self.model, home_positions(self.model, self.robot.home))
         pairs = [gains.of(joint) for joint in self.model.joint_names]
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
@@ -171,8 +171,8 @@ class Attachment:
         first: A scene body, or ``"robot/link"``.
         second: A free scene body, or ``"robot/link"``.
         pose: Pose of ``second`` in the frame of ``first``, or None to keep their relative pose at reset, when the
-            robots are in their home positions. If the relative pose differs, for example because a task has moved one
-            of the two sides, the engine pulls the sides into this pose.
+            robots are in their home positions. If the actual relative pose differs from ``pose``, for example because a
+            task has moved one of the two sides, the engine pulls the sides into this pose.
     """
 
     first: str
@@ -232,8 +232,8 @@ class Scene:
 
     Attributes:
         floor: Whether there is a floor at z = 0.
-        floor_friction: Coefficient of sliding friction of the floor. The effective coefficient of a free body that
-            slides over the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
+        floor_friction: Coefficient of sliding friction of the floor. The effective friction coefficient of a free body
+            that slides over the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
         gravity: Acceleration due to gravity [m/s²].
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
@@ -341,7 +341,9 @@ class Scene:
         for what in lacking:
             if getattr(self, what):
                 names = ", ".join(getattr(self, what))
-                raise SceneError("the scene", f"has the {what} {names}, but this simulator does not support {what}.")
+                raise SceneError(
+                    "the scene", f"contains the {what} {names}, but this simulator does not support {what}."
+                )
         links = {f"{name}/{link.name}" for name, placement in robots.items() for link in placement.model.links}
         known = [*self.bodies, *robots, *(["floor"] if self.floor else [])]
         for name, contact in self.contacts.items():
@@ -367,7 +369,8 @@ class Scene:
             if attachment.first == attachment.second or (second is not None and not second.is_free):
                 raise SceneError(
                     f"attachment '{name}'",
-                    "requires a second side that is a link or a body with a mass and differs from the first side.",
+                    "has an invalid second side; it must be a link or a body with a mass, and must differ from the "
+                    "first side.",
                 )
         for name, body in self.bodies.items():
             if body.is_free and body.kinematic:

@@ -21,12 +21,11 @@ from frobs_core.errors import ParameterValueError
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor:
-    """Base class of all sensors. A subclass defines a sensor type and refers to its instrument.
+    """Base class of all sensors. A subclass defines a sensor type and names the instrument that takes its measurements.
 
     Attributes:
         frame: Link that the sensor is fixed to.
-        rate: Samples per second [Hz], or None for one sample per control step. Readings stay constant between two
-            samples.
+        rate: Sampling rate [Hz], or None for one sample per control step. Readings stay constant between samples.
         noise: Standard deviation of the normally distributed noise, in the reading's unit: one number for all elements,
             or one for each element.
         resolution: Readings are rounded to multiples of this number, in the reading's unit, unless it is 0. One number
@@ -137,7 +136,7 @@ class Lidar(Sensor):
         rays: Number of rays. The first ray is at ``angle_min``, and the last ray is at ``angle_max``.
         angle_min: Angle of the first ray [rad].
         angle_max: Angle of the last ray [rad], or None to space the rays evenly over 360 degrees.
-        range_min: Minimum reading [m]. Nearer objects read as ``range_min``.
+        range_min: Minimum reading [m]. A ray that hits a closer object reads as ``range_min``.
         range_max: Maximum reading [m]. A ray that hits a farther object, or nothing, reads as ``range_max``.
         offset: Origin of the rays in ``frame`` [m].
     """
@@ -204,11 +203,11 @@ class Lidar(Sensor):
 class Bumper(Sensor):
     """A switch that closes on contact.
 
-    A bumper reads 1.0 if any of its links touched something in any physics step of the control step, and 0.0 otherwise.
+    A bumper reads 1.0 if any of its links touched an object in any physics step of the control step, and 0.0 otherwise.
     If a sample is lost, the previous sample is kept. After a reset, the switch is open.
 
     Attributes:
-        links: Additional links that close the same switch.
+        links: Additional links whose contacts close the same switch.
         ignore: Objects that do not close the switch: ``"floor"``, names of scene bodies, or ``"robot"`` for the robot
             itself.
     """
@@ -265,7 +264,7 @@ class Imu(Sensor):
     type_name: ClassVar[str] = "imu"
     instrument: ClassVar[str] = "frobs_core.sensors.imu:ImuInstrument"
     unit: ClassVar[str] = "rad/s, m/s²"
-    needs: ClassVar[str] = "randomize_gravity"  # simulators with this ability also report gravity, which the IMU needs
+    needs: ClassVar[str] = "randomize_gravity"  # simulators with this capability also report gravity
 
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 

@@ -25,7 +25,7 @@ from frobs_core.interfaces.translation import Overlap, Translation
 from frobs_core.models.model import RobotModel
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
-"""Complete state as arrays by name, (num_envs, …) each."""
+"""Complete state: arrays of shape (num_envs, …), by name."""
 
 
 Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
@@ -69,11 +69,13 @@ class Simulation(ABC):
         robots: Handles of the robots, by name.
         bodies: Handles of the scene's bodies, by name.
         contacts: State of the contacts that the scene declares, or None if the simulator does not support contacts.
-        pacer: Clock of a paced simulator (ability ``real_time``), or None if time passes only in ``step``.
+        pacer: Clock of a paced simulator (capability ``real_time``), or None if simulated time advances only in
+            ``step``.
         render_modalities: Modalities that ``render`` supports.
-        wrenches: Wrenches that act in the next ``step``. Simulators with the ability ``wrench`` maintain this list.
-        state: All arrays that change, by name, to be copied by ``snapshot`` and ``restore``. The value is None if the
-            simulator overrides these methods or does not support ``snapshot``.
+        wrenches: Wrenches that act during the next ``step``. Simulators with the capability ``wrench`` maintain this
+            list.
+        state: All arrays that ``snapshot`` and ``restore`` copy, by name, or None if the simulator overrides these
+            methods or does not support ``snapshot``.
         sensor_wrenches: Readings of all :attr:`Placement.force_torque_sensors` by ``"robot/sensor"``, (num_envs, 6)
             each, or None if the simulator does not support force-torque sensors.
     """
@@ -131,10 +133,10 @@ class Simulation(ABC):
 
     @abstractmethod
     def reset(self, mask: Mask | None = None) -> None:
-        """Reset to the scene's initial state: robots at rest at home, held by their drives, and time 0.
+        """Reset to the scene's initial state at time 0, with robots at rest at home and held by their drives.
 
-        Physical parameters keep their written values. A paced simulator drives the robots home and returns when they
-        have arrived and stopped. Other bodies are not moved.
+        Physical parameters keep their written values. A paced simulator moves the robots to their home positions and
+        returns after they have stopped there. Other bodies are not moved.
 
         Raises:
             SimulationError: The robots of a paced simulator did not reach their home positions in time.
@@ -240,7 +242,7 @@ class Simulation(ABC):
         return read_only(self.sensor_wrenches[name])
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays and return the distances at which they hit something.
+        """Cast rays and return the distances to the objects that they hit.
 
         Args:
             origins: Start points in the world, (num_envs, k, 3) [m].
@@ -248,7 +250,7 @@ class Simulation(ABC):
             max_range: Maximum range of the rays [m].
 
         Returns:
-            The distances, (num_envs, k) [m], which are ``max_range`` where nothing is hit.
+            The distances, (num_envs, k) [m], or ``max_range`` for rays that hit nothing.
         """
         raise CapabilityError.lacking(self, "rays")
 
@@ -288,8 +290,8 @@ class Simulation(ABC):
                 ``mass`` also scales the inertia. ``size`` is a factor for all lengths of a body and does not affect its
                 mass. The drive gains ``stiffness`` and ``damping``, and ``joint_damping``, have the shape (num_envs,
                 dof). ``gravity`` [m/s²] has the shape (num_envs, 3).
-            target: A scene body or ``"robot/link"`` for mass and friction (for friction also ``"floor"``), a scene body
-                for size, a robot's name for the joint parameters, or ``""`` for gravity.
+            target: A scene body or ``"robot/link"`` for mass; a scene body, ``"robot/link"`` or ``"floor"`` for
+                friction; a scene body for size; a robot's name for joint parameters; ``""`` for gravity.
 
         Raises:
             UnknownNameError: The parameter or target does not exist.
@@ -349,7 +351,7 @@ class Simulation(ABC):
 
         Returns:
             Images of the shape (k, h, w, c). ``"rgb"`` is uint8 with c = 3, and ``"depth"`` is float32 [m] with c = 1.
-            ``"segmentation"`` is int32 with c = 1 and contains one number per body, and −1 for the background.
+            ``"segmentation"`` is int32 with c = 1 and contains one segmentation ID per body, and −1 for the background.
 
         Raises:
             RenderingUnavailableError: This machine cannot render.
@@ -358,7 +360,7 @@ class Simulation(ABC):
         raise CapabilityError.lacking(self, "cameras")
 
     def open_viewer(self) -> None:
-        """Open a window that shows the first environment and updates in each ``step``.
+        """Open a window that shows the first environment and is updated at each ``step``.
 
         Raises:
             RenderingUnavailableError: There is no display.
@@ -368,7 +370,7 @@ class Simulation(ABC):
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
         """Return the pairs of overlapping links of a robot in the first environment, by decreasing depth.
 
-        Pairs that the engine never lets collide, such as neighbors, are not reported.
+        Pairs for which the engine disables collisions, such as neighboring links, are not reported.
 
         Args:
             robot: Name of the robot in the simulation.

@@ -15,8 +15,8 @@ from frobs_core.random import RandomSource
 class StepContext:
     """Data about the last control step: the actions and the joint commands.
 
-    The environment updates this object in every step. The arrays are valid until the next step, and tasks must not
-    write to them. In the first step of an episode, the previous action is zero.
+    The environment updates this object at every step. The arrays are valid until the next step, and tasks must not
+    write to them. At the first step of an episode, the previous action is zero.
 
     Args:
         rng: Random source of the environment.
@@ -28,7 +28,7 @@ class StepContext:
         given_action: Action that was passed to ``step``, without clipping, (num_envs, …).
         previous_given_action: Action that was passed to the previous ``step``, without clipping, (num_envs, …).
         commands: Joint commands at the end of the step, after randomized delays, by robot: (num_envs, dof) each, in the
-            unit of each joint's command mode [rad, rad/s or N·m for revolute joints, m, m/s or N for prismatic joints].
+            unit of each joint's command mode [rad, rad/s or N·m for revolute joints; m, m/s or N for prismatic joints].
     """
 
     def __init__(self, rng: RandomSource, action_space: gym.Space, commands: Mapping[str, Floats]) -> None:  # type: ignore[type-arg]
@@ -53,7 +53,7 @@ class StepContext:
         return given if self._bounds is None else np.clip(given, *self._bounds)
 
     def reset(self, mask: Mask | None) -> None:
-        """Set the actions to 0 in the environments of ``mask``."""
+        """Set the actions to 0 in the environments selected by ``mask``."""
         rows = rows_of(mask)
         self.given_action[rows] = 0
         self.previous_given_action[rows] = 0

@@ -29,8 +29,8 @@ class Task(ABC):
     The constructor validates and stores keyword-only parameters, which users pass to the environment. ``bind`` is
     called once, after the simulation is built.
 
-    In a control step, the environment calls ``advance``, reads the observation terms, and calls ``reward``,
-    ``is_terminated`` and ``is_success``, in this order. In a reset, the environment calls ``reset`` and reads the
+    During a control step, the environment calls ``advance``, reads the observation terms, and calls ``reward``,
+    ``is_terminated`` and ``is_success``, in this order. During a reset, the environment calls ``reset`` and reads the
     observation terms.
 
     Do not multiply (num_envs, k) arrays by a matrix (``@``, ``dot``), and do not compute statistics over environments.
@@ -41,8 +41,8 @@ class Task(ABC):
         reset_options: Keys of ``options`` that ``reset`` accepts.
         control_timestep: Default time between two actions [s].
         physics_timestep: Default duration of one physics step [s].
-        success_rule: Condition for the success of an episode, as one sentence without a period, for listings and
-            documentation pages.
+        success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
+            pages.
         reward_meanings: Description of each reward term, by name, for listings and documentation pages.
         late_terms: Observation terms that stay constant until the agent makes progress, such as the current waypoint if
             the first waypoint is always the same. The conformance kit takes random actions and therefore does not
@@ -68,17 +68,17 @@ class Task(ABC):
         return Scene()
 
     def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
-        """Return the simulator abilities that a reset requires, in addition to those in the task's record.
+        """Return the simulator capabilities that a reset requires, in addition to those in the task's record.
 
-        A task that starts with the robot at home requires no abilities. A task that places the robot elsewhere requires
-        ``teleport``. The environment calls this method without options before it builds the simulator, and with the
-        given options in each ``reset``.
+        A task that starts with the robot at home requires no capabilities. A task that places the robot elsewhere
+        requires ``teleport``. The environment calls this method without options before it builds the simulator, and
+        with the given options in each ``reset``.
 
         Args:
             options: Names of the options passed to ``reset``.
 
         Returns:
-            Minimum level of each ability, by name.
+            Minimum level of each capability, by name.
         """
         return {}
 
@@ -92,7 +92,7 @@ class Task(ABC):
 
         Args:
             mask: The environments to reset.
-            rng: The only random source that the task may use.
+            rng: The only source of random numbers that the task may use.
             options: The given options whose keys are in ``reset_options``, as (num_envs, …) arrays. Only the rows
                 selected by ``mask`` are valid.
         """
@@ -141,7 +141,7 @@ class GoalTask(Task):
 
     @abstractmethod
     def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
-        """Return the reward for given goals, independent of the current state.
+        """Return the reward for given goals, regardless of the current state.
 
         Args:
             achieved_goal: (..., k)

@@ -15,9 +15,7 @@ from frobs_core.models.model import RobotModel
 from frobs_core.models.notes import Treatment
 
 TranslationTable: TypeAlias = Mapping[str, tuple[Treatment, str]]
-"""A simulator's treatment of each kind of model-file element, with a description, by key of
-``frobs_core.models.ELEMENTS``.
-"""
+"""How a simulator handles each kind of element in a model file, by key of ``frobs_core.models.ELEMENTS``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +25,7 @@ class Translation:
     Attributes:
         element: Kind of element, which is a key of ``frobs_core.models.ELEMENTS``.
         treatment: Whether the element is kept, approximated or dropped.
-        how: One line that describes the element's replacement or the resulting loss. May be empty if the element is
-            kept.
+        how: Single-line description of what replaces the element or what is lost. May be empty if the element is kept.
         names: Links or joints that the translation applies to, or empty for all links or joints that contain the
             element.
     """

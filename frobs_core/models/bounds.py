@@ -24,7 +24,7 @@ _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 32, endpoint=False)
 
 
 def _directions(count: int) -> Floats:
-    """Return unit vectors in all directions, (count + 6, 3): a Fibonacci sphere and both directions of each axis."""
+    """Return evenly spread unit vectors, (count + 6, 3): a Fibonacci sphere plus both directions of each axis."""
     i = np.arange(count) + 0.5
     z, turn = 1.0 - 2.0 * i / count, np.pi * (1.0 + 5.0**0.5) * i
     flat = np.sqrt(1.0 - z * z)
@@ -68,7 +68,7 @@ def _points(geometry: Geometry) -> Floats:
 
 @lru_cache(maxsize=256)
 def mesh_points(path: Path) -> Floats:
-    """Return the extreme vertices of a mesh file, (n, 3), unscaled.
+    """Return the extreme vertices of a mesh file before scaling, (n, 3).
 
     Raises:
         ModelFileError: The file cannot be read.
@@ -143,7 +143,7 @@ def robot_bounds(model: RobotModel, joint_positions: npt.ArrayLike) -> Bounds:
 
 
 def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: npt.ArrayLike) -> dict[str, float]:
-    """Return the height of each colliding link's lowest point [m], relative to the root link's origin.
+    """Return the height of the lowest point of each link with collision shapes [m], relative to the root link's origin.
 
     Args:
         model: Model of the robot.

@@ -62,7 +62,7 @@ PHYSICAL = frozenset(
         "equalities",
     ]
 )
-"""Kinds of elements that change a robot's motion if a simulator drops them."""
+"""Kinds of elements that affect a robot's motion, so a simulator that ignores them changes the motion."""
 
 _BESIDE = {  # children of a URDF's <robot> that do not belong to a link or joint
     "transmission": "transmissions",

@@ -30,7 +30,7 @@ _LEAST_GYRATION = 1e-6  # [m] minimum radius of gyration; engines divide by iner
 
 
 def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes: Notes) -> dict[str, Inertial | None]:
-    """Return the inertial of each link. Repaired values are also written to the XML elements.
+    """Return the inertial properties of each link. Repaired values are also written to the XML elements.
 
     Raises:
         ModelFileError: A mass or a moment is negative or not finite.
@@ -104,7 +104,8 @@ def _possible(
         if (moment := float(principal.mean())) <= 0.0:
             element.refuse(
                 f"link '{link.get('name')}' has the principal moments of inertia "
-                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which is impossible; correct its <inertia>."
+                f"{', '.join(f'{value:g}' for value in principal)} kg·m², which are physically impossible; correct "
+                "its <inertia>."
             )
         moments = (moment, 0.0, 0.0, moment, 0.0, moment)
         text = "the link has an impossible inertia; the mean of its principal moments is used"
@@ -116,7 +117,7 @@ def _possible(
         notes.add(
             "thin-inertia",
             link,
-            f"the link has a principal moment of {principal[0]:g} kg·m², which is too small and is increased",
+            f"the link's principal moment of inertia of {principal[0]:g} kg·m² is too small and was increased",
         )
     else:
         return moments

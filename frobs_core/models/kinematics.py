@@ -92,7 +92,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return the factors of the state and of the state permuted by ``_SWAP``, (k, 7, n) each, for rotations about z."""
+    """Return the factors by which rotations about z multiply ``state`` and ``state[_SWAP]``, (k, 7, n) each."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle
@@ -187,7 +187,7 @@ def moved(joint: Joint, pos: Floats, quat: Floats, position: Floats) -> tuple[Fl
     """Return the pose of a joint's child link.
 
     Args:
-        joint: Moving joint, or a fixed joint with ``position`` 0.
+        joint: The joint. For a fixed joint, ``position`` must be 0.
         pos: Position of the parent link, (n, 3) [m].
         quat: Orientation of the parent link, (n, 4), scalar first.
         position: Position of the joint, (n, 1) [rad or m].

@@ -1,4 +1,4 @@
-"""Limits for the numbers in a model file. Larger numbers are probably mistakes, and cause overflows in engines."""
+"""Limits for the numbers in a model file. Larger numbers are probably mistakes and can cause overflows in engines."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def load_model(
 
     Raises:
         ModelFileError: The file, or a file that it refers to, is missing, empty, broken or contradictory, or declares a
-            document type. The message contains the file and the line, and describes how to fix the problem.
+            document type. The message includes the file name and the line number, and describes how to fix the problem.
     """
     return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
 

@@ -38,8 +38,8 @@ class MeshCache:
     """Cache entry of one mesh.
 
     The key depends on the mesh file's bytes and suffix, and on the files that the mesh refers to, such as the materials
-    of an OBJ file or the buffers of a glTF file. If the cache cannot be read or written, loading the mesh only takes
-    longer.
+    of an OBJ file or the buffers of a glTF file. If the cache cannot be read or written, the mesh is parsed again each
+    time.
 
     Args:
         path: The mesh file.

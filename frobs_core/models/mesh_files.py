@@ -32,8 +32,8 @@ class SiblingFiles:
 
     Attributes:
         file_name: Name of the mesh file.
-        refused: Reason why a file that the mesh refers to cannot be used, or None if every such file was usable or
-            missing.
+        refused: Reason why a file that the mesh refers to was rejected, or None if no file was rejected. A missing file
+            is not rejected.
     """
 
     def __init__(self, mesh: Path) -> None:

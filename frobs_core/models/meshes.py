@@ -206,7 +206,7 @@ def _colour(mesh: Any) -> Rgba | None:
     if colour == _DEFAULT_COLOUR or len(colour) != 4:
         return None
     r, g, b, a = (c / 255.0 for c in colour)
-    return r, g, b, a or 1.0  # an alpha of 0 means that the exporter confused transparency and opacity
+    return r, g, b, a or 1.0  # an alpha of 0 is treated as 1, because some exporters confuse transparency with opacity
 
 
 def _checked(path: Path, parts: list[MeshPart]) -> tuple[MeshPart, ...]:

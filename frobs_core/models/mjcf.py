@@ -103,7 +103,10 @@ class _MjcfReader:
         document = self.document
         for tag in _UNREADABLE:
             for element in document.root.descendants(tag):
-                element.refuse(f"only MuJoCo can expand <{tag}>; use the model that mujoco.mj_saveLastXML saves.")
+                element.refuse(
+                    f"only MuJoCo can expand <{tag}>; load the file in MuJoCo, save it with mujoco.mj_saveLastXML, and "
+                    "use the saved file."
+                )
         check_count(sum(1 for _ in document.root.descendants("body")), "bodies", document.root)
         for element in document.root.descendants("body"):
             self._claim(element, "body")
@@ -205,7 +208,7 @@ class _MjcfReader:
         Args:
             body: The body.
             parent: Name of the parent link, or None for the root.
-            frame: Frame in the parent that the body's pose is relative to, (7,).
+            frame: Frame in the parent link to which the body's pose is relative, (7,).
             childclass: Default class of the body's contents.
         """
         name = body.required("name")
@@ -223,7 +226,8 @@ class _MjcfReader:
             self.notes.add(
                 "mesh-mass",
                 body,
-                "only MuJoCo can compute the mass of the body's shapes; default drive gains ignore these shapes",
+                "only MuJoCo can compute the mass of the body's shapes, so the default drive gains do not account "
+                "for this mass",
             )
         if any(geom.geometry is None and geom.collides for geom in geoms):
             self.notes.add("mujoco-shape", body, "the body has a collision shape that only MuJoCo supports")
@@ -288,7 +292,7 @@ class _MjcfReader:
             if child in self.world_bodies and others:
                 element.refuse(
                     f"'{child}' can only move freely if it is the only body of <worldbody>; remove {', '.join(others)} "
-                    "or the free joint. Objects belong in the scene of the task."
+                    "or the free joint. Define additional objects in the task's scene."
                 )
             element.refuse(
                 f"'{child}' has a free joint inside the robot; only a body directly in <worldbody> can have a free "
@@ -402,7 +406,8 @@ class _MjcfReader:
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
                 text = (
-                    f"only the engine uses the equality of joint '{follower}'; both joints of the equality have drives"
+                    f"only the engine evaluates the equality constraint on joint '{follower}', which is not treated "
+                    "as a mimic joint"
                 )
                 self.notes.add("engine-equality", element, text)
                 continue

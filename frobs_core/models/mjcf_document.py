@@ -28,7 +28,7 @@ class MjcfDocument:
     """An MJCF document with resolved includes.
 
     Args:
-        root: The ``<mujoco>`` element. Includes in this element are replaced by their contents, and file paths are made
+        root: The ``<mujoco>`` element. Its includes are replaced by their contents, and its file paths are made
             absolute.
         path: The main file. Paths of includes and assets are relative to the folder of this file.
 
@@ -56,7 +56,7 @@ class MjcfDocument:
         self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
     def children(self, *tags: str, of: str) -> Iterable[Element]:
-        """Yield the children with these tags from all sections with the tag ``of``, such as ``of="actuator"``."""
+        """Yield the children with the given tags from all sections with the tag ``of``, such as ``of="actuator"``."""
         for section in self.root.children(of):
             yield from section.children(*tags)
 
@@ -158,7 +158,7 @@ def shortest_from_z(axis: Floats) -> Floats:
 
 
 def _include(element: Element, folder: Path, seen: set[Path]) -> None:
-    """Replace every ``<include>`` with the contents of the included file. MuJoCo accepts each file only once."""
+    """Replace every ``<include>`` with the included file's contents. As in MuJoCo, a file can be included only once."""
     for i in range(len(element) - 1, -1, -1):
         child = element[i]
         assert isinstance(child, Element)

@@ -161,7 +161,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) 
     heavy = weighed(document, geoms)
     mass = sum(geom.mass for geom in heavy)
     if mass > MAX_MASS:
-        body.refuse(f"the shapes of the body have a mass of {mass:g} kg; the limit is {MAX_MASS:g} kg.")
+        body.refuse(f"the shapes of the body have a total mass of {mass:g} kg; the limit is {MAX_MASS:g} kg.")
     if not mass > 0.0:  # zero or unknown
         return None
     center = sum((geom.mass * geom.pose[:3] for geom in heavy), np.zeros(3)) / mass
@@ -193,7 +193,7 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
 def compiled_inertials(
     compiler: Mapping[str, str], inertials: Mapping[str, Inertial | None]
 ) -> dict[str, Inertial | None]:
-    """Return the inertials of all bodies after applying the compiler settings for bounds, balance and total mass."""
+    """Return the inertials of all bodies after applying the compiler's mass and inertia settings."""
     least_mass, least_moment, total = (
         float(compiler.get(name, "0")) for name in ("boundmass", "boundinertia", "settotalmass")
     )

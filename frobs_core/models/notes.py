@@ -1,4 +1,4 @@
-"""Notes about the changes that the reader makes to a model. Each note refers to a rule."""
+"""Notes about changes that the model reader makes to a model. Each note refers to a rule."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Treatment(Enum):
-    """Treatment of an element of a model file."""
+    """How an element of a model file is handled."""
 
     KEPT = "kept"
     APPROXIMATED = "approximated"
@@ -23,15 +23,14 @@ class Treatment(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Rule:
-    """Rule that defines how a peculiarity of model files is treated.
+    """Rule for handling a peculiarity of model files.
 
     Attributes:
         name: Name of the rule, such as ``"impossible-inertia"``.
-        about: Content, or missing content, that the rule applies to.
+        about: Existing or missing content to which the rule applies.
         treatment: Treatment of the element.
         text: Description of the treatment.
-        fault: Whether the author of the file should fix the peculiarity, in which case the robot's conformance check
-            fails.
+        fault: Whether the author of the file should fix the peculiarity. If True, the robot's conformance check fails.
     """
 
     name: str
@@ -48,7 +47,7 @@ class Note:
     Attributes:
         element: The element as written in the file, such as ``<link name="forearm">``.
         rule: Name of the rule, which is a key of ``RULES``.
-        text: Description of the finding and its treatment, without the element.
+        text: Description of the problem and how it is handled, without the element's name.
         line: Line number in the file, starting at 1, or None if unknown, for example in a xacro file.
     """
 

@@ -1,4 +1,4 @@
-"""Location of model files and of the files that they refer to, without ROS."""
+"""Finds model files and the files that they reference. ROS is not required."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # a sing
 
 
 def resolve_path(path: str | Path) -> Path:
-    """Return the absolute path of a file or of ``"package:relative/path"`` inside an installed package.
+    """Return the absolute path of a file.
 
-    Existing files take precedence, so paths with a colon work.
+    The argument can also be ``"package:relative/path"`` for a file in an installed Python package. An existing file
+    takes precedence, so file paths may contain a colon.
 
     Raises:
         ModelFileError: The file or package does not exist. The message suggests similar names.
@@ -38,13 +39,13 @@ def resolve_path(path: str | Path) -> Path:
         if (base / inside).exists():
             return (base / inside).resolve()
         raise ModelFileError(
-            base / inside, f"the package '{package}' does not contain this file.{_beside(base / inside)}"
+            base / inside, f"the Python package '{package}' does not contain this file.{_beside(base / inside)}"
         )
     raise ModelFileError(text, f"the file does not exist.{_beside(Path(text))}")
 
 
 def _beside(path: Path) -> str:
-    """Describe the contents of the nearest existing folder above a missing path."""
+    """Suggest a similar name for a missing path, or list the contents of its nearest existing parent folder."""
     folder = path.absolute().parent
     while not folder.is_dir():
         path, folder = folder, folder.parent
@@ -53,20 +54,27 @@ def _beside(path: Path) -> str:
     if close:
         return f" Did you mean '{folder / close}'?"
     shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
-    return f" {folder} holds: {shown or 'nothing'}."
+    return f" {folder} contains: {shown or 'nothing'}."
 
 
 class Packages:
-    """Locations of ROS packages by name, without ROS.
+    """Finds ROS packages by name. A ROS installation is not required.
 
-    The search order is: the given folders, the folders in ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and
-    ``GAZEBO_MODEL_PATH``, the folders above the model file, all folders below ``ROS_PACKAGE_PATH``, and finally any
-    folder above the model file that has the package's name. A folder in a path variable or above the model file may be
-    the package itself or contain the package. The folders above the model file are searched up to the folder that
-    contains the model file's package.
+    The following locations are searched in order:
+
+    1. the folders in ``given``,
+    2. the folders in ``ROS_PACKAGE_PATH``, ``AMENT_PREFIX_PATH`` and ``GAZEBO_MODEL_PATH``,
+    3. the folders above the model file,
+    4. all folders below ``ROS_PACKAGE_PATH``,
+    5. any folder above the model file that has the package's name.
+
+    In steps 2 and 3, a folder can be the package itself or the package's parent folder. If the model file belongs to a
+    package, step 3 ends at the parent folder of that package. Otherwise, step 3 searches only the three nearest
+    folders.
 
     Args:
-        given: Folder of each package by name, or ``"package:relative/path"`` of an installed Python package.
+        given: Folder of each package, by package name. A folder can also be ``"package:relative/path"`` in an installed
+            Python package.
         file: The model file.
     """
 
@@ -78,12 +86,14 @@ class Packages:
         """Return the folder of a package.
 
         Raises:
-            ModelFileError: The package is not found. The message lists the searched locations.
+            ModelFileError: The package is not found. The error message lists the searched locations.
         """
         if name in self.given:
             folder = resolve_path(self.given[name])
             if not folder.is_dir():
-                raise ModelFileError(folder, f"package_paths sets it for '{name}', but it is not a folder.")
+                raise ModelFileError(
+                    folder, f"package_paths sets this path for the package '{name}', but the path is not a folder."
+                )
             return folder
         searched = self._folders()
         for folder in searched:
@@ -97,7 +107,7 @@ class Packages:
                 return folder
         close = nearest(name, self.given)
         hint = f" Did you mean '{close}', which is in package_paths?" if close else ""
-        places = ", ".join(["package_paths", *map(str, searched), "the names of all parent folders"])
+        places = ", ".join(["package_paths", *map(str, searched), "and any folder above the model file with this name"])
         raise ModelFileError(
             self.file,
             f"the ROS package '{name}' is not found; set its location with package_paths={{'{name}': FOLDER}} or "
@@ -105,27 +115,27 @@ class Packages:
         )
 
     def _folders(self) -> list[Path]:
-        """Folders that are packages or contain them, in search order."""
+        """Return the folders that may be packages or contain packages, in search order."""
         folders = path_folders("ROS_PACKAGE_PATH")
         folders += [Path(p) / "share" for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
         folders += [Path(p) for p in os.environ.get("GAZEBO_MODEL_PATH", "").split(os.pathsep) if p]
         above = list(self.file.parents)
         roots = [i for i, folder in enumerate(above) if (folder / "package.xml").is_file()]
-        depth = roots[0] + 2 if roots else 3  # without a package.xml, do not search up to the root of the disk
+        depth = roots[0] + 2 if roots else 3  # without a package.xml, search only three folders
         return list(dict.fromkeys(folders + above[:depth]))
 
     @cached_property
     def _workspace(self) -> dict[str, Path]:
-        """Packages below ``ROS_PACKAGE_PATH``, by name."""
+        """Folders of all packages below ``ROS_PACKAGE_PATH``, by package name."""
         folders = [folder for root in path_folders("ROS_PACKAGE_PATH") for folder in packages_below(root)]
         return {package_name(folder): folder for folder in reversed(folders)}
 
     def resolve(self, uri: str, base: Path) -> Path:
-        """Return the file that a model refers to.
+        """Return the path of a file that a model references.
 
         Args:
             uri: ``package://name/path``, ``model://name/path``, ``file:///path``, or a path.
-            base: Folder that relative paths refer to.
+            base: Folder for resolving relative paths.
 
         Raises:
             ModelFileError: The file does not exist, or the scheme is not supported.
@@ -140,7 +150,7 @@ class Packages:
             found = base / re.sub(r"^localhost(?=/)", "", match[2])
         else:
             raise ModelFileError(
-                self.file, f"'{uri}': {match[1]}:// is not supported; use package://, file:// or a path."
+                self.file, f"the scheme {match[1]}:// of '{uri}' is not supported; use package://, file:// or a path."
             )
         if not found.is_file():
             raise ModelFileError(self.file, f"the file '{uri}' is missing: {found} does not exist.{_beside(found)}")
@@ -148,7 +158,7 @@ class Packages:
 
 
 def path_folders(variable: str) -> list[Path]:
-    """Return the folders in a path variable of the environment."""
+    """Return the folders listed in an environment variable such as ``ROS_PACKAGE_PATH``."""
     return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
 
 

@@ -30,7 +30,7 @@ def solid_inertial(
 ) -> Inertial:
     """Return the total mass, center of mass and inertia of solid shapes with equal density, in their common frame.
 
-    A volume in which shapes overlap is counted once for each shape.
+    Overlapping volumes are counted once per shape.
 
     Args:
         shapes: At least one.

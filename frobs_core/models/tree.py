@@ -136,8 +136,8 @@ def joints_below(model: RobotModel) -> dict[str, list[Joint]]:
     if model.passive_joints:
         raise ModelFileError(
             model.path,
-            f"the file's actuators do not drive {', '.join(model.passive_joints)}; only simulator='mujoco' simulates "
-            "passive joints.",
+            f"the file has no actuators for the joints {', '.join(model.passive_joints)}; only simulator='mujoco' "
+            "simulates passive joints.",
         )
     if unknown := [note.element for note in model.notes if note.rule == "mesh-mass"]:
         raise ModelFileError(

@@ -185,7 +185,7 @@ def _limits(element: Element, kind: JointType, notes: Notes) -> JointLimits:
         notes.add(
             "no-range",
             element,
-            f"lower={lower:g} and upper={upper:g} are not a range, so the joint is treated as unlimited",
+            f"lower={lower:g} and upper={upper:g} are not a valid range, so the joint is treated as unlimited",
         )
         return unlimited
     if lower == upper:

@@ -1,8 +1,8 @@
 """The URDF elements and attributes that are read. All other elements and attributes are ignored with a note.
 
-Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. The elements
-in :data:`_LEFT_OUT` are ignored according to a specific rule. All other elements are ignored according to the rule
-``unknown``.
+Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. Elements in
+:data:`_LEFT_OUT` are ignored, and the note refers to a rule for this kind of element. All other elements are ignored,
+and the note refers to the rule ``unknown``.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def note_what_is_left_out(root: Element, notes: Notes) -> None:
         known = _READ.get(parent.tag, {})
         for child in parent.children():
             if child.tag.startswith("xacro:"):
-                child.refuse("the file contains xacro macros; rename it to end in '.urdf.xacro'.")
+                child.refuse("the file contains xacro macros; rename it so that its name ends in '.urdf.xacro'.")
             if child.tag not in known:
                 rule = _LEFT_OUT.get((parent.tag, child.tag), "unknown")
                 elements.setdefault((rule, parent.tag, child.tag), []).append(child)

@@ -55,7 +55,7 @@ class Shapes:
         found = []
         for element in list(link.children(tag)):
             if any(_is_zero(sphere.get("radius", "")) for sphere in element.descendants("sphere")):
-                self.notes.add("empty-shape", link, f"a {tag} that is a sphere of radius 0 is ignored")
+                self.notes.add("empty-shape", link, f"a <{tag}> that contains a sphere of radius 0 is ignored")
                 link.remove(element)
             else:
                 found.append(element)
@@ -74,7 +74,7 @@ class Shapes:
                     self.notes.add("undefined-material", element, text)
                 rgba = self.colours.get(name)
             else:
-                self.colours.setdefault(name, rgba)  # as in ROS, a material is defined by its first use
+                self.colours.setdefault(name, rgba)  # as in ROS, the first definition of a material's color applies
         return Visual(self.geometry(element), read_pose(element), rgba)
 
     def collision(self, element: Element) -> Collision:
@@ -87,7 +87,7 @@ class Shapes:
         given = [] if holder is None else list(holder.children())
         shapes = [shape for shape in given if shape.tag in SHAPES] or given
         if len(shapes) != 1:
-            element.refuse("the element must contain one <geometry> with one shape.")
+            element.refuse("the element must contain exactly one <geometry> with exactly one shape.")
         shape = shapes[0]
         match shape.tag:
             case "box":

@@ -1,4 +1,4 @@
-"""Messages for xacro's errors, which contain the wrong name, the existing names and the line."""
+"""Improves xacro's error messages by adding line numbers and the available names."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from pathlib import Path
 from frobs_core.errors import ModelFileError
 from frobs_core.models.xmltree import Element, suggestion
 
-_LONGEST = 2_000  # maximum length of xacro's message, which may repeat any amount of the file's content
+_LONGEST = 2_000  # maximum length of xacro's message, which can quote large parts of the file
 
 
 class Declarations:
-    """Declarations in the files that were read, for messages that suggest names and contain line numbers."""
+    """Names that the xacro files declare, and the files' texts.
+
+    Error messages use the names for suggestions and the texts for line numbers.
+    """
 
     def __init__(self) -> None:
         self.arguments: set[str] = set()
@@ -35,25 +38,25 @@ class Declarations:
                 self.names.update(parameters)
 
     def line(self, file: Path, pattern: str) -> int | None:
-        """Return the number of the first line that matches ``pattern``, because xacro does not report line numbers."""
+        """Return the number of the first line that matches ``pattern``. xacro itself does not report line numbers."""
         match = re.search(pattern, self.texts.get(file, ""))
         return self.texts[file].count("\n", 0, match.start()) + 1 if match else None
 
 
 def choices(name: str, available: set[str]) -> str:
-    """Return a text that suggests the most similar name and lists all names."""
+    """Return a text that suggests the most similar name and lists all available names."""
     return f"{suggestion(name, available)} Available: {', '.join(sorted(available)) or 'none'}."
 
 
 def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
-    """Convert an exception from xacro to an error whose message explains the fix."""
+    """Convert an exception from xacro to an error whose message explains how to fix the file."""
     cause = getattr(error, "exc", None) or error
     text = str(error)[:_LONGEST].replace("\n", " ").strip() or type(error).__name__
     if isinstance(cause, RecursionError):
-        return ModelFileError(file, "macros or properties refer to each other endlessly.")
+        return ModelFileError(file, "infinite recursion: macros or properties refer to each other or to themselves.")
     if match := re.search(r"Undefined substitution argument '?([^' ]+)'?", text):
         name = match[1]
-        reason = f"the xacro argument '{name}' has no value: set it with xacro_args={{'{name}': VALUE}}."
+        reason = f"the xacro argument '{name}' has no value; set it with xacro_args={{'{name}': VALUE}}."
         return ModelFileError(file, reason, seen.line(file, rf"\$\(arg\s+{re.escape(name)}\s*\)"))
     if match := re.search(r"name '(\w+)' is not defined", text):
         name = match[1]
@@ -70,13 +73,13 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
         return ModelFileError(file, reason, seen.line(file, rf"{call}[^>]*\b{re.escape(name)}\s*="))
     if match := re.search(r"Undefined parameters \[([^\]]*)\]", text):
         macro, call = _macro_of(error)
-        reason = f"the macro '{macro}' requires the parameters {match[1]}, which are missing in the call."
+        reason = f"a call of the macro '{macro}' does not set the required parameters {match[1]}."
         return ModelFileError(file, reason, seen.line(file, call))
     return ModelFileError(file, f"xacro: {text}.")
 
 
 def _macro_of(error: Exception) -> tuple[str, str]:
-    """Return the name of the macro that caused an error, and a pattern that finds a call of the macro."""
+    """Return the name of the macro that caused an error, and a regular expression that matches calls of the macro."""
     macros = getattr(error, "macros", [])
     name = macros[0].body.getAttribute("name").removeprefix("xacro:") if macros else "?"
     return name, rf"<xacro:{re.escape(name)}\b"

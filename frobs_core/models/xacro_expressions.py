@@ -1,4 +1,4 @@
-"""A custom interpreter for xacro's expressions, so that Python never executes text from a file.
+"""A custom interpreter for xacro expressions, which never runs text from a file as Python code.
 
 This module and :mod:`frobs_core.models.xacro_library` list all syntax, functions and methods that an expression may
 use. Everything else is rejected. Values are numbers, strings, lists, mappings and functions. Expressions cannot access
@@ -21,7 +21,7 @@ from frobs_core.models.xacro_limits import MAX_EXPRESSION, MAX_INTEGER, Budget
 
 
 class YamlDict(dict[Any, Any]):
-    """A mapping from a YAML file, whose keys are also attributes, as in ``limits.elbow.lower``."""
+    """A mapping from a YAML file, whose keys can also be accessed as attributes: ``limits.elbow.lower``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Interpreter:
             self.budget.spend(len(text))
             try:
                 tree = ast.parse(text, mode="eval").body
-            except MemoryError as error:  # raised by Python's parser for deep nesting
+            except MemoryError as error:  # raised by Python's parser if expressions are nested too deeply
                 raise SyntaxError("it is nested too deeply") from error
             self._trees[text] = tree
         return self._eval(tree, ChainMap({}, names))
@@ -185,7 +185,7 @@ class Interpreter:
         raise TypeError(f"{function!r} is not a function")
 
     def items(self, value: Any) -> Iterator[Any]:
-        """Yield the items of a value, and count each item as work."""
+        """Yield the items of a value, and count each item as one unit of work."""
         if type(value) not in _ITERABLES:
             raise TypeError(f"{value!r} is not a list")
         for item in value:

@@ -49,7 +49,7 @@ _MAX_ENTRIES = 10_000
 """Maximum number of folder entries that one ``<xacro:include filename="*.xacro"/>`` examines."""
 
 _PER_NODE, _PER_ATTRIBUTE, _PER_TAG = 10, 4, 10  # units of work per node, attribute and tag
-_SIBLINGS_PER_UNIT = 12  # siblings per unit of work; replacing a node searches its siblings about three times
+_SIBLINGS_PER_UNIT = 12  # siblings that count as one unit of work, because replacing a node searches its siblings
 _BYTES_PER_UNIT = 64
 _PER_MESSAGE = 1_000
 
@@ -183,7 +183,7 @@ class _Expansion:
     def _eval_text(self, text: str, symbols: Any) -> Any:
         """Return a text with its expressions evaluated.
 
-        If the text is a single expression, the value keeps its type.
+        If the text consists of a single expression, the type of the expression's value is preserved.
         """
         self._budget.check_length(len(text))
         results: list[Any] = []
@@ -202,7 +202,7 @@ class _Expansion:
             else:
                 value = match["text"]
             if at == len(text) and not results:
-                if isinstance(value, str):  # xacro checks whether the text is a number, and copies it into the document
+                if isinstance(value, str):  # xacro parses the text as a number and copies it
                     self._budget.check_length(len(value))
                 return value
             results.append(str(value))

@@ -62,7 +62,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
     loader = Loader(data.decode("utf-8-sig"))
     try:
         found = loader.get_single_data()
-        if isinstance(found, str):  # any text file is a valid YAML string
+        if isinstance(found, str):  # YAML reads plain text as a single string
             raise ValueError(f"{path} contains neither a mapping nor a list")
         return _plain(found, budget, 0)
     finally:
@@ -70,7 +70,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
 
 
 def _plain(value: Any, budget: Budget, depth: int) -> Any:
-    """Return plain data. Aliases are expanded, so that the budget also limits nested aliases."""
+    """Return plain data. Aliases are expanded so that nested aliases also count toward the budget."""
     budget.spend(1)
     if depth > MAX_NESTING:
         budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")

@@ -80,7 +80,9 @@ class Element(ElementTree.Element):
         try:
             values = tuple(float(word) for word in text.split())
         except ValueError:
-            hint = " Macros are expanded in files that end in '.xacro'." if re.search(r"\$[({]", text) else ""
+            hint = (
+                " Macros are expanded only in files whose names end in '.xacro'." if re.search(r"\$[({]", text) else ""
+            )
             self.refuse(f'{attribute}="{text}" is not {_numbers(count)}.{hint}')
         if len(values) != (count or max(1, len(values))):
             self.refuse(f'{attribute}="{text}" contains {_numbers(len(values))}; it requires {count or 1}.')

@@ -71,7 +71,7 @@ def reports() -> tuple[PluginReport, ...]:
 
 
 def records(kind: str) -> Mapping[str, Record]:
-    """Return the records of a kind by name. A name that two distributions provide becomes ``"distribution:name"``.
+    """Return the records of a kind by name, or by ``"distribution:name"`` if two distributions provide the same name.
 
     Raises:
         UnknownNameError: The kind does not exist.

@@ -57,7 +57,7 @@ def state() -> dict[str, object]:
 
 
 def main(module: str, key: str, findings: Path, seconds: float) -> None:
-    """Import a plugin, call its hooks, and write the findings.
+    """Import a plugin, call its hooks, and write the findings to a file.
 
     Args:
         module: Module that the plugin's entry point names.

@@ -25,7 +25,7 @@ from frobs_core.plugins.requirements import core_versions, is_made_for
 from frobs_core.specs import RECORDS, Record
 
 STRICT = "FROBS_STRICT_PLUGINS"
-"""Environment variable that turns a broken plugin into an error, unless the value is empty, 0, false, no or off."""
+"""Environment variable that makes a broken plugin raise an error, unless its value is empty, 0, false, no or off."""
 
 DISABLE = "FROBS_DISABLE_PLUGINS"
 """Environment variable with a comma-separated list of the entry points, distributions or ``distribution:name`` pairs to
@@ -88,7 +88,9 @@ class Plugins:
         return self._reports
 
     def records(self, kind: str) -> Mapping[str, Record]:
-        """Return the records of a kind by name. A name that two distributions provide becomes ``"distribution:name"``.
+        """Return the records of a kind by name.
+
+        If two distributions provide the same name, both records are listed as ``"distribution:name"``.
 
         Raises:
             UnknownNameError: The kind does not exist.
@@ -192,7 +194,7 @@ class Plugins:
             _refuse_second_offers(candidate, records, others)
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # including SystemExit and the exceptions of test frameworks, such as skips
+        except BaseException as error:  # also catches SystemExit and a test framework's exceptions
             cause = _one_line(error)
             if not is_made_for(made_for, __version__):
                 cause += f"; the plugin requires frobs-core {made_for}, but version {__version__} is installed"
@@ -228,8 +230,8 @@ class Plugins:
 class _Watch:
     """Thread that reports slow plugins on stderr, because a hanging import cannot be stopped from within the process.
 
-    A single thread watches all plugins. On a busy machine, starting one thread per plugin would take longer than the
-    imports.
+    A single thread watches all plugins, because starting one thread per plugin would take longer than the imports on a
+    busy machine.
 
     Args:
         seconds: Loading time after which a plugin is reported [s].
@@ -247,11 +249,11 @@ class _Watch:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join()  # so that no thread remains when the process forks
+        self._thread.join()  # ensures that the thread is not running when the process forks
 
     @contextmanager
     def over(self, candidate: Candidate, origin: str) -> Iterator[None]:
-        """Watch the loading of one plugin."""
+        """Watch one plugin while it is loading."""
         line = (
             f"frobs: plugin '{candidate.name}' of {origin} is still loading after {self._seconds:g} s; "
             f"if it does not finish, set {DISABLE}={candidate.key}\n"
@@ -271,7 +273,7 @@ class _Watch:
 
 
 def warn(line: str) -> None:
-    """Log a warning, or only a debug message in a worker process, whose parent has already logged the warning."""
+    """Log a warning, or a debug message in a worker process, because its parent has already logged the warning."""
     _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
 
 
@@ -297,7 +299,7 @@ def _refuse_second_offers(
 
 
 def _one_line(error: BaseException) -> str:
-    """Return an exception's class and the first line of its message, shortened."""
+    """Return an exception's class and the first line of its message, shortened if it is long."""
     try:
         text = next(iter(str(error).strip().splitlines()), "")
     except Exception:  # a broken __str__

@@ -1,4 +1,4 @@
-"""Names that the distributions of this project provide, so that failed look-ups can suggest an installation command.
+"""Names that the distributions of this project provide, for use in error messages that suggest installation commands.
 
 ``.ci/known_names.py`` generates ``known.json``.
 """

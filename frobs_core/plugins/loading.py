@@ -43,8 +43,8 @@ def import_plugin(value: str) -> ModuleType:
         raise PluginError(f"'{value}' replaced its module with {_article(module)}")
     spec = module.__spec__
     if getattr(spec, "_initializing", False) and spec is not None and spec.loader is not None:
-        # The plugin's module was imported before FRobs and imported FRobs before defining its hooks.
-        # The import of the module cannot be completed now, so the records are read from a second copy.
+        # The plugin's module was imported directly, and it imported FRobs before it defined its hooks. The import of
+        # the module cannot be completed now, so the records are read from a second copy.
         module = module_from_spec(spec)
         spec.loader.exec_module(module)
     return module
@@ -61,8 +61,8 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
         PluginError: The name of a hook is misspelled, or the result of a hook is invalid.
         BaseException: Any exception that a hook raises.
     """
-    # With a separate manager for each plugin, a failed plugin leaves no state in pluggy.
-    # In addition, hook wrappers do not affect other plugins' hooks, and equal entry-point names do not collide.
+    # Each plugin has a separate manager, so a failed plugin leaves no state in pluggy. In addition, hook wrappers do
+    # not affect other plugins' hooks, and equal entry-point names do not collide.
     manager = pluggy.PluginManager(_PROJECT)
     manager.add_hookspecs(hookspecs)
     manager.register(_only_hooks(module), name=key)
@@ -70,7 +70,7 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
     for hook, caller in vars(manager.hook).items():
         for implementation in caller.get_hookimpls():
             if hook in HOOKS:
-                # Called directly, because pluggy would drop None, which indicates a forgotten 'return'.
+                # Called directly, because pluggy would hide a result of None, which indicates a forgotten 'return'.
                 records[HOOKS[hook]] += _checked(hook, HOOKS[hook], implementation.function())
             elif not implementation.optionalhook:
                 suggestion = nearest(hook, HOOKS)

@@ -109,7 +109,7 @@ def _run(candidate: Candidate, findings: Path, seconds: float, out: IO[bytes], e
         return None
     finally:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(child.pid, signal.SIGKILL)  # including all processes that the child started
+            os.killpg(child.pid, signal.SIGKILL)  # also kills all processes that the child started
         child.wait()
 
 

@@ -1,4 +1,4 @@
-"""Domain randomization: random differences between environments and episodes, defined by settings."""
+"""Domain randomization, which varies physics, observations and delays between environments and episodes."""
 
 from frobs_core.randomization.randomization import Randomization
 from frobs_core.randomization.settings import Setting, Settings, physical_parameters, read_settings

@@ -17,8 +17,8 @@ from frobs_core.randomization.settings import Setting
 class ActionDelay:
     """Delay of all robot commands by a random number of control steps.
 
-    Until the first command arrives, the drives hold the joint positions at reset, zero velocity or zero effort.
-    Commands are delayed instead of actions, because not every controller has a neutral action.
+    Until the first command arrives, the drives hold the reset positions, zero velocity or zero effort, depending on the
+    command mode. Commands are delayed instead of actions, because not every controller has a neutral action.
 
     Args:
         setting: Setting that defines the number of control steps, which is the same for all robots.
@@ -26,7 +26,7 @@ class ActionDelay:
         control_timestep: [s]
 
     Raises:
-        RandomizationError: A controller computes a new command in every physics step.
+        RandomizationError: A controller computes a new command at every physics step.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:

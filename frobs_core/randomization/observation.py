@@ -77,7 +77,7 @@ class ObservedArray:
         measured = true[rows].astype(np.float64)
         for columns, draw, numbers in self._noise:
             measured[:, columns] += draw.numbers[rows, numbers]
-        for columns, _, _ in self._noise:  # a measurement must not exceed the range of the sensor
+        for columns, _, _ in self._noise:  # measurements are clipped to the observation's bounds
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
@@ -119,7 +119,7 @@ class ObservedArrays:
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
-        self.constant: dict[str, tuple[Draw, slice]] = {}  # reported draws, constant within an episode
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that do not change within an episode
         for setting in noise:
             self._add_noise(setting)
         for setting in delays:

@@ -50,7 +50,7 @@ class PhysicalParameter:
 
     Raises:
         UnknownNameError: A target does not exist.
-        ConfigurationError: A value could become physically impossible, or a setting would have no effect.
+        ConfigurationError: A draw could produce a physically impossible value, or a setting would have no effect.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class PhysicalParameter:
         return [draw for _, _, draw in self._changes]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw and write values in the environments of ``mask``, (num_envs,) bool, where an episode begins."""
+        """Draw and write values in the environments of ``mask``, (num_envs,) bool, in which an episode begins."""
         drawn = np.zeros_like(mask)
         for _, _, draw in self._changes:
             drawn |= draw.begin(rng, mask)
@@ -146,7 +146,7 @@ class PhysicalParameter:
         width = 1 if shared else len(columns)
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
-            one = "one number, or three numbers for x, y and z (except for a scale)" if vector else "one number"
+            one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
             raise RandomizationError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)

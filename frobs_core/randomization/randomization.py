@@ -23,7 +23,7 @@ from frobs_core.randomization.settings import Settings, physical_parameters
 
 
 class Randomization:
-    """Random differences between environments and episodes.
+    """Randomization that makes environments and episodes differ from each other.
 
     An environment's draws depend on its seed, episode and step and on the setting's own stream, but not on other
     environments or settings.
@@ -104,7 +104,7 @@ class Randomization:
     def values(self) -> dict[str, Floats]:
         """Current values, (num_envs, …) each, by parameter and target, such as ``"mass/robot/link_1"`` [kg].
 
-        Noise that is drawn in each step is omitted.
+        Noise that is drawn at each step is omitted.
         """
         found: dict[str, Floats] = {}
         for parameter in self._physics:

@@ -1,4 +1,4 @@
-"""Parsers for the parts of a setting: distributions, times and targets."""
+"""Parsers for the parts of a randomization setting: distributions, delays, schedules and targets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Problem(Exception):  # noqa: N818 - never leaves this package
 
     Args:
         keys: Position of the setting.
-        reason: Description of the problem and its solution, or the error for the user.
+        reason: Description of the problem and its solution, or the exception to raise instead.
     """
 
     def __init__(self, keys: Keys, reason: str | ConfigurationError) -> None:
@@ -31,7 +31,7 @@ class Problem(Exception):  # noqa: N818 - never leaves this package
 
     @staticmethod
     def place(keys: Keys) -> str:
-        """Return a position as users write it: ``"randomize.mass[1].scale"``."""
+        """Return a position as text, such as ``"randomize.mass[1].scale"``."""
         return "randomize" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
 
     def as_error(self) -> ConfigurationError:
@@ -57,13 +57,13 @@ def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribu
         if key not in (*Shape, "mean", "bounds"):
             raise Problem((*keys, key), UnknownParameterError(f"'{Problem.place(keys)}'", str(key), [*Shape, "bounds"]))
     if len(shapes) != 1:
-        raise Problem(keys, f"write exactly one distribution, one of {', '.join(Shape)}, not {[*map(str, shapes)]}.")
+        raise Problem(keys, f"expected exactly one of the keys {', '.join(Shape)}, got {[*map(str, shapes)]}.")
     (shape,) = shapes
     value = given[shape]
     if shape is not Shape.NORMAL:
         for key in ("mean", "bounds"):
             if key in given:
-                raise Problem((*keys, key), f"is only used with normal, not with {shape}.")
+                raise Problem((*keys, key), f"the distribution '{shape}' does not accept this key; only 'normal' does.")
     match shape:
         case Shape.CONSTANT:
             constant = _number(keys, value)
@@ -71,33 +71,35 @@ def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribu
         case Shape.NORMAL:
             std, mean = _number(keys, value), given.get("mean", neutral)
             if mean is None:
-                raise Problem(keys, "a normal distribution that sets a value needs a mean: {normal: 0.1, mean: 1.0}.")
+                raise Problem(
+                    keys, "with 'set', a normal distribution requires a mean, as in {normal: 0.1, mean: 1.0}."
+                )
             if (std < 0).any():
-                raise Problem(keys, f"a standard deviation must not be negative: {value}.")
+                raise Problem(keys, f"the standard deviation is {value}, but it must not be negative.")
             infinite = np.array(np.inf)
             low, high = _range((*keys, "bounds"), given["bounds"]) if "bounds" in given else (-infinite, infinite)
             return Distribution(shape=shape, low=low, high=high, mean=_number((*keys, "mean"), mean), std=std)
         case _:
             low, high = _range(keys, value)
             if shape is Shape.LOG_UNIFORM and not (low > 0).all():
-                raise Problem(keys, f"log_uniform requires numbers above 0: {value}.")
+                raise Problem(keys, f"log_uniform requires numbers above 0, got {value}.")
             return Distribution(shape=shape, low=low, high=high)
 
 
 def read_steps(keys: Keys, mapping: Mapping[str, Any]) -> Distribution:
-    """Parse a delay: ``steps: 1`` or ``steps: [0, 2]``, including both ends."""
+    """Parse a delay such as ``steps: 1`` or ``steps: [0, 2]``. A range includes both ends."""
     if "steps" not in mapping:
-        raise Problem(keys, "a delay needs its steps: {steps: [0, 2]}.")
+        raise Problem(keys, "a delay requires the key 'steps', as in {steps: [0, 2]}.")
     value = mapping["steps"]
     pair = value if isinstance(value, Sequence) and not isinstance(value, str) else [value, value]
     if len(pair) != 2 or not all(type(item) is int for item in pair) or not 0 <= pair[0] <= pair[1]:
         raise Problem(
             (*keys, "steps"),
-            f"{value!r}: a delay must be a whole number ≥ 0 of control steps, or [fewest, most]; for other delays, "
-            "choose a shorter control_timestep.",
+            f"{value!r} is not a valid delay; write a whole number of control steps ≥ 0, or a range [lowest, highest]. "
+            "For a delay of a fraction of a step, use a shorter control_timestep.",
         )
     if pair[1] > 1000:
-        raise Problem((*keys, "steps"), f"{value!r}: a delay must be at most 1000 control steps.")
+        raise Problem((*keys, "steps"), f"the delay {value!r} exceeds the maximum of 1000 control steps.")
     return Distribution(shape=Shape.UNIFORM, low=np.array(float(pair[0])), high=np.array(float(pair[1])))
 
 
@@ -107,7 +109,7 @@ def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) 
     Args:
         keys: Position of the setting.
         mapping: The setting.
-        default: Time of the draws if neither key is set, or None to draw in each step.
+        default: When to draw if neither key is set, or None to draw at each step.
     """
     if "when" in mapping and "every" in mapping:
         raise Problem(keys, "'when' and 'every' cannot be combined; choose one.")
@@ -120,7 +122,10 @@ def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) 
     if when == "step":
         return each_step
     if when not in (When.START, When.RESET):
-        raise Problem((*keys, "when"), f"{when!r} is not start, reset or step; for other times write 'every: 25'.")
+        raise Problem(
+            (*keys, "when"),
+            f"{when!r} is not one of start, reset and step; for other intervals, use a key such as 'every: 25'.",
+        )
     return Schedule(when=When(when))
 
 
@@ -131,7 +136,7 @@ def read_targets(keys: Keys, mapping: Mapping[str, Any]) -> tuple[str, ...]:
     given = mapping["target"]
     names = [given] if isinstance(given, str) else given
     if not isinstance(names, Sequence) or not names or not all(isinstance(name, str) and name for name in names):
-        raise Problem((*keys, "target"), f"{given!r} is not a name or a list of names.")
+        raise Problem((*keys, "target"), f"expected a name or a list of names, got {given!r}.")
     return tuple(names)
 
 
@@ -139,11 +144,17 @@ def _interval(keys: Keys, given: Any) -> Schedule:
     value, in_seconds = given, False
     if isinstance(given, Mapping):
         if set(given) != {"seconds"}:
-            raise Problem(keys, f"{dict(given)!r}: write a number of control steps, or {{seconds: 1.0}}.")
+            raise Problem(
+                keys, f"expected a number of control steps or a time such as {{seconds: 1.0}}, got {dict(given)!r}."
+            )
         value, in_seconds = given["seconds"], True
     low, high = _range(keys, value) if isinstance(value, Sequence) else (_number(keys, value),) * 2
     if low.ndim or high.ndim or low <= 0 or not (in_seconds or (low % 1 == 0 and high % 1 == 0)):
-        raise Problem(keys, f"{value!r}: an interval must be a whole number ≥ 1 of control steps, or {{seconds: 1.0}}.")
+        raise Problem(
+            keys,
+            f"{value!r} is not a valid interval; write a whole number of control steps ≥ 1, or a time > 0 such as "
+            "{seconds: 1.0}.",
+        )
     return Schedule(when=When.INTERVAL, interval=(float(low), float(high)), in_seconds=in_seconds)
 
 
@@ -152,12 +163,14 @@ def _range(keys: Keys, given: Any) -> tuple[Floats, Floats]:
         raise Problem(keys, f"{given!r} is not a range; write [lowest, highest].")
     low, high = (_number(keys, end) for end in given)
     if low.size != high.size or not (low <= high).all():
-        raise Problem(keys, f"{list(given)}: the lowest is above the highest, or they have different lengths.")
+        raise Problem(
+            keys, f"in the range {list(given)}, the lowest value exceeds the highest, or they have different lengths."
+        )
     return low, high
 
 
 def _number(keys: Keys, given: Any) -> Floats:
-    """Return a finite number, (), or a list of finite numbers, (k,), as an array."""
+    """Convert a finite number to an array of shape (), or a list of k finite numbers to an array of shape (k,)."""
     items = given if isinstance(given, Sequence) and not isinstance(given, str) else [given]
     for item in items:
         if isinstance(item, bool) or not isinstance(item, int | float | np.number) or not np.isfinite(item):

@@ -30,8 +30,8 @@ class Schedule:
     """Schedule of the times at which a number is drawn.
 
     Attributes:
-        when: ``start`` for a draw in the first episode after seeding, ``reset`` for a draw in each episode, or
-            ``interval`` for repeated draws in each episode.
+        when: ``start`` for one draw in the first episode after seeding, ``reset`` for one draw per episode, or
+            ``interval`` for repeated draws within each episode.
         interval: Shortest and longest time between two draws, in control steps, or in seconds if ``in_seconds`` is set.
         in_seconds: Whether the interval is in seconds.
     """
@@ -98,7 +98,7 @@ class Draw:
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw numbers where they are due, and return a (num_envs,) bool mask of these environments, or None."""
+        """Draw the numbers that are due, and return a (num_envs,) bool mask of the affected environments, or None."""
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None

@@ -1,4 +1,4 @@
-"""The user's settings under ``randomize``, validated before the environment is built.
+"""Validates the user's settings under ``randomize`` before the environment is built.
 
 ::
 
@@ -36,17 +36,17 @@ CAPABILITY: Mapping[str, str] = {
     "joint_damping": "randomize_joint_damping",
     "gravity": "randomize_gravity",
 }
-"""Simulator ability that each physical parameter of the core requires."""
+"""Simulator capability that each physical parameter of the core requires."""
 
 
 def physical_parameters() -> Mapping[str, str]:
-    """Return the physical parameters of the core and of plugins, each with the simulator ability that it requires."""
+    """Return all physical parameters of the core and of plugins, each with the required simulator capability."""
     added = {name: cast(ParameterRecord, record).ability for name, record in plugins.records("parameter").items()}
     return {**added, **CAPABILITY}
 
 
 CHANGES = ("scale", "add", "set")
-"""Effects of a drawn number, which multiplies the value, is added to the value, or replaces the value."""
+"""Ways to apply a drawn number: multiply the value by it, add it to the value, or replace the value with it."""
 
 _WHOLE = ("scale", "add", "set", "target", "when", "every", "shared")
 _NEUTRAL = {"scale": 1.0, "add": 0.0, "set": None}
@@ -58,13 +58,13 @@ class Setting:
 
     Attributes:
         parameter: The randomized quantity, such as ``"mass"`` or ``"action_delay"``.
-        place: Location of the setting for messages, such as ``"randomize.mass"``.
-        stream: Name of the random stream, which also identifies the numbers in a snapshot.
+        place: Location of the setting for error messages, such as ``"randomize.mass"``.
+        stream: Name of the random stream. In a snapshot, the name also identifies the drawn numbers.
         targets: Name patterns of the targets, or empty for the parameter's default targets.
         change: ``scale``, ``add`` or ``set``.
-        distribution: Distribution of the draws, which are whole numbers of control steps for a delay.
-        schedule: Times of the draws.
-        shared: Whether all targets get the same number.
+        distribution: Distribution of the drawn numbers. For a delay, these are whole numbers of control steps.
+        schedule: When numbers are drawn.
+        shared: Whether all targets use the same drawn number.
     """
 
     parameter: str
@@ -98,8 +98,8 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
     """Validate the settings under ``randomize``.
 
     Args:
-        given: Settings by parameter: a mapping, or a list of mappings that are applied in order. If this is a
-            :class:`frobs_core.yaml.ConfigMapping`, errors contain the file and line.
+        given: For each parameter, one mapping or a list of mappings that are applied in order. If ``given`` is a
+            :class:`frobs_core.yaml.ConfigMapping`, error messages contain the file and line.
 
     Returns:
         The settings, or None if nothing is randomized.
@@ -107,13 +107,13 @@ def read_settings(given: Mapping[str, Any] | None) -> Settings | None:
     Raises:
         UnknownParameterError: A parameter or key is unknown. The message suggests the most similar valid name.
         ConfigurationError: A value is invalid.
-        ConfigFileError: One of the errors above, if the settings were read from a file.
+        ConfigFileError: The settings were read from a file and have one of the problems above.
     """
     if not given:
         return None
     try:
         if not isinstance(given, Mapping):
-            raise Problem((), f"{given!r} is not a mapping from parameters to settings.")
+            raise Problem((), f"expected a mapping such as {{mass: {{scale: [0.8, 1.2]}}}}, got {given!r}.")
         items: list[Setting] = []
         for name, entry in given.items():
             known = (*physical_parameters(), *_READERS)
@@ -134,11 +134,11 @@ def _read_physical(parameter: str, entry: Any) -> list[Setting]:
         _check_keys(keys, mapping, _WHOLE if parameter != "gravity" else tuple(k for k in _WHOLE if k != "target"))
         chosen = [change for change in CHANGES if change in mapping]
         if len(chosen) != 1:
-            raise Problem(keys, f"write exactly one of {', '.join(CHANGES)}, not {chosen}.")
+            raise Problem(keys, f"expected exactly one of the keys {', '.join(CHANGES)}, got {chosen}.")
         (change,) = chosen
         shared = mapping.get("shared", False)
         if not isinstance(shared, bool):
-            raise Problem((*keys, "shared"), f"{shared!r} is not true or false.")
+            raise Problem((*keys, "shared"), f"expected true or false, got {shared!r}.")
         settings.append(
             Setting(
                 parameter=parameter,
@@ -159,7 +159,7 @@ def _read_delay(parameter: str, entry: Any) -> list[Setting]:
     of_actions = parameter == "action_delay"
     for keys, mapping, stream in _each((parameter,), entry, parameter):
         if of_actions and keys[-1] != parameter:
-            raise Problem((parameter,), "must be a single mapping, because an action has only one delay.")
+            raise Problem((parameter,), "expected a single mapping, not a list, because an action has only one delay.")
         _check_keys(keys, mapping, ("steps", "when", "every") if of_actions else ("steps", "target", "when", "every"))
         settings.append(
             Setting(
@@ -177,7 +177,9 @@ def _read_delay(parameter: str, entry: Any) -> list[Setting]:
 
 def _read_noise(parameter: str, entry: Any) -> list[Setting]:
     if not isinstance(entry, Mapping) or not entry:
-        raise Problem((parameter,), f"{entry!r} is not a mapping from observation terms to noise.")
+        raise Problem(
+            (parameter,), f"expected a mapping such as {{joint_positions: {{normal: 0.005}}}}, got {entry!r}."
+        )
     settings = []
     shapes = tuple(str(shape) for shape in Shape)
     for term, noise in entry.items():
@@ -205,16 +207,20 @@ _READERS = {"action_delay": _read_delay, "observation_delay": _read_delay, "obse
 def _each(
     keys: tuple[str | int, ...], entry: Any, stream: str
 ) -> list[tuple[tuple[str | int, ...], Mapping[str, Any], str]]:
-    """Return the mappings of an entry, which is one mapping or a list of mappings, with their positions and streams."""
+    """Return each mapping of an entry (a mapping or a list of mappings) with its position and random stream."""
     many = isinstance(entry, Sequence) and not isinstance(entry, str)
     found = []
     for number, mapping in enumerate(entry if many else [entry]):
         place = (*keys, number) if many else keys
         if not isinstance(mapping, Mapping) or not mapping:
-            raise Problem(place, f"{mapping!r} is not a mapping; write it like {{scale: [0.8, 1.2]}}.")
+            raise Problem(
+                place,
+                "expected a mapping such as {scale: [0.8, 1.2]} (for a delay: {steps: 2}, for the noise of an observation "
+                f"term: {{normal: 0.1}}), got {mapping!r}.",
+            )
         found.append((place, mapping, f"{stream}/{number}"))
     if not found:
-        raise Problem(keys, "is an empty list; remove it.")
+        raise Problem(keys, "the list is empty; remove it or add a setting.")
     return found
 
 

@@ -45,7 +45,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
             for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
                 try:
                     unit = _read(simulation, parameter, target, (target,))
-                except (UnknownNameError, ConfigurationError):  # the link is merged, or has no such parameter
+                except (UnknownNameError, ConfigurationError):  # the link does not have this parameter, or is merged
                     continue
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)

@@ -1,4 +1,4 @@
-"""Bumpers, whose contacts the simulation monitors over the whole control step."""
+"""Bumpers, which detect contacts at any time during a control step."""
 
 from __future__ import annotations
 

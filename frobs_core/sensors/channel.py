@@ -12,9 +12,9 @@ from frobs_core.random import RandomSource
 class Channel:
     """Samples of one sensor, including samples that have not arrived yet.
 
-    Samples are taken at a reset and every ``period`` control steps after the reset. Each sample is read ``delay`` steps
-    after it was taken. The first sample of an episode is returned until later samples arrive, as if the robot had been
-    in the same state for a long time.
+    Samples are taken at a reset and every ``period`` control steps after the reset. Each sample becomes readable
+    ``delay`` steps after it was taken. The first sample of an episode is returned until later samples arrive, as if the
+    robot had been in the same state for a long time.
 
     Args:
         stream: Name of the random stream, which must be unique for each sensor.
@@ -29,7 +29,7 @@ class Channel:
         self._sensor, self._period = sensor, period
         (self._low, self._high), self._lost = sensor.bounds, sensor.lost
         self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
-        # Divisor that is never 0. The quotient is not used for elements without a resolution.
+        # Divisor that is never 0. Elements without a resolution ignore the quotient.
         self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
         self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
         self._newest = 0
@@ -42,7 +42,7 @@ class Channel:
         return found
 
     def due(self, rng: RandomSource) -> Mask:
-        """Return the environments that take a sample in this step, (num_envs,) bool."""
+        """Return a mask of the environments whose sensor takes a sample in this step, (num_envs,) bool."""
         if self._period == 1:
             return self._everywhere
         due: Mask = rng.steps % np.uint64(self._period) == 0
@@ -52,7 +52,7 @@ class Channel:
         """Take the first sample of an episode in the environments of ``mask``.
 
         Args:
-            rng: Random source of the task's reset.
+            rng: Random source that was passed to the task's reset.
             true: True values, (num_envs, width).
             mask: The environments to reset.
         """
@@ -65,7 +65,7 @@ class Channel:
         """Advance by one control step, and take samples that are due.
 
         Args:
-            rng: Random source of the task's step.
+            rng: Random source that was passed to the task's step.
             true: True values, (num_envs, width), or None if no environment takes a sample.
             due: Environments that take a sample.
         """
@@ -98,7 +98,7 @@ class Channel:
         return sample if self._lost is None else np.where(true == self._lost, true, sample)
 
     def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
-        """Return samples, (n, width), after the dropout of individual elements."""
+        """Return samples, (n, width), in which some elements are dropped out at random."""
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 

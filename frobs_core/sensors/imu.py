@@ -23,7 +23,7 @@ class ImuInstrument(Instrument):
         self._frame: str = imu.frame
         self._offset: Floats = np.tile(np.asarray(imu.offset, np.float64), (robot.num_envs, 1))  # (num_envs, 3)
         self._moved = bool(self._offset.any())
-        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] velocity of the sensor in the world
+        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] linear velocity of the sensor in the world frame
         self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] acceleration in the world
 
     def reset(self, mask: Mask | None) -> None:
@@ -47,7 +47,7 @@ class ImuInstrument(Instrument):
         return np.concatenate([quat_rotate(into, ang_vel_world), quat_rotate(into, force)], axis=1)
 
     def _measure_velocity(self) -> Floats:
-        """Return lin_vel_world of the sensor, (num_envs, 3) [m/s], as a new array."""
+        """Return the sensor's linear velocity in the world frame, (num_envs, 3) [m/s], as a new array."""
         lin_vel_world, ang_vel_world = self.robot.frame_velocity(self._frame)
         if not self._moved:
             return lin_vel_world.copy()

@@ -1,4 +1,4 @@
-"""Instruments, which measure the true values of a robot's sensors."""
+"""Instruments, which measure true values for a robot's sensors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frobs_core.interfaces import Contact, RobotHandle, Scene, Sensor, Simulatio
 class Instrument(ABC):
     """Base class of instruments, which measure true values in batches.
 
-    Noise, delay and other imperfections are added elsewhere.
+    :class:`frobs_core.sensors.channel.Channel` adds noise, delay and other imperfections.
 
     Args:
         name: Name of the sensor.
@@ -47,7 +47,7 @@ class Instrument(ABC):
         """Begin an episode in the environments of ``mask``, after the robot has been placed."""
 
     def advance(self) -> None:
-        """Process the changes of a control step."""
+        """Update the instrument after a control step."""
 
     @abstractmethod
     def measure(self) -> Floats:

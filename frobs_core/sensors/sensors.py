@@ -25,7 +25,7 @@ class Sensors:
     its own snapshot. Readings refer to the time of the last :meth:`reset` or :meth:`advance`, so read the sensors
     before you move any object. An environment in a vector environment reads the same values as a single environment.
 
-    An ideal sensor has no noise, resolution, delay or dropout, and takes a sample in each control step. Such a sensor
+    An ideal sensor has no noise, resolution, delay or dropout, and takes a sample at each control step. Such a sensor
     is measured only when it is read, so an unused sensor costs nothing.
 
     Args:
@@ -99,7 +99,7 @@ class Sensors:
 
         Args:
             mask: The environments to reset.
-            rng: Random source of the task's reset.
+            rng: Random source that was passed to the task's reset.
         """
         self._readings.clear()
         rows = np.ones(self._num_envs, np.bool_) if mask is None else mask
@@ -112,7 +112,7 @@ class Sensors:
         """Advance by one control step. Call this method after the simulation has stepped.
 
         Args:
-            rng: Random source of the task's step.
+            rng: Random source that was passed to the task's step.
         """
         self._readings.clear()
         for name, instrument in self._instruments.items():

@@ -1,4 +1,4 @@
-"""Conversion of sensor times to control steps of an environment."""
+"""Converts sensor rates and delays to numbers of control steps."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ _CLOSE = 1e-6
 
 
 def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
-    """Return the number of control steps from one sample to the next.
+    """Return the number of control steps from one sensor sample to the next.
 
-    If a sensor takes a whole number of samples in each control step, the period is 1, because only the latest sample is
-    read.
+    If a sensor takes a whole number of samples during each control step, the period is 1, because only the latest
+    sample is read.
 
     Args:
-        name: Name of the sensor, for the message.
+        name: Name of the sensor, used in the error message.
         sensor: The sensor.
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: Samples and control steps do not coincide. The message contains the nearest valid rates.
+        ConfigurationError: Neither the sampling period nor the control timestep is a multiple of the other. The error
+            message contains the nearest valid rates.
     """
     if sensor.rate is None:
         return 1
@@ -37,9 +38,9 @@ def count_period(name: str, sensor: Sensor, control_timestep: float) -> int:
     possible = " or ".join(f"{rate:.10g}" for rate in sorted(rates))
     raise SensorSettingError(
         name,
-        f"a rate of {sensor.rate:g} Hz, which does not fit the control timestep of "
-        f"{control_timestep:g} s; {possible} Hz would fit, as in "
-        f"sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, or change the control_timestep.",
+        f"a rate of {sensor.rate:g} Hz does not fit the control_timestep of {control_timestep:g} s; "
+        f"use {possible} Hz, as in sensors={{'{name}': {{'rate': {min(rates):.10g}}}}}, "
+        "or change the control_timestep.",
     )
 
 
@@ -47,13 +48,13 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
     """Return the number of control steps between taking a sample and reading it.
 
     Args:
-        name: Name of the sensor, for the message.
+        name: Name of the sensor, used in the error message.
         sensor: The sensor.
         control_timestep: [s]
 
     Raises:
-        ConfigurationError: The delay is not a multiple of the control timestep. The message contains the nearest valid
-            delays.
+        ConfigurationError: The delay is not a multiple of the control timestep. The error message contains the nearest
+            valid delays.
     """
     steps = sensor.delay / control_timestep
     whole = round(steps)
@@ -61,8 +62,7 @@ def count_delay(name: str, sensor: Sensor, control_timestep: float) -> int:
         near = [f"{count * control_timestep:.10g}" for count in (int(steps), int(steps) + 1)]
         raise SensorSettingError(
             name,
-            f"a delay of {sensor.delay:g} s, which is not a multiple of the control_timestep of "
-            f"{control_timestep:g} s; {' or '.join(near)} s would work, as in "
-            f"sensors={{'{name}': {{'delay': {near[1]}}}}}.",
+            f"a delay of {sensor.delay:g} s is not a multiple of the control_timestep of {control_timestep:g} s; "
+            f"use {' or '.join(near)} s, as in sensors={{'{name}': {{'delay': {near[1]}}}}}.",
         )
     return whole

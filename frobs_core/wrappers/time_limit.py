@@ -1,4 +1,4 @@
-"""A step limit that distinguishes success from running out of time."""
+"""Step limit that reports whether an episode succeeded and whether it reached the limit."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     Args:
         env: The environment.
         max_steps: Maximum number of steps per episode, ≥ 1.
-        legacy: Whether to behave like FRobs_RL, where the limit also sets ``terminated``, so that agents do not
-            bootstrap the value of the last state.
+        legacy: Whether to behave like FRobs_RL, in which the limit also sets ``terminated`` and therefore prevents
+            agents from bootstrapping the value of the last state.
 
     Raises:
         ConfigurationError: ``max_steps`` is not a whole number ≥ 1.

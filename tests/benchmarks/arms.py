@@ -121,21 +121,21 @@ def current_commit() -> str:
 
 def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     """Return the page."""
-    wanted = ", ".join(f"{share:.0%} with `{controller}`" for controller, share in WANTED.items())
+    wanted = " and ".join(f"{share:.0%} with `{controller}`" for controller, share in WANTED.items())
     lines = [
         "# Benchmarks: any arm",
         "",
         f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO was trained on each arm from its URDF "
         f"file alone, with settings that suit any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is "
-        f"the share of {episodes:,} episodes of the deterministic policy, each with a new goal from the whole reach of the "
-        f"arm, that end with the tool within 5 cm of the goal. The target is at least {wanted}, within {MINUTES} minutes "
+        f"the share of {episodes:,} episodes of the deterministic policy, each with a new goal from anywhere within the "
+        f"arm's reach, that end with the tool within 5 cm of the goal. The target is at least {wanted}, within {MINUTES} minutes "
         "of processor time.",
         "",
         "Processor time is the sum over all threads of the training run."
         + (_SHARED if any(r["shared"] for r in rows) else ""),
         "",
-        "A slow arm needs longer control steps: the joints of the Kinova Jaco turn at most 0.8 rad/s, which is not far enough in "
-        "the usual 2 s of an episode.",
+        "A slow arm needs longer control steps: the joints of the Kinova Jaco turn at most 0.8 rad/s, so the usual episode "
+        "length of 2 s is too short for them.",
         "",
         "| arm | controller | steps | processor time | success | 95 % interval | commit |",
         "|---|---|---:|---:|---:|---|---|",

@@ -215,7 +215,7 @@ def report(
         "## The parts of a training run",
         "",
         f"The table shows the time of each part per 1,000 environment steps, with the tuned settings and after compilation, from "
-        f"`frobs bench {ID} --training --algorithm NAME`. The `sbx_` algorithms use JAX, the others PyTorch.",
+        f"`frobs bench {ID} --training --algorithm NAME`. The `sbx_` algorithms use JAX; the others use PyTorch.",
         "",
         f"| algorithm | {' | '.join(parts)} | steps per second |",
         f"|---|{'---:|' * (len(parts) + 1)}",

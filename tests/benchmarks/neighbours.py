@@ -157,7 +157,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         lines.append(f"| {name} | {' | '.join(cells)} |")
     lines += [
         "",
-        f"Seeds {', '.join(map(str, seeds))}. The tasks have the same name but differ in many ways:",
+        f"Seeds {', '.join(map(str, seeds))}. Both frameworks call their task *reach*, but the tasks differ in many ways:",
         "",
         "| | panda-gym | FRobs |",
         "|---|---|---|",

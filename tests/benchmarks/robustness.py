@@ -120,7 +120,8 @@ def _section(controller: str, trained: Mapping[str, Sequence[Mapping[str, Any]]]
     lines = [
         f"## `{controller}`",
         "",
-        f"Training takes {seconds['without']:.1f} s without and {seconds['with']:.1f} s with randomization. On "
+        f"Training takes {seconds['without']:.1f} s without randomization and {seconds['with']:.1f} s with "
+        "randomization. On "
         f"models with errors of 20 % in masses and gains, the lowest success rate with randomization is {worst:.1%} (target: at "
         f"least {SUCCESS:.0%}).",
         "",

@@ -399,16 +399,16 @@ def report(
         "# Benchmarks: ROS and Gazebo",
         "",
         f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. In the "
-        f"minute before the start, an average of {load:.1f} other processes were running or waiting for a processor; on an "
+        f"minute before the measurement, an average of {load:.1f} other processes were running or waiting for a processor; on an "
         "idle machine, this number is near 0 and steps are faster.",
         "",
         "## One policy everywhere",
         "",
         f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated unchanged. Every simulator runs the same "
         "episodes (`frobs evaluate --simulator`). In the row *ROS topics*, the policy controls the bridge over MuJoCo as with "
-        "`frobs ros run`: it reads joint states and sends a trajectory in each control step. Simulated time runs "
-        f"{SPEED:g} times as fast as real time and does not wait for the policy. {late:.1%} of its steps were late. The "
-        "episodes of this row use the same distributions of initial states and goals, with other seeds.",
+        "`frobs ros run`: it reads joint states and sends a trajectory at each control step. Simulated time runs "
+        f"{SPEED:g} times as fast as real time and does not wait for the policy. {late:.1%} of the policy's steps were "
+        "late. The episodes of this row use the same distributions of initial states and goals, with other seeds.",
         "",
         *success_table(success),
         "",
@@ -431,7 +431,7 @@ def report(
         *cost_table(gazebo, GAZEBO_BUDGET),
         "",
         f"Processor time of an environment step: {', '.join(f'{1e6 * s:,.0f} µs in {who}' for who, s in processor.items())}. "
-        f"The two take turns, so an idle machine reaches at most {1.0 / spent:,.0f} steps per second.",
+        f"Gazebo and Python take turns, so an idle machine reaches at most {1.0 / spent:,.0f} steps per second.",
         "",
         "## Duration of a step through ROS",
         "",

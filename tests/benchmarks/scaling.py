@@ -93,14 +93,14 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         f"commit {commits}. [Scaling](scaling.md) explains the measurements and the model.",
         "",
         *_circumstances(rows),
-        f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. They share its memory "
-        "and caches, and there is no network between them. Compare the rows *cluster* with the rows *processes* to see "
-        "whether Ray slows the processes. The measurements say nothing about a network.",
+        f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. The nodes share "
+        "the machine's memory and caches, and there is no network between them. Compare the rows *cluster* with the rows "
+        "*processes* to see whether Ray slows the processes. The measurements do not include the effects of a network.",
         "",
         "![Speed and memory against environments, threads and processes, and the predicted speed on a cluster]"
         "(../images/scaling.png)",
         "",
-        "The bars show the slowest and the fastest of five windows.",
+        "The error bars show the slowest and the fastest of five time windows.",
     ]
     for row, result in found:
         lines += ["", f"## {result.id}", "", *_section(row, result)]
@@ -130,7 +130,7 @@ def _section(row: Mapping[str, Any], result: ScalingResult) -> list[str]:
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
         *(_row(point) for point in result.points),
         "",
-        f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each additional environment {per_env:.1f} kB. A process "
+        f"A process needs {result.memory_per_process / 1e6:.0f} MB, and each additional environment needs {per_env:.1f} kB. A process "
         f"starts within {model.startup:.1f} s (median).",
     ]
     if result.traffic is not None:

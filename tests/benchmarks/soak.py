@@ -207,7 +207,7 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
         f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, without the "
         "memory that glibc keeps for later allocations (`malloc_trim`).",
         "",
-        f"During the first {WARM_UP:.0%} of each part, caches fill. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
+        f"Caches fill during the first {WARM_UP:.0%} of each part. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
         "the numbers of file descriptors and threads must not change.",
     ]
     for part in parts:

@@ -305,7 +305,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         "",
         f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed was trained with "
         "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "
-        f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet, or in fewer if these could "
+        f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet, or in fewer episodes if these could "
         f"exceed {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet. The table shows the worst seed with its "
         "95 % confidence interval. The training time is the time of the slowest seed, including checkpoints.",
         "",
@@ -317,8 +317,9 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines += [
         "",
         f"{logs['about']} The column *in training* shows FRobs's success over its last 100 training episodes, with exploration "
-        "like FRobs_RL's figures; the other columns are without exploration. The tracking error is the mean distance from the "
-        f"tool to the goal over the second half of each episode, for the worst seed. A training run may take {LONGEST // 60} minutes.",
+        "as in FRobs_RL's figures; the other columns were measured without exploration. The tracking error is the mean distance "
+        "from the tool to the goal over the second half of each episode, for the worst seed. A training run should take at most "
+        f"{LONGEST // 60} minutes.",
     ]
     if missing := sorted(case.id for case in cases() if case not in rows):
         lines += ["", f"These IDs are tuned but not measured yet: {', '.join(f'`{id}`' for id in missing)}."]

@@ -25,7 +25,7 @@ def test_the_page_says_where_the_policy_succeeds_and_what_a_step_costs() -> None
     )
     assert "| gazebo | 200 | 80.0% | 74.0% to 85.0% | 80.0% |" in page
     assert f"| {ros.TOPICS} | 200 | 80.0% |" in page
-    assert "1.0% of its steps were late" in page
+    assert "1.0% of the policy's steps were late" in page
     assert "| Step | gazebo | angle | 0.012 rad | 0.02 | jump of elbow |" in page
     assert f"| Step | {ros.TOPICS} | angle | 0.012 rad | – | jump of elbow |" in page
     assert "| an environment step | 250 (≥ 300: missed) | 4,000 µs | 6,000 µs |" in page

@@ -164,9 +164,9 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         "and above the floor, from goal to goal. Each goal is the tool position for random joint positions inside the limits; "
         "joint positions with a contact or too little clearance are drawn again. The engine reports contacts of the arm "
         "with a box, the floor or itself in every physics step. A goal is reached if there was no contact on the way and the "
-        f"tool stops within 5 cm of it. No motion may have a collision, and the median planning time may be at most "
+        f"tool stops within 5 cm of the goal. No motion may have a collision, and the median planning time may be at most "
         f"{PLANNING_BUDGET * 1000:.0f} ms. Planning time is wall-clock time, which other programs may have lengthened; processor "
-        "time is not affected by them.",
+        "time is not affected by other programs.",
         "",
         "| | " + " | ".join(f'`target="{row["target"]}"`' for row in rows) + " |",
         "|---|" + "---:|" * len(rows),
@@ -201,7 +201,7 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     lines += [
         "",
         "The limits are those that the controller must respect: half of each velocity limit in the model file, and half of the "
-        "acceleration that reaches this velocity limit in half a second. Velocities and accelerations of the command are "
+        "acceleration with which the joint reaches this velocity limit in half a second. Velocities and accelerations of the command are "
         "computed from the positions in consecutive physics steps. The drives have no feed-forward: a joint lags by about "
         "2·q̇/ω, where ω is the bandwidth of its drive, and gravity bends the arm. For these reasons the clearance is 2 cm, and "
         "a joint may be slightly faster than its command.",

@@ -162,7 +162,7 @@ def test_a_file_can_be_shown(frobs: Frobs, bare: str) -> None:
 def test_only_robots_have_pictures(frobs: Frobs, tmp_path: Path) -> None:
     result = frobs("show", "reach", "--picture", str(tmp_path / "reach.png"))
     assert result.exit_code == 2
-    assert "'reach' is neither" in result.stderr
+    assert "'reach' cannot be drawn, because it is neither" in result.stderr
     assert not (tmp_path / "reach.png").exists()
 
 

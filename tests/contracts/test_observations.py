@@ -160,8 +160,8 @@ def test_noise_in_two_places_is_rejected():
         ({"camera": "overview", "size": [0, 4]}, "height, width"),
         ({"camera": "overview", "markers": 1}, "true or false"),
         ({"camera": "overview", "fast": "yes"}, "true or false"),
-        ({"type": "body"}, "needs the setting 'body'"),
-        ("joint_positions", "write a mapping"),
+        ({"type": "body"}, "requires the setting 'body'"),
+        ("joint_positions", "must be a mapping"),
     ],
 )
 def test_errors_name_what_exists(term, message):

@@ -12,13 +12,15 @@ from argparse import ArgumentParser
 from collections.abc import Iterator
 
 from pages import PAGES, ROOT
-from test_plain_english import FENCE, SOURCES, texts
+from test_plain_english import FENCE, SOURCES, python_files, texts
 
 from frobs_cli.program import walk
 
 SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`*])")
 ENTRY = re.compile(r"\n\s*\n|\n\s+\w+: |: \n|\n(?=\s*- )")
 """Ends of the parts of a docstring: paragraphs, arguments and items."""
+DIAGRAM = re.compile(r"\S {3,}\S|[├└│]")
+"""Columns of a table, or branches of a tree."""
 
 
 def sentences() -> Iterator[tuple[str, str]]:
@@ -30,16 +32,16 @@ def sentences() -> Iterator[tuple[str, str]]:
         for text in [command.help or "", *(getattr(parameter, "help", None) or "" for parameter in command.params)]:
             yield from split(f"help of {name}", text)
     for folder in SOURCES:
-        for file in sorted((ROOT / folder).rglob("*.py")):
-            if "{{" not in file.read_text("utf-8"):
-                for line, text in texts(file):
-                    yield from split(f"{file.relative_to(ROOT)}:{line}", text)
+        for file in python_files(folder):
+            for line, text in texts(file):
+                yield from split(f"{file.relative_to(ROOT)}:{line}", text)
 
 
 def split(place: str, text: str) -> Iterator[tuple[str, str]]:
     """Yield the sentences of a text that have at least six words."""
-    for sentence in (each for part in ENTRY.split(text) for each in SENTENCE.split(" ".join(part.split()))):
-        if len(re.findall(r"[A-Za-z]{2,}", sentence)) >= 6 and not re.search(r" {3}|::|\$ |\|", sentence):
+    parts = (part for part in ENTRY.split(text) if not DIAGRAM.search(part))
+    for sentence in (each for part in parts for each in SENTENCE.split(" ".join(part.split()))):
+        if len(re.findall(r"[A-Za-z]{2,}", sentence)) >= 6 and not re.search(r"::|\$ |\|", sentence):
             yield place, sentence
 
 

@@ -169,7 +169,7 @@ BAD = {
     "ball joint": (world(BODY.format('<joint name="s" type="ball"/>')), "use three hinges"),
     "two free bodies": (
         '<worldbody><body name="a"><freejoint/><geom size=".1"/></body><body name="b"/></worldbody>',
-        "Objects belong in the scene",
+        "Define additional objects in the task's scene",
     ),
     "joint type": (world(BODY.format('<joint type="hing"/>')), "the joint type 'hing' does not exist"),
     "zero axis": (world(BODY.format('<joint axis="0 0 0"/>')), "axis is zero"),

@@ -247,7 +247,10 @@ BAD = {
     "words": (arm('<origin xyz="0 zero 0"/>' + LIMIT), "is not 3 numbers"),
     "too few numbers": (arm('<origin xyz="0 0"/>' + LIMIT), "contains 2 numbers; it requires 3"),
     "negative mass": (robot(link("a", INERTIAL.replace('"1"', '"-1"'))), "mass of -1"),
-    "negative inertia": (robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))), "which is impossible"),
+    "negative inertia": (
+        robot(link("a", INERTIAL.replace('ixx="0.1"', 'ixx="-1"'))),
+        "which are physically impossible",
+    ),
     "mimic of nothing": (arm(LIMIT + '<mimic joint="i"/>'), "mimics 'i', which does not exist"),
     "mimic of itself": (arm(LIMIT + '<mimic joint="j"/>'), "follows itself"),
     "mimic of a fixed joint": (
@@ -258,7 +261,7 @@ BAD = {
         ),
         "which is a fixed joint",
     ),
-    "no geometry": (robot(link("a", "<visual/>")), "must contain one <geometry>"),
+    "no geometry": (robot(link("a", "<visual/>")), "must contain exactly one <geometry>"),
     "unknown shape": (robot(link("a", "<visual><geometry><cone/></geometry></visual>")), "is not a URDF shape"),
     "flat box": (
         robot(link("a", '<visual><geometry><box size="1 0 1"/></geometry></visual>')),

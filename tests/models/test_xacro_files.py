@@ -123,7 +123,7 @@ BAD = {
     "macro parameter left out": (
         '<xacro:macro name="m" params="p q"/><xacro:m p="1"/>',
         {},
-        "requires the parameters q",
+        "a call of the macro 'm' does not set the required parameters q",
     ),
     "unknown macro": ('<xacro:macro name="wheel"/><xacro:wheal/>', {}, "Did you mean 'wheel'"),
     "unknown property": (
@@ -134,7 +134,7 @@ BAD = {
     "unknown package": (FIND, {}, "the ROS package 'my_pkg' is not found"),
     "missing include": ('<xacro:include filename="no.xacro"/>', {}, "No such file"),
     "nonsense expression": (box("${1 +}"), {}, "1 +"),
-    "endless macro": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', {}, "endlessly"),
+    "endless macro": ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', {}, "infinite recursion"),
     "condition that is none": ('<xacro:if value="perhaps"/>', {}, "perhaps"),
 }
 

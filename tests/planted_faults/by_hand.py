@@ -120,7 +120,7 @@ _TABLE = (
     ("joints of the tool in reverse order", _ATTACHMENT,
      "for joint in tool_model.joint_names)\n    title", "for joint in tool_model.joint_names[::-1])\n    title"),
     # -- abilities --
-    ("an ability without its method", _SIMULATION,
+    ("a capability without its method", _SIMULATION,
      "def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:",
      "def cast_rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:"),
     ("wrenches that are declared, not implemented", _SIMULATION, "    def apply_wrench(", "    def push("),

@@ -51,15 +51,15 @@ FIRST_TRY = frozenset(
 
 NOTES: Mapping[str, str] = {
     "action_change_per_second": (
-        "at first caught only because its commands also jump farther than the velocity limits allow; nothing checked "
-        "`max_action_change`"
+        "at first caught only because the plugin's commands also jump farther than the velocity limits allow; "
+        "nothing checked `max_action_change`"
     ),
     "last_action_survives_reset": (
-        "its penalty also changes the sparse reward, which the first check finds; `reading_changes_nothing` and "
+        "the penalty also changes the sparse reward, which the first check finds; `reading_changes_nothing` and "
         "`same_seed_repeats` find the mistake itself"
     ),
     "environment_seeded_again": (
-        "at first caught by `continues_exactly` only, because a loaded training run resets without the seed"
+        "at first caught only by `continues_exactly`, because a loaded training run resets without the seed"
     ),
 }
 """Faults that were caught for another reason than the mistake that their author had in mind."""

@@ -62,12 +62,12 @@ def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> s
     lines = [
         "# Planted faults",
         "",
-        "How many mistakes does the conformance kit detect? To find out, faults are planted in the built-in simulator, "
-        "controllers, tasks and environments, and in copies of the templates, and the kit checks the results. "
-        "`python tests/planted_faults/plant.py` writes this page.",
+        "How many mistakes does the conformance kit detect? To find out, we plant faults in the built-in simulator, "
+        "controllers, tasks and environments, and in copies of the templates, and run the kit on each faulty version. "
+        "`python tests/planted_faults/plant.py` does this and writes this page.",
         "",
-        f"**{caught} of {len(rows)} are caught ({caught / len(rows):.0%})**: "
-        f"{sum(found is not None for _, found in hand)} of {len(hand)} that were written by hand, "
+        f"**{caught} of {len(rows)} faults are caught ({caught / len(rows):.0%})**: "
+        f"{sum(found is not None for _, found in hand)} of {len(hand)} faults that were written by hand, and "
         f"{sum(found is not None for _, found in drawn)} of {len(drawn)} that were drawn at random (seed {SEED}).",
         "",
         "## Written by hand",
@@ -104,7 +104,8 @@ def foreign_lines(rows: Sequence[Row]) -> list[str]:
     return [
         FOREIGN,
         "",
-        "An author who had read the templates and the interfaces, but not the kit, wrote eight faulty plugins of each kind. "
+        "An author who had read the templates and the interfaces, but not the source code of the kit, wrote eight faulty "
+        "plugins of each kind. "
         f"**{len(outsider.FIRST_TRY)} of {len(rows)}** were caught by checks that existed at that time. The kit was then "
         f"improved; now **{caught} of {len(rows)}** are caught. Each plugin is one file in "
         "`tests/planted_faults/by_outsider/`.",
@@ -117,8 +118,8 @@ def foreign_lines(rows: Sequence[Row]) -> list[str]:
             for fault, found in rows
         ),
         "",
-        "No plugin was caught because it crashed or could not be imported. Three were first caught for a reason other than "
-        "the mistake that their author intended:",
+        "No plugin was caught because it crashed or could not be imported. Three plugins were at first caught for a reason "
+        "other than the mistake that their author intended:",
         "",
         *(f"- `{file}`: {note}." for file, note in outsider.NOTES.items()),
         "",

@@ -207,7 +207,7 @@ def test_an_id_that_cannot_be_one_is_reported_and_the_others_are_registered(site
         ({"parameters": 3}, "its parameters are not a mapping"),
         (
             {"parameters": {"x": {1, 2}}},
-            "parameter 'x' is a set; use numbers, strings, lists and dictionaries",
+            "parameter 'x' has the unsupported type set; use numbers, strings, lists and dictionaries",
         ),
         ({"parameters": {"task": "other"}}, "parameter 'task' must be set as a field of the record"),
     ],

@@ -17,7 +17,7 @@ REFUSED = {
     "pybullet_data/biped/biped2d_pybullet.urdf": 'lower="-1.57." is not one number',
     "pybullet_data/differential/diff_ring.urdf": "'differential/diff_ring.stl' is missing",
     "pybullet_data/humanoid/humanoid.urdf": "not well-formed",
-    "pybullet_data/husky/husky.urdf": "Macros are expanded in files that end in '.xacro'",
+    "pybullet_data/husky/husky.urdf": "Macros are expanded only in files whose names end in '.xacro'",
     "pybullet_data/kuka_iiwa/model_for_sdf.urdf": "'meshes/coarse/link_0.stl' is missing",
     "pybullet_data/quadruped/microtaur/microtaur.urdf": "contains 4 numbers; it requires 3",
     "pybullet_data/racecar/racecar_differential.urdf": 'scale="1 1 1 1" contains 4 numbers',

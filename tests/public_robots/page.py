@@ -53,13 +53,13 @@ The survey contains every URDF file with a movable joint in the Python packages 
 with its file, which Pinocchio and trimesh read independently of FRobs: names, types, axes and limits of joints, mimic joints,
 mass, center of mass and inertia of each link, the bounding box of the collision shapes (only roughly on PyBullet, which
 includes collision margins), and forward kinematics at 20 postures.
-*Differences* is the number of values that differ from the file by more than {TOLERANCE:g}. Each of them follows the
-{{doc}}`rule </explanation/model-files>` in the next column; a test fails otherwise. *Kinematics* is the largest
+*Differences* is the number of values that differ from the file by more than {TOLERANCE:g}. Each difference follows the
+{{doc}}`rule </explanation/model-files>` in the next column; a test verifies this. *Kinematics* is the largest
 distance [m] between the position of a link and its position in Pinocchio.
 
 *Motion* is the largest difference of the joint positions between {PAIR[0]} and {PAIR[1]}, in % of the step, while each joint
 steps by 0.2 rad or 20 mm (or less near its limits) with default gains and collisions, for {SECONDS:g} s. For robots with many
-joints, every eighth joint steps at the same time. If the difference is above {APART:g} %, its cause is in the same cell; a test
+joints, every eighth joint steps at the same time. If the difference is above {APART:g} %, the same cell states its cause; a test
 verifies that the motions agree without this cause.
 Contact models differ between engines, and the damping of a drive is computed without contacts
 ({{doc}}`/how-to/pybullet`).
@@ -90,7 +90,7 @@ def vendors_section() -> str:
 {len(found)} models of robot vendors and research groups were examined with `frobs doctor robot` on mujoco and pybullet. The
 list with repositories, commits and licenses is `tests/public_robots/vendors.yaml`. {counts["used"]} models work on both
 simulators. {counts["limits"]} models work with limits: one simulator rejects the model or leaves out a part of its physics, and
-`frobs doctor robot` reports which. {counts["rejected"]} models are rejected with a one-line reason. No model causes a traceback.
+`frobs doctor robot` reports the limitation. {counts["rejected"]} models are rejected with a one-line reason. No model causes a traceback.
 
 *Beside MuJoCo* compares an MJCF robot with MuJoCo's own reading of the same file: the largest difference of masses and
 inertias (relative), of joint properties, and of joint positions after 0.5 s without drives [rad or m].

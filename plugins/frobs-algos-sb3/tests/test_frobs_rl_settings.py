@@ -223,7 +223,7 @@ def test_parameters_go_through_the_parameter_server_where_one_runs(
     server.values[name]["training_steps"] = 7
     assert parameters.current_parameters(mapping, ns)["model_params"]["training_steps"] == 7
     del server.values[name]
-    with pytest.raises(ConfigFileError, match="the parameters no longer exist"):
+    with pytest.raises(ConfigFileError, match="the parameters were deleted"):
         parameters.current_parameters(mapping, ns)
 
 

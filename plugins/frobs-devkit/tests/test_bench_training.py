@@ -128,7 +128,7 @@ def test_suggestions_report_a_gain_or_nothing(monkeypatch: pytest.MonkeyPatch) -
     assert "This setting also affects the learned policy" in advise(9.0, 0.5)["num_envs"]
     found = advise(0.5, 8.8)
     assert set(found) == {"algorithm_config.gradient_steps"}
-    text = "Updates take 88 % of the time: with gradient_steps=8 instead of 16, the training run would take 11 s instead of 20 s"
+    text = "Updates take 88 % of the time. With gradient_steps=8 instead of 16, the training run would take 11 s instead of 20 s"
     assert found["algorithm_config.gradient_steps"].startswith(text)
     # 10 rounds of 16 gradient steps in 250 vector steps: 8.8 s / 160 and 0.5 s / 250
     text = (

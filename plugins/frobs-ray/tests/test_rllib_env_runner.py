@@ -127,7 +127,7 @@ def test_the_recipe_of_an_environment_without_a_run_is_its_specification() -> No
         (EnvironmentRecipe(REACH, {}, obstacle="reset_from sets"), "reset_from sets"),
         (
             EnvironmentRecipe(REACH, {}, (ComponentConfig(name="gymnasium.wrappers.vector:NormalizeObservation"),)),
-            "NormalizeObservation adapts",
+            "NormalizeObservation uses statistics",
         ),
     ],
 )

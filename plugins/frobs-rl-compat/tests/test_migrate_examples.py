@@ -295,7 +295,11 @@ def test_a_class_with_another_method_is_not_translated(originals):
     [
         ("low=-np.pi, high=np.pi", "low=-0.5, high=0.5", "__init__"),
         ("traj_space = spaces.Discrete(4)", "traj_space = spaces.Discrete(5)", "traj5 is unknown"),
-        ("low=0.0, high=0.02", "low=0.01, high=0.02", "boxes_vel_space must have a lower bound of 0"),
+        (
+            "low=0.0, high=0.02",
+            "low=0.01, high=0.02",
+            "boxes_vel_space must have one component per box, and all lower bounds must be 0",
+        ),
         ("/worlds/Kobuki_maze_smallv2", "/worlds/Nowhere", "Nowhere"),
     ],
 )

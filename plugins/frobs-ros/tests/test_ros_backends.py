@@ -102,7 +102,7 @@ def test_a_simulation_is_launched_as_told_and_closed(own_master: str, reasons: C
     given: dict[str, Any] = {"paused": True, "gui": True, "use_sim_time": False, "output": "log", "verbose": True}
     given |= {"custom_world_pkg": "tiny_arm", "custom_world_name": "box.world", "pub_clock_frequency": 50}
     assert ros_gazebo.close_Gazebo() is False
-    assert "this process has not launched a simulation" in reasons()
+    assert "no simulation was closed, because this process has not launched one" in reasons()
     assert ros_gazebo.launch_Gazebo(**given) is True
     assert "no display is available" in reasons()
     assert rospy.get_param("/use_sim_time") is False

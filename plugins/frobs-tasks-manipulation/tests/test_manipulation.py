@@ -51,9 +51,12 @@ def test_a_reset_takes_places_of_the_cube_and_the_goal() -> None:
         assert task.cube.pos == pytest.approx(cubes, abs=1e-9)
         env.reset(options={"goal": goals[::-1], "reset_mask": np.array([False, True])})
         assert np.array_equal(task.goal, goals[[0, 0]])
-        for option, place in (("goal", [0.5, 0.0, -0.1]), ("cube_position", [5.0, 0.0, 0.02])):
-            with pytest.raises(ResetOptionError, match=option):
-                env.reset(options={option: place})
+        for option, valid, wrong in (
+            ("goal", goals[0], [0.5, 0.0, -0.1]),
+            ("cube_position", cubes[0], [5.0, 0.0, 0.02]),
+        ):
+            with pytest.raises(ResetOptionError, match=f"'{option}' is .{wrong[0]:g}, 0, {wrong[2]:g}"):
+                env.reset(options={option: np.stack([valid, wrong])})
 
 
 def test_half_of_the_goals_are_in_the_air() -> None:

@@ -42,7 +42,7 @@ def test_numbers_choices_and_lists_are_drawn() -> None:
         ("a: {type: float, low: 2, high: 1}", "is greater than"),
         ("a: {type: float, low: 0, high: 1, log: true}", "must be positive"),
         ("a: {type: int, low: 0.5, high: 1}", "must be whole"),
-        ("a: {type: choice, low: 1}", "must have 'choices'"),
+        ("a: {type: choice, low: 1}", "a dimension of type choice requires 'choices'"),
         ("a: {type: float, lwo: 1, high: 2}", "Did you mean 'low'"),
         ("a: 3", "is not a search range"),
         ("a: []", "is not a search range"),

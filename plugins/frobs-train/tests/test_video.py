@@ -34,7 +34,7 @@ def test_a_video_goes_into_the_run(copied: Run) -> None:
 
 def test_an_environment_that_draws_nothing_leaves_nothing(copied: Run, tmp_path: Path) -> None:
     blind = Run(copied.path, copied.config.model_copy(update={"environment": "FrobsTests/Blind-v0"}))
-    with pytest.raises(RunError, match="does not render an RGB image"):
+    with pytest.raises(RunError, match="does not render RGB images"):
         record_video(blind, tmp_path / "out" / "video.mp4")
     assert not (tmp_path / "out").exists()
 

@@ -177,7 +177,7 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote, with other settings for the same networks."""
+        """Load an algorithm from a folder that :meth:`save` wrote, with different settings for the same networks."""
         return cls._load(folder, env, config)
 
     @classmethod
@@ -207,7 +207,7 @@ class SB3Algorithm(Algorithm):
         return algorithm
 
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods that ``frobs bench ID --training`` times, by part of the training run."""
+        """Return the methods whose duration ``frobs bench ID --training`` measures, by part of the training run."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy

@@ -10,14 +10,14 @@ from stable_baselines3.common.callbacks import BaseCallback
 from frobs_core.interfaces import TrainingMonitor
 
 
-class Stopped(Exception):  # noqa: N818  # not an error: the monitor ended training
+class Stopped(Exception):  # noqa: N818  # signals that the monitor ended training
     """Raised to end ``learn`` at the start of a rollout, where an interruption does not affect the results."""
 
 
 class MonitorCallback(BaseCallback):
     """Callback that reports to the monitor at the start of each rollout.
 
-    Exact continuation is only possible from a model that was saved at the start of a rollout.
+    Training can be continued exactly only from a model that was saved at the start of a rollout.
 
     Args:
         name: Name of the algorithm.
@@ -62,7 +62,7 @@ class MonitorCallback(BaseCallback):
         return True
 
     def report(self) -> bool:
-        """Report the metrics since the last call, and return whether to continue."""
+        """Report the metrics collected since the last call, and return whether to continue."""
         self._reported = self.model.num_timesteps
         values = self.model.logger.name_to_value
         metrics = {f"{self._name}/{key.partition('/')[2]}": float(value) for key, value in values.items()}

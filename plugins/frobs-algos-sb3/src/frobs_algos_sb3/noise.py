@@ -23,8 +23,8 @@ class ActionNoiseConfig(Settings):
     """Settings of the noise that is added to actions in [−1, 1].
 
     Attributes:
-        type: ``normal`` for noise that is independent in each step, or ``ornstein_uhlenbeck`` for noise that is
-            correlated in time and reset in each episode.
+        type: ``normal`` for noise that is independent at each step, or ``ornstein_uhlenbeck`` for noise that is
+            correlated in time and reset at the start of each episode.
         mean: Mean of the noise: one number for all action components, or one per component.
         sigma: Standard deviation of the noise: one number for all action components, or one per component.
         theta: Rate at which ``ornstein_uhlenbeck`` noise returns to the mean.

@@ -146,7 +146,7 @@ class OffPolicy(SB3Algorithm):
             }
             kwargs["learning_starts"] = max(kwargs["learning_starts"], self._first_episodes())
         with warnings.catch_warnings():
-            # With more environments than steps between target updates, the target is updated in every step.
+            # With more environments than steps between target updates, the target is updated at every step.
             warnings.filterwarnings("ignore", "The number of environments used is greater than the target")
             return super()._make_model(policy, **kwargs)  # type: ignore[return-value]
 

@@ -22,17 +22,19 @@ if TYPE_CHECKING:
     import onnx
 
 OPSET = 18
-"""Version of ONNX's operator set, which runtimes on robots support and which contains all required operators."""
+"""Version of ONNX's operator set. Common runtimes on robots support this version, and it contains all required
+operators.
+"""
 
 _NEEDED = ("onnx", "onnxscript")
-_BATCH = 2  # batch size of the example, neither 0 nor 1 because the tracer treats these specially
+_BATCH = 2  # batch size of the example; the tracer treats 0 and 1 specially
 
 
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
     """Return the graph of a model's deterministic policy. The same model always yields the same bytes.
 
-    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. The export changes only the
-    training mode of the model.
+    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. The export sets the model to
+    evaluation mode, but does not change it otherwise.
 
     Args:
         model: The model.

@@ -28,8 +28,8 @@ class ObservationInput(nn.Module):
     """Module that normalizes one part of an observation and converts it to the floats that a network accepts.
 
     The module performs the operations of stable-baselines3's ``VecNormalize.normalize_obs``, ``obs_to_tensor`` and
-    ``preprocess_obs`` in the same order and precision. The original code cannot be traced, because it depends on
-    values.
+    ``preprocess_obs`` in the same order and precision. The original code cannot be traced, because it depends on the
+    values of the observations.
 
     Args:
         space: Space of this part in the environment.
@@ -60,7 +60,7 @@ class ObservationInput(nn.Module):
 
     def forward(self, observation: th.Tensor) -> th.Tensor:
         """Return floats, (batch, …)."""
-        if self.normalized:  # in double precision, because a mean may be large relative to its deviation
+        if self.normalized:  # in double precision, because the mean may be large relative to the standard deviation
             assert isinstance(self.mean, th.Tensor)
             assert isinstance(self.deviation, th.Tensor)
             scaled = (observation.double() - self.mean) / self.deviation

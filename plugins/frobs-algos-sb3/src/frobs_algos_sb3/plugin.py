@@ -17,7 +17,7 @@ _ANY = ("Box", "Discrete", "MultiDiscrete", "MultiBinary")
 
 
 def _for_arms(**files: str) -> dict[str, str]:
-    """Return the files with tuned settings for manipulation tasks, by ID. All arms share the same files."""
+    """Return the files with tuned settings for manipulation tasks, by environment ID. All arms share the same files."""
     return {f"{arm}{task}": file for task, file in files.items() for arm in _ARMS_WITH_GRIPPERS}
 
 

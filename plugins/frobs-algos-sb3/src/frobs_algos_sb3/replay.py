@@ -19,7 +19,7 @@ BLOCK_STEPS = 16_384
 """Steps per block, over all environments."""
 
 BLOCK_BYTES = 2**25
-"""Maximum size of a block, which applies if steps are large, for example because they contain images."""
+"""Maximum size of a block [bytes]. This limit applies if steps are large, for example because they contain images."""
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
@@ -81,7 +81,7 @@ def _arrays(buffer: ReplayBuffer) -> Arrays:
     if isinstance(buffer, HerReplayBuffer):
         names += ["ep_start", "ep_length"]
     for name in names:
-        value = getattr(buffer, name, None)  # with optimized memory usage, there are no next observations
+        value = getattr(buffer, name, None)  # next observations are not stored if memory usage is optimized
         if isinstance(value, dict):
             found |= {f"{name}/{key}": array for key, array in value.items()}
         elif value is not None:
@@ -123,7 +123,7 @@ def _known_blocks(previous: Path) -> dict[int, str]:
 
 
 def _link(source: Path, target: Path) -> bool:
-    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether this succeeded."""
+    """Create ``target`` as a hard link to ``source`` or as a copy, and return whether the operation succeeded."""
     try:
         os.link(source, target)
     except OSError:

@@ -72,8 +72,8 @@ def restore_learning(model: BaseAlgorithm, saved: Mapping[str, Any]) -> None:
 class Pause:
     """State of all random number generators at the point where training continues."""
 
-    arrays: Arrays  # generators, action noise, and matrices of state-dependent exploration
-    at_start: bool  # whether this state is from the start of a rollout, after the matrices were drawn
+    arrays: Arrays  # generators, action noise, and noise matrices of state-dependent exploration
+    at_start: bool  # whether this state was recorded at the start of a rollout, after the noise matrices were drawn
 
 
 def draws(model: BaseAlgorithm) -> Arrays:
@@ -95,7 +95,7 @@ def restore_draws(model: BaseAlgorithm, arrays: Arrays) -> None:
 
 
 def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:
-    """Return the owner and attribute name of each matrix of state-dependent exploration."""
+    """Return the owner and the attribute name of each noise matrix of state-dependent exploration."""
     policy: Any = model.policy
     distribution = getattr(getattr(policy, "actor", None) or policy, "action_dist", None)
     if not isinstance(distribution, StateDependentNoiseDistribution):

@@ -22,7 +22,7 @@ class VectorEnvAdapter(VecEnv):
     """Adapter that turns a vector environment of Gymnasium into one of stable-baselines3.
 
     The wrapped ``gymnasium.vector.VectorEnv`` must use same-step autoreset. Batched arrays are passed on without being
-    copied. Only environments whose episode has ended have their own info, which contains ``terminal_observation``,
+    copied. Only environments whose episode has just ended have their own info, which contains ``terminal_observation``,
     ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success`` and ``episode`` if the
     environment provides them.
 
@@ -85,7 +85,7 @@ class VectorEnvAdapter(VecEnv):
             infos = infos.copy()
             for index in np.flatnonzero(done).tolist():
                 infos[index] = self._final_info(info, index, bool(truncated[index] and not terminated[index]))
-        # stable-baselines3 adds the bootstrapped value to the rewards in place, so they must be a copy.
+        # Copy the rewards, because stable-baselines3 adds the bootstrapped value to them in place.
         return observation, rewards.astype(np.float32), done, infos
 
     def close(self) -> None:
@@ -136,7 +136,7 @@ class VectorEnvAdapter(VecEnv):
         return [single is not None and is_wrapped(single[index], wrapper_class) for index in self._ids(indices)]
 
     def get_images(self) -> Sequence[np.ndarray[Any, Any] | None]:
-        """Return an image of each environment."""
+        """Return one image per environment."""
         images: Any = self.env.render()
         return images or []
 
@@ -185,7 +185,7 @@ def _row(info: Mapping[str, Any], index: int) -> dict[str, Any]:
 
 
 class _Everywhere:
-    """A mask that is True everywhere, for keys without a mask."""
+    """A mask that is True for all environments, for info keys without a mask."""
 
     def __getitem__(self, index: int) -> bool:
         return True

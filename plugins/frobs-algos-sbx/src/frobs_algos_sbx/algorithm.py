@@ -34,7 +34,7 @@ class JaxAlgorithm(SB3Algorithm):
         return venv if self._flat is None else self._flat
 
     def _set_threads(self, config: SB3Config) -> None:
-        super()._set_threads(config)  # stable-baselines3's buffers use PyTorch, so limit its threads, too
+        super()._set_threads(config)  # also limits PyTorch's threads, because stable-baselines3's buffers use PyTorch
         set_threads(config.torch_threads)
 
     def _keeps_dict(self) -> bool:
@@ -73,7 +73,7 @@ class JaxAlgorithm(SB3Algorithm):
         arrays = storage.read_arrays(path)
         try:
             if set(arrays) != set(part(self.model)):
-                raise CheckpointError("the names of the arrays differ.")
+                raise CheckpointError("the arrays in the file have different names than the model's arrays.")
             state.restore(self.model, arrays)
         except CheckpointError as error:
             raise CheckpointError(f"{path} does not match the settings in the same folder: {error}") from error

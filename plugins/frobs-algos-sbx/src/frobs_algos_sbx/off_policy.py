@@ -30,7 +30,7 @@ _SHARED = "policy_kwargs.share_features_extractor"
 _MEMORY = "optimize_memory_usage"
 _EXPLORATION = ("use_sde", "sde_sample_freq", "use_sde_at_warmup")
 _EXPLORATION_NETWORK = ("log_std_init", "use_expln", "clip_mean")
-"""Rejected gSDE settings. In sbx, new noise is sampled in each step, so exploration would not depend on the state."""
+"""Rejected gSDE settings. sbx samples new noise at each step, so its gSDE exploration would not depend on the state."""
 
 
 def _in_network(*names: str) -> tuple[str, ...]:

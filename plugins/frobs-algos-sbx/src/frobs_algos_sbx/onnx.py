@@ -32,7 +32,7 @@ def policy_graph(
     Args:
         model: The model.
         normalizer: Normalizer of the observations, or None.
-        flat: Wrapper that joins the parts of an observation, or None if the policy joins the parts.
+        flat: Wrapper that joins the parts of an observation, or None if the policy itself joins the parts.
         space: Observation space of the environment.
         activation: Name of the activation function.
     """

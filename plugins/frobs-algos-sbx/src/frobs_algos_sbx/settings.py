@@ -1,4 +1,4 @@
-"""Settings of sbx's algorithms. Settings of ``frobs-algos-sb3`` that sbx does not support are rejected."""
+"""Settings of sbx's algorithms, which reject settings of ``frobs-algos-sb3`` that sbx does not support."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class JaxNetworkConfig(NetworkConfig):
 
     Attributes:
         unused: Settings that sbx's policies do not accept.
-        fixed_rate: Whether sbx itself would build the optimizer with a fixed learning rate.
+        fixed_rate: Whether sbx builds the optimizer with a fixed learning rate unless ``optimizer_class`` is wrapped.
     """
 
     unused: ClassVar[tuple[str, ...]] = ()
@@ -63,7 +63,7 @@ class JaxNetworkConfig(NetworkConfig):
         left_out = ("features_extractor_class", "normalize_images", *self.unused)
         kwargs = {key: value for key, value in self.model_dump().items() if value is not None and key not in left_out}
         name = self.activation_fn
-        # By default, flax approximates GELU, but PyTorch does not.
+        # By default, flax uses an approximation of GELU, but PyTorch uses the exact function.
         kwargs["activation_fn"] = partial(linen.gelu, approximate=False) if name == "gelu" else getattr(linen, name)
         if self.optimizer_class is not None:
             kwargs["optimizer_class"] = getattr(optax, _OPTIMIZERS[self.optimizer_class])

@@ -17,7 +17,7 @@ from frobs_core.errors import CheckpointError
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 _PREDICTING = ("params", "target_params", "batch_stats")
-"""Fields of a train state that belong to the networks. All other fields are used only for training."""
+"""Fields of a ``TrainState`` that belong to the networks. All other fields are used only for training."""
 
 _KEYS = ("key", "noise_key")
 

@@ -1,4 +1,4 @@
-"""Looks up the installed records, and the distributions that provide them, for commands."""
+"""Functions that commands use to look up installed records and the distributions that provide them."""
 
 from __future__ import annotations
 

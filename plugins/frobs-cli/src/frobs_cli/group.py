@@ -17,7 +17,7 @@ from frobs_cli.output import print_error, print_note
 BAD_INPUT = 2
 INTERRUPTED = 130
 _ERRORS = (("frobs_core.errors", "FrobsError"), ("frobs_deploy.errors", "DeployError"), ("gymnasium.error", "Error"))
-"""Modules and classes of errors that are reported in one line. A module must be imported before it can raise errors."""
+"""Modules and classes of errors that are reported as a single line. Modules that are not imported are ignored."""
 
 READER_GONE = 141
 """Exit code that shells report for a program whose output pipe was closed (128 + SIGPIPE)."""
@@ -32,7 +32,7 @@ class FrobsGroup(TyperGroup):
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the first argument names.
+        """Return the command whose name is the first argument.
 
         Raises:
             UnknownNameError: No command has this name. The message suggests the closest match.
@@ -97,7 +97,7 @@ def _words(context: Any) -> list[str]:
 
 
 def _line(error: Exception) -> str:
-    """Return an error message in one line. If the message contains a table, the table follows on separate lines."""
+    """Return an error message as a single line. A table in the message follows on separate lines."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     if isinstance(error, typer.TyperException):

@@ -27,7 +27,7 @@ def plugins(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Show whether each installed plugin is loaded, failed or disabled.
+    """Show whether each installed plugin was loaded, failed to load, or is disabled.
 
     If a plugin failed to load, the output also shows the cause. The output also lists unavailable environment IDs.
 

@@ -20,11 +20,11 @@ from frobs_core.models import Collision, JointType
 FLOOR = "floor"
 """Obstacle name of the floor."""
 
-_LEAST_SPACING = 0.005  # [m] minimum spacing of checks, which applies if the clearance is almost zero
+_LEAST_SPACING = 0.005  # [m] minimum spacing of collision checks, used if the clearance is almost zero
 
 
 class CollisionChecker:
-    """Checker for the minimum distance between pairs of shapes.
+    """Collision checker that enforces a minimum distance between pairs of shapes.
 
     As in the simulators, two links may overlap if they are connected by at most one joint or overlap at home. Fixed
     links are not checked against the scene, because the robot's motion does not affect them.
@@ -111,7 +111,7 @@ class CollisionChecker:
                 self._geometry.addCollisionPair(pin.CollisionPair(first, second))
 
     def let_overlap(self, home: Floats) -> None:
-        """Allow each pair of links to overlap if it overlaps at home. The floor counts as a link.
+        """Allow overlaps between links that overlap at home. The floor counts as a link.
 
         For all other pairs of links, the minimum distance is at most half the distance at home. Call this method after
         placing the floor.

@@ -20,7 +20,7 @@ TARGETS = ("joint", "tcp")
 
 
 class TrajectoryController(Controller):
-    """Controller that moves the robot from rest to rest along a collision-free path in each control step.
+    """Controller that moves the robot from rest to rest along a collision-free path within each control step.
 
     With ``target="joint"``, an action specifies joint positions: −1 is the lower limit and 1 the upper limit. A joint
     without limits uses the range [−π, π]. With ``target="tcp"``, an action specifies a position of the tool center
@@ -130,7 +130,7 @@ class TrajectoryController(Controller):
         return np.clip(self._rows, self.planner.lower, self.planner.upper, out=self._rows)
 
     def _plan(self, i: int, action: Floats) -> Plan:
-        """Plan the motion of environment ``i``, which must end within the control step."""
+        """Plan a motion in environment ``i`` that ends within the control step."""
         planner = self.planner
         if self.target == "joint":
             half_range = 0.5 * (planner.upper - planner.lower)
@@ -168,7 +168,7 @@ class TrajectoryController(Controller):
         info["motion_duration"][i] = 0.0 if plan.trajectory is None else plan.trajectory.duration
 
     def info(self) -> Mapping[str, np.ndarray[Any, Any]]:
-        """Return metrics of the latest planning, (num_envs,) each.
+        """Return metrics of the latest planning attempt, (num_envs,) each.
 
         The metrics are ``plan_success`` (0 or 1), ``plan_reason`` (a value of
         :class:`~frobs_controllers_planning.plan.Reason`), ``plan_time`` [s], ``plan_waypoints`` (number of waypoints: 2

@@ -31,7 +31,7 @@ Pose = tuple[Floats, Floats]
 """Position (3,) [m] and scalar-first quaternion (4,) in the world frame."""
 
 _WAYS = 3  # maximum number of path searches for a tool goal, beginning with the nearest joint positions
-_SOLUTIONS = 4  # number of collision-free solutions among which the nearest are selected
+_SOLUTIONS = 4  # number of collision-free solutions from which the nearest ones are selected
 _TRIES = 30  # maximum number of initial positions for inverse kinematics
 _POSTURES = 4096  # number of random joint positions used to determine the tool's workspace
 _STILL = 1e-6  # [rad or m]: shorter motions require no path
@@ -223,7 +223,7 @@ class Planner:
         return [goal] if self._checker.is_free(goal) else Reason.GOAL_IN_COLLISION
 
     def _joint_goals(self, start: Floats, goal: ToolGoal) -> list[Floats] | Reason:
-        """Return joint positions that reach a tool goal, nearest first, or the reason why there are none."""
+        """Return joint positions that reach a tool goal, nearest first, or the reason why none were found."""
         pos = self._base.actInv(self._vector("the goal's pos", goal.pos, 3))
         rotation = None
         if goal.quat_wxyz is not None:

@@ -95,7 +95,7 @@ class Search:
         return state
 
     def is_line_free(self, first: Any, second: Any) -> bool:
-        """Return whether the second of two OMPL states and the line between them are free of collisions."""
+        """Return whether the second of two OMPL states and the line between them are collision-free."""
         start, end = self._joints(first), self._joints(second)
         return self._checker.is_free(end) and self._checker.is_way_free(start, end)
 
@@ -137,7 +137,7 @@ class Search:
         return RoundedPath(waypoints, radii)
 
     def _is_corner_free(self, waypoints: Floats, radius: float) -> bool:
-        """Return whether a rounded corner, defined by three waypoints, is free of collisions."""
+        """Return whether a rounded corner, defined by three waypoints, is collision-free."""
         steps = np.diff(waypoints, axis=0)
         directions = steps / np.linalg.norm(steps, axis=1, keepdims=True)
         ends = np.stack([waypoints[1] - radius * directions[0], waypoints[1], waypoints[1] + radius * directions[1]])
@@ -148,7 +148,7 @@ class Search:
 
 
 class _Lines(base.MotionValidator):
-    """Motion validator that OMPL uses to check whether the line between two states is free of collisions."""
+    """Motion validator that OMPL uses to check whether the line between two states is collision-free."""
 
     def __init__(self, information: Any, search: Search) -> None:
         super().__init__(information)

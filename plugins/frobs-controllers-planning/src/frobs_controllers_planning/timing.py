@@ -1,4 +1,4 @@
-"""Time-optimal timing of paths with toppra that respects the limits at every instant."""
+"""Time-optimal trajectories along paths, computed with toppra, that respect the limits at every instant."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Trajectory:
 
     Args:
         path: Path that the trajectory follows.
-        at: Path parameters of the grid points, (n + 1,), including all breaks.
+        at: Path parameters of the grid points, (n + 1,), including the ends of all pieces.
         squares: Squared rate of change of the path parameter at the grid points, (n + 1,) [1/s²]. The squared rate is
             linear between grid points.
         stretch: Factor by which all times are multiplied.
@@ -130,7 +130,7 @@ class Timing:
 
 
 def _grid(path: RoundedPath) -> Floats:
-    """Return the grid points for toppra as path parameters, (n + 1,), including all breaks."""
+    """Return the grid points for toppra as path parameters, (n + 1,), including the ends of all pieces."""
     parts = [np.zeros(1)]
     for begin, end in zip(path.breaks[:-1], path.breaks[1:], strict=True):
         count = max(_CORNER_INTERVALS, round(_INTERVALS * (end - begin) / path.length))

@@ -106,7 +106,7 @@ class DifferentialDrive(Controller):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
     def _acceleration(self, which: str, of_the_robot: float | None, unit: str) -> float:
-        """Return the configured acceleration limit, otherwise the robot's limit, or infinity if there is no limit."""
+        """Return the configured acceleration limit, or else the robot's limit, or infinity if neither is set."""
         given: float | None = getattr(self, f"max_{which}_acceleration")
         if given is not None:
             return given

@@ -61,8 +61,8 @@ class Discrete(ControllerWrapper):
         """Prepare to control the given joints.
 
         Raises:
-            ConfigurationError: The wrapped controller cannot control the robot, or its action space is not a finite Box
-                around 0.
+            ConfigurationError: The wrapped controller cannot control the robot, or its action space is not a bounded
+                Box that contains 0.
         """
         self.inner.bind(joints, control_timestep, decimation)
         box = self.inner.action_space

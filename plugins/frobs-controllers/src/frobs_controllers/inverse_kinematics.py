@@ -16,23 +16,23 @@ class DampedLeastSquares:
 
     The damping λ limits the joints' motion near singularities and lets them come to rest if the target is out of reach
     (Nakamura and Hanafusa 1986; Wampler 1986). The posture step z = g · (home − u) uses the remaining degrees of
-    freedom. The posture step prevents a redundant arm from drifting. It also allows a fully stretched arm to bend
-    again, for which the Jacobian alone provides no direction (Siciliano et al., "Robotics", 2009, §3.5).
+    freedom. The posture step prevents a redundant arm from drifting. It also bends a fully stretched arm, for which the
+    Jacobian alone does not provide a direction (Siciliano et al., "Robotics", 2009, §3.5).
 
     Two limits are respected:
 
     - No joint moves farther than its velocity limit allows in one control step.
-    - Joints that would move beyond a position limit are excluded, and the other joints compensate for them (as with the
-      active set of the projected Newton method, Bertsekas 1982).
+    - Joints that would move beyond a position limit are excluded, and the other joints compensate for them (as in the
+    projected Newton method, Bertsekas 1982).
 
-    All matrix products are stacks of small products, so that the results of each environment in a batch are
-    bit-identical to those of a single environment.
+    All matrix products are computed as stacks of small products, so that each environment in a batch gets results that
+    are bit-identical to those of a single environment.
 
     Args:
         joints: Joints to move. The controlled frame is the group's ``"tcp"``.
         rows: Number of Jacobian rows to use: 3 to control the frame's position, 6 to control its pose.
         damping: Damping λ > 0, in the Jacobian's units [m/rad].
-        posture_gain: Gain g in [0, 1): fraction of the remaining distance to home that is covered in each step.
+        posture_gain: Gain g in [0, 1): fraction of the remaining distance to home that is covered at each step.
         control_timestep: [s]
 
     Attributes:
@@ -80,7 +80,9 @@ class DampedLeastSquares:
         return self._ahead
 
     def move(self, error: Floats) -> Floats:
-        """Update the commanded joint positions to move the tool by ``error``, and return them. Call :meth:`lead` first.
+        """Update the commanded joint positions to move the tool by ``error``, and return the updated positions.
+
+        Call :meth:`lead` first.
 
         Args:
             error: (num_envs, rows)

@@ -12,7 +12,7 @@ from frobs_core.validation import positive
 
 
 class JointEffort(Controller):
-    """Controller that commands joint efforts: an action of ±1 corresponds to ± the effort limit.
+    """Controller that commands joint efforts: an action of ±1 applies a joint's maximum effort.
 
     An action of 0 applies no effort, so the joints fall freely.
 

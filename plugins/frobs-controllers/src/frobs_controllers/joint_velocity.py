@@ -12,7 +12,7 @@ from frobs_core.validation import positive
 
 
 class JointVelocity(Controller):
-    """Controller that commands joint velocities: an action of ±1 corresponds to ± the velocity limit.
+    """Controller that commands joint velocities: an action of ±1 requests a joint's maximum velocity.
 
     Near a position limit, a joint is slowed down so that it cannot exceed the limit within the control step.
 

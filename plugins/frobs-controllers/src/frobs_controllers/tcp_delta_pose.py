@@ -30,13 +30,13 @@ class TcpDeltaPose(TcpDeltaPosition):
         max_delta: Translation per axis [m] for an action of 1.
         max_rotation: Rotation per axis [rad] for an action of 1, in (0, 1].
         damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
-            singularities and at the limit of reach. Larger steps require more damping: approximately the square root of
-            half the step size.
-        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move in each step without
+            singularities and at the limit of the arm's reach. Larger steps require more damping: approximately the
+            square root of half the step size.
+        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move at each step without
             moving the tool.
-        axes: Components of an action: some or all of ``x``, ``y``, ``z``, ``rx``, ``ry`` and ``rz``, in this order. The
-            target stays constant in all omitted components. For example, with ``["x", "y", "z"]``, the tool keeps its
-            orientation.
+        axes: Components of an action: some or all of ``x``, ``y``, ``z``, ``rx``, ``ry`` and ``rz``, in this order.
+            Omitted components of the target keep their values. For example, with ``["x", "y", "z"]``, the tool keeps
+            its orientation.
         target_low: Minimum corner [m] of the box to which the target point is limited, in the world frame, or None for
             no lower limit.
         target_high: Maximum corner [m] of the box to which the target point is limited, in the world frame, or None for

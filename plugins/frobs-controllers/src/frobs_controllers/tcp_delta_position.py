@@ -24,9 +24,9 @@ class TcpDeltaPosition(Controller):
     Args:
         max_delta: Step per axis [m] for an action of 1.
         damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
-            singularities and at the limit of reach. Larger steps require more damping: approximately the square root of
-            half the step size.
-        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move in each step without
+            singularities and at the limit of the arm's reach. Larger steps require more damping: approximately the
+            square root of half the step size.
+        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move at each step without
             moving the tool.
     """
 

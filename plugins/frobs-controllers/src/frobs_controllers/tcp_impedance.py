@@ -20,7 +20,7 @@ class TcpImpedance(Controller):
     [−1, 1]³ moves the equilibrium point along the world's axes. The term g(q) compensates for the weight of the links
     that the group moves, as specified by the model file.
 
-    The torques are computed in every physics step, so that objects in contact with the tool feel a spring instead of a
+    The torques are computed at every physics step, so that objects in contact with the tool feel a spring instead of a
     stiff drive. A step takes several times as long to compute as with a controller that runs at the control rate.
 
     Args:

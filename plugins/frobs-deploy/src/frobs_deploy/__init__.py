@@ -7,7 +7,7 @@
     graph.py         runs the ONNX graph in onnxruntime
     limits.py        limits actions
     latency.py       measures the duration of actions
-    policy.py        combines all of these in the policy
+    policy.py        combines these modules in the policy class
 
 ``python -m frobs_deploy BUNDLE`` prints a summary of a bundle and the latency of its policy on this machine.
 """

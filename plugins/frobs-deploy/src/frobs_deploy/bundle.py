@@ -33,7 +33,7 @@ _DAMAGE = (
     EOFError,
     OSError,
     ValueError,
-    RuntimeError,  # such as an encrypted member; includes NotImplementedError for an unknown compression
+    RuntimeError,  # for example, an encrypted member or an unknown compression method (NotImplementedError)
     KeyError,
     OverflowError,
     MemoryError,

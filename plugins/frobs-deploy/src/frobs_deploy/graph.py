@@ -72,7 +72,7 @@ class Graph:
         self._action = action
 
     def run(self, inputs: Mapping[str, Array]) -> dict[str, Array]:
-        """Run the graph on a batch of inputs, (n, …) each, and return the outputs by name.
+        """Run the graph on a batch of inputs of shape (n, …), and return the outputs by name.
 
         Raises:
             BundleError: The graph fails or returns an action of the wrong shape.

@@ -25,7 +25,7 @@ class Latency:
     actions: int
 
     def __str__(self) -> str:
-        """Return the statistics in one line."""
+        """Return the statistics as a single line."""
         if not self.actions:
             return "no action yet"
         return (

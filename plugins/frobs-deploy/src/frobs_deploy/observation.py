@@ -26,7 +26,8 @@ class ObservationReader:
         """Validate an observation, and convert it to a batch.
 
         Returns:
-            The observation parts by key, (n, …) each, whether the observation had no batch axis, and the batch size n.
+            A tuple of the observation parts (arrays of shape (n, …), by key), whether the observation had no batch
+            axis, and the batch size n.
         """
         if self._flat is not None:
             given = self._compose(observation) if isinstance(observation, Mapping) else observation

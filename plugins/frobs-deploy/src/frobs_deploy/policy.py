@@ -158,7 +158,7 @@ class Policy:
                 may also be passed as a mapping of its named terms.
 
         Returns:
-            The action, clipped to the action space. If the observation has a batch axis, the action has one, too.
+            The action, clipped to the action space. If the observation has a batch axis, the action also has one.
 
         Raises:
             BundleMismatchError: The observation is not finite or has other names, shapes or types than in training, or

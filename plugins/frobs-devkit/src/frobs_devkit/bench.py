@@ -1,6 +1,6 @@
 """Benchmarks an environment step: measures the time of each part, and the overhead compared with the bare engine.
 
-The bare engine *replays* the steps: before each step, it loads the state and the controls of the environment's engine.
+The bare engine *replays* the environment's steps: before each step, it loads the recorded state and controls.
 If the environment reads lidars, the bare engine casts the same rays. The environment and the bare engine alternate
 every few steps. Changes in the machine's speed therefore affect both measurements, and each measurement has the
 processor caches to itself, as in a training loop. The reported times are medians.
@@ -43,8 +43,8 @@ class BenchResult:
         decimation: Number of physics steps per environment step.
         steps: Number of measured steps.
         step_seconds: Median time of one ``step`` call [s], including the wrappers that ``gymnasium.make`` adds.
-        bare_seconds: Median time that the bare engine takes to replay a step, including the same lidar rays [s], or
-            None if the simulator does not provide a bare engine.
+        bare_seconds: Median time that the bare engine takes to replay a step, including the environment's lidar rays
+            [s], or None if the simulator does not provide a bare engine.
         ratio: ``step_seconds`` divided by ``bare_seconds``, or None without a bare engine.
         steps_per_second: Environment steps per second, summed over all environments.
         parts: Median time of each part of a step [s], keyed by the names in :data:`PARTS`.
@@ -68,7 +68,7 @@ def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **key
 
     Args:
         id: ID of the environment.
-        num_envs: Number of environments. If greater than 1, a vector environment is measured.
+        num_envs: Number of environments. For more than one environment, the function measures a vector environment.
         steps: Minimum number of steps to measure, in addition to a warm-up of 10 % of this number.
         seed: Seed for the environment and the random actions.
         keywords: Keywords of the environment.
@@ -155,12 +155,12 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
 
 
 def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
-    """Start timing an environment's parts and recording its states and lidar rays.
+    """Start timing the parts of an environment step, and recording the environment's states and lidar rays.
 
     Returns:
-        The stopwatch, the simulation's state before its latest step, and the first rays that each lidar has cast since
-        the mapping was last cleared. The bare engine does not reset episodes, so it casts each lidar's rays only once
-        per step.
+        The stopwatch, the simulation's state before its latest step, and a mapping with the first rays that each lidar
+        has cast since the mapping was last cleared. The bare engine does not reset episodes, so it casts each lidar's
+        rays only once per step.
     """
     stopwatch = Stopwatch()
     before: Snapshot = {}
@@ -180,7 +180,7 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
 
 
 def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save a simulation's state before each step. The time for saving is not measured."""
+    """Save a simulation's state before each step. The stopwatch does not measure the time for saving."""
     step = simulation.step
 
     def saved(*args: Any) -> Any:

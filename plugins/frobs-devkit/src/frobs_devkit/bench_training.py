@@ -19,8 +19,8 @@ class TrainingBenchResult:
     Attributes:
         id: The environment's ID.
         algorithm: Name of the algorithm.
-        num_envs: Number of environments stepped together.
-        steps: Number of environment steps measured after the warm-up, in all environments together.
+        num_envs: Number of environments that are stepped as one batch.
+        steps: Number of environment steps measured after the warm-up, summed over all environments.
         steps_per_second: Environment steps per second during the measured part of the training run.
         parts: Time of each part per 1,000 environment steps [s]: ``simulation`` (stepping and resetting the
             environments), the parts that the algorithm defines (``inference``, ``updates``, ``storage``), and
@@ -31,7 +31,7 @@ class TrainingBenchResult:
         checkpoints: Number of checkpoints in the whole training run.
         total_steps: Number of environment steps in the whole training run.
         total_seconds: Estimated time of the whole training run, including checkpoints [s].
-        suggestions: For each setting that is worth changing, a text with the measured gain. For an off-policy
+        suggestions: For each setting that is worth changing, a text that states the measured gain. For an off-policy
             algorithm, the text for ``gradient_steps`` also describes how the update time depends on this setting.
         machine: Processor, operating system and Python.
     """
@@ -54,8 +54,8 @@ class TrainingBenchResult:
 def bench_training(config: RunConfig, *, steps: int | None = None, suggest: bool = True) -> TrainingBenchResult:
     """Measure the time of each part of a training run.
 
-    The training takes place in memory and ends once enough steps have been measured. The warm-up ends after two rounds
-    of updates, or after 30 seconds.
+    The training run leaves no files behind, and ends once enough steps have been measured. The warm-up ends after two
+    rounds of updates, or after 30 seconds.
 
     Args:
         config: Configuration returned by :func:`frobs_train.resolve_config`.

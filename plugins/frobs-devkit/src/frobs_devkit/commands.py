@@ -11,19 +11,19 @@ COMMANDS = (
     ),
     Command(
         name="check",
-        summary="Check that an environment, a part or a plugin keeps its contract.",
+        summary="Check that an environment, a part or a plugin fulfills its contract.",
         function="frobs_devkit.cli.check:check",
         heading="Verify",
     ),
     Command(
         name="bench",
-        summary="Measure the time of each part of a step or training run, and how the speed scales.",
+        summary="Measure the time of each part of a step or training run, or how speed scales with parallelism.",
         function="frobs_devkit.cli.bench:bench",
         heading="Verify",
     ),
     Command(
         name="parity",
-        summary="Measure how closely two simulators agree on an environment.",
+        summary="Measure how closely simulators agree on an environment.",
         function="frobs_devkit.cli.parity:parity",
         heading="Verify",
     ),

@@ -18,7 +18,7 @@ class Stopwatch:
     part.
 
     Attributes:
-        times: For each part, the time of each call [s], excluding nested calls of other parts.
+        times: For each part, the time of each call [s], excluding nested calls to other parts.
     """
 
     def __init__(self) -> None:

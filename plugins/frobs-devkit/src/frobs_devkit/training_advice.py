@@ -83,8 +83,8 @@ def _advise_num_envs(config: RunConfig, measured: MeasuredTraining) -> str | Non
     if size == config.num_envs or _speedup_of_run(measured, SIMULATION, speedup) < _WORTHWHILE:
         return None
     return (
-        f"With num_envs={size} instead of {config.num_envs}, the environments make {rates[size]:,.0f} instead of "
-        f"{rates[config.num_envs]:,.0f} steps per second: the training run would take "
+        f"With num_envs={size} instead of {config.num_envs}, the environments run at {rates[size]:,.0f} instead of "
+        f"{rates[config.num_envs]:,.0f} steps per second, so the training run would take "
         f"{_instead(config, measured, SIMULATION, speedup)}. {_CHANGES_LEARNING}"
     )
 
@@ -124,7 +124,7 @@ def _advise_simulator_threads(config: RunConfig, measured: MeasuredTraining) -> 
         return None
     return (
         f"With threads.simulator={best} instead of {decided.simulator}, a step of the environments takes "
-        f"{_milliseconds(times[best])} instead of {_milliseconds(configured)}: the training run would take "
+        f"{_milliseconds(times[best])} instead of {_milliseconds(configured)}, so the training run would take "
         f"{_instead(config, measured, SIMULATION, speedup)}."
     )
 
@@ -141,7 +141,7 @@ def _advise_torch_threads(config: RunConfig, measured: MeasuredTraining) -> str 
         return None
     return (
         f"With threads.torch={best} instead of {configured}, a round of updates takes {_milliseconds(times[best])} "
-        f"instead of {_milliseconds(before)}: the training run would take "
+        f"instead of {_milliseconds(before)}, so the training run would take "
         f"{_instead(config, measured, UPDATES, before / times[best])}."
     )
 
@@ -177,7 +177,7 @@ def _advise_gradient_steps(config: RunConfig, measured: MeasuredTraining) -> str
         return scaling
     fewer = per_round // 2
     return (
-        f"Updates take {100 * measured.parts[UPDATES] / measured.seconds:.0f} % of the time: with "
+        f"Updates take {100 * measured.parts[UPDATES] / measured.seconds:.0f} % of the time. With "
         f"gradient_steps={fewer} instead of {configured}, the training run would take "
         f"{_instead(config, measured, UPDATES, per_round / fewer)}. {_CHANGES_LEARNING} {scaling}"
     )

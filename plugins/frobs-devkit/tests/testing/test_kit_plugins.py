@@ -60,7 +60,7 @@ def add(line: str) -> Callable[[str], str]:
 
 
 FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
-    "nothing_offered": ("loads", lambda _: EMPTY, "provides no record"),
+    "nothing_offered": ("loads", lambda _: EMPTY, "provides no records"),
     "imports_an_engine": ("import_is_cheap", add("import rospy"), "imports rospy"),
     "takes_long": ("import_is_cheap", add("import time; time.sleep(6)"), "which slows down every command"),
     "id_of_another": ("environments_are_complete", change("kit/Reach-v0", "frobs/Irb120Reach-v0"), "is provided by"),

@@ -204,7 +204,7 @@ def test_the_kit_catches(find: Any, check: str, faulty: type) -> None:
 def test_a_message_says_what_there_is_and_what_should_be(find: Any) -> None:
     with pytest.raises(
         CheckFailure,
-        match=r"a step of the batch before the first reset does not raise an error; it must raise ResetNeeded",
+        match=r"a step of a batch before the first reset does not raise an error; it must raise ResetNeeded",
     ):
         find(StepsAfterEnd, "step_needs_reset").run()
 

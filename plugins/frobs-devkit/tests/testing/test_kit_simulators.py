@@ -793,7 +793,7 @@ def test_abilities_are_what_the_record_declares(monkeypatch: pytest.MonkeyPatch)
     [
         ("paced_worlds_are_single", "'pacer' is None"),
         ("steps_wait_for_the_world", r"steps of 0\.4 s returned after"),
-        ("the_world_moves_on_by_itself", r"in 0\.3 s without a step"),
+        ("the_world_moves_on_by_itself", r"in 0\.3 s between two steps"),
         ("missed_deadlines_are_reported", "'pacer' is None"),
         ("resets_drive_home", r"the joints need at least 0\.\d+ s"),
     ],

@@ -1,4 +1,4 @@
-"""Description of a parallel gripper with the size of the Robotiq 2F-85."""
+"""Description of a parallel gripper with the dimensions of the Robotiq 2F-85."""
 
 from __future__ import annotations
 

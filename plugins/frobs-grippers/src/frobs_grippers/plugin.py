@@ -4,9 +4,9 @@ from frobs_core.hookspecs import hookimpl
 from frobs_core.specs import RobotRecord
 
 _SUMMARIES = {
-    "parallel_gripper": "gripper with the size of the Robotiq 2F-85: 85 mm stroke, 20 to 235 N, 0.9 kg",
+    "parallel_gripper": "gripper with the dimensions of the Robotiq 2F-85: 85 mm stroke, 20 to 235 N, 0.9 kg",
     "suction_cup": "40 mm suction cup with a force-torque sensor; cannot hold objects yet",
-    "two_finger_hand": "gripper with the size of the Franka hand: 80 mm stroke, 70 N, 0.73 kg",
+    "two_finger_hand": "gripper with the dimensions of the Franka hand: 80 mm stroke, 70 N, 0.73 kg",
 }
 
 

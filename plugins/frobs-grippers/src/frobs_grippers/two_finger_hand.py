@@ -1,4 +1,4 @@
-"""Description of a two-finger hand with the size of the Franka hand."""
+"""Description of a two-finger hand with the dimensions of the Franka hand."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ OBJECT_STORE = 512 * 2**20
 _ALWAYS = {
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",  # selects Ray's new behavior and avoids a warning from Ray
     "RAY_BACKEND_LOG_LEVEL": "fatal",  # hides warnings that Ray's C++ code prints to stderr
-    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this environment without copying the working folder
+    "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # workers use this Python environment, and the working folder is not copied
 }
 # Ray listens on all network interfaces, so a token protects a cluster on this machine. This process creates the token,
 # because Ray would otherwise write a token to the user's home directory.

@@ -35,7 +35,7 @@ def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, ex
         expected: Versions on the machine that submitted the job. The node's versions are compared with these versions,
             because the node may have joined the cluster after the job was submitted.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command shows progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command already shows the progress
     if difference := difference_here(expected):
         return None, difference, ""
     sender = Sender(mailbox)

@@ -155,7 +155,7 @@ class Recorder(_Stays, Callback):
         if error:
             known.set_user_attr("error", error)
         if settings is not None:
-            known.set_user_attr("settings", settings)  # population-based training changes the settings
+            known.set_user_attr("settings", settings)  # population-based training may have changed the settings
         frozen = self._session.study.tell(known, value, state=state)
         if self._on_trial is not None:
             self._on_trial(self._session.result(), to_result(frozen))

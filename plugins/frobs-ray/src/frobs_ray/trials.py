@@ -55,7 +55,7 @@ def run_trial_on_ray(config: Mapping[str, Any], place: Place) -> None:
         config: Mapping with ``number`` and ``settings``.
         place: Data that all trials share.
     """
-    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command shows progress
+    logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command already shows the progress
     number, settings = int(tune.get_context().get_trial_name()), dict(config["settings"])
     if difference := difference_here(place.expected):
         tune.report({"error": difference})
@@ -100,7 +100,7 @@ def _checkpoint(
         return None
     copy_run(path, folder / "run")
     (folder / _OWNER).write_text(json.dumps({"number": number, "settings": settings}), "utf-8")
-    found: Any = tune.Checkpoint.from_directory(folder)  # the type hint names the base class
+    found: Any = tune.Checkpoint.from_directory(folder)  # the declared return type is the base class
     checkpoint: tune.Checkpoint = found
     return checkpoint
 

@@ -157,7 +157,7 @@ def _scheduler(session: Session) -> TrialScheduler:
             perturbation_interval=REPORTS // 5,
             custom_explore_fn=partial(_explore, session.space),
             log_config=False,
-            require_attrs=False,  # failed trials report only their error
+            require_attrs=False,  # because failed trials report only their error
         )
     return FIFOScheduler()
 

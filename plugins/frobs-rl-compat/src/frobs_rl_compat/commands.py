@@ -12,12 +12,12 @@ COMMANDS = (
     ),
     Command(
         name="legacy env",
-        summary="Print the environment variables of 'frobs legacy run' as export commands for a shell.",
+        summary="Print the environment variables that 'frobs legacy run' sets, as export commands.",
         function="frobs_rl_compat.cli.legacy:env",
     ),
     Command(
         name="migrate",
-        summary="Convert a package of FRobs_RL to a plugin.",
+        summary="Convert a FRobs_RL package to a plugin.",
         function="frobs_rl_compat.cli.migrate:migrate",
     ),
 )

@@ -30,8 +30,8 @@ def legacy_variables() -> dict[str, str]:
     """Return environment variables for an old package and all processes that it starts.
 
     FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. Other
-    modules are added only if this Python cannot import them, and stand-ins for MoveIt and other ROS packages are added
-    only if the originals are not installed.
+    modules are added only if this Python interpreter cannot import them, and stand-ins for MoveIt and other ROS
+    packages are added only if the originals are not installed.
 
     Raises:
         RosNotFoundError: ROS is not installed, or is installed for a different Python version. The error message lists
@@ -39,7 +39,7 @@ def legacy_variables() -> dict[str, str]:
     """
     use_ros()
     installation = find_ros()
-    # Python runs sitecustomize.py at startup, so overlay_start.py has this name only in the overlay.
+    # Python runs any module named sitecustomize at startup, so overlay_start.py gets this name only in the overlay.
     own = {"frobs_rl": FROBS_RL, "gym": _HERE / "overlay" / "gym", "sitecustomize.py": _HERE / "overlay_start.py"}
     stand_ins = missing_packages()
     if not _has_moveit(installation):
@@ -72,7 +72,7 @@ def _append(folder: Path, value: str) -> str:
 
 
 def _prepend(folder: Path, variable: str) -> str:
-    """Return a path variable's value with a folder prepended, after removing the entries of earlier calls."""
+    """Return a path variable's value with a folder prepended, after removing entries that earlier calls added."""
     rest = [entry for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
     kept = [entry for entry in map(Path, rest) if entry != folder and not entry.is_relative_to(cache_folder("ros"))]
     return os.pathsep.join(map(str, [folder, *kept]))

@@ -80,7 +80,8 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Wrapper that converts an environment with the old gym API to Gymnasium's API.
 
     Args:
-        env: The environment, which may accept a seed in ``reset``, have a ``seed`` method, or not support seeding.
+        env: The environment to wrap, which may accept a seed in ``reset``, have a ``seed`` method, or not support
+            seeding.
     """
 
     has_gym_api = False

@@ -1,8 +1,8 @@
 """Makes packages from 2021 work with current NumPy in processes started by 'frobs legacy run'.
 
-Python imports this module at startup. When a process imports NumPy, this module restores the names that NumPy has
-removed. The module also makes ``tf.transformations`` accept one-element arrays as numbers again, and suppresses the
-traceback after Ctrl-C.
+Python imports this module at startup. When a process imports NumPy, this module restores names that newer versions of
+NumPy removed. The module also makes ``tf.transformations`` accept one-element arrays as numbers again, and suppresses
+the traceback after Ctrl-C.
 """
 
 import functools

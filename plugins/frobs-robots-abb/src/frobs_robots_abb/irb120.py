@@ -1,10 +1,10 @@
 """Description of the ABB IRB 120 with the kinematics, masses and limits of the FRobs_RL model.
 
-The gains make each joint critically damped at 10 Hz for the largest inertia I that the joint carries: Kp = I·ω² and Kd
-= 2·I·ω with ω = 62.8 rad/s, rounded. The largest inertias are 1.0 kg·m² for joints 1 and 2 (with the arm stretched) and
-0.18, 0.005, 0.0025 and 0.001 kg·m² for joints 3 to 6. In all postures, the joints are at least critically damped, and
-gravity deflects them by at most about 10 mrad. A joint reaches the effort limit of 1,000 N·m only if its target jumps
-by more than 0.25 rad.
+The gains make each joint critically damped at 10 Hz for the largest inertia I that the joint moves: Kp = I·ω² and Kd =
+2·I·ω with ω = 62.8 rad/s, rounded. The largest inertias are 1.0 kg·m² for joints 1 and 2 (with the arm stretched) and
+0.18, 0.005, 0.0025 and 0.001 kg·m² for joints 3 to 6. In all postures, the joints are critically damped or overdamped,
+and gravity deflects them by at most about 10 mrad. A joint reaches the effort limit of 1,000 N·m only if its target
+jumps by more than 0.25 rad.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Description of the ABB IRB 140 with the kinematics, masses and limits of the FRobs_RL model.
 
-The gains make each joint critically damped for the largest inertia I that the joint carries: Kp = I·ω² and Kd = 2·I·ω,
+The gains make each joint critically damped for the largest inertia I that the joint moves: Kp = I·ω² and Kd = 2·I·ω,
 rounded up. The frequency ω corresponds to 5 Hz for joints 1 and 2, and to 10 Hz for all other joints. With 10 Hz,
 joints 1 and 2 would reach the effort limit of 1,000 N·m if a target jumped by 0.03 rad. The largest inertias are 8.2
 and 5.6 kg·m² for joints 1 and 2 (with the arm stretched) and 0.64, 0.0085, 0.0022 and 0.001 kg·m² for joints 3 to 6. In
-all postures, the joints are at least critically damped. Gravity deflects joint 2 by up to 22 mrad, and the other joints
-by up to 6 mrad.
+all postures, the joints are critically damped or overdamped. Gravity deflects joint 2 by up to 22 mrad, and the other
+joints by up to 6 mrad.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Description of the Franka Emika Panda with a hand that has the size of the original hand."""
+"""Description of the Franka Emika Panda with a hand of the same size as the original hand."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ _DAMPING = (
     7.8,
     7.0,
     1.0,
-)  # [N·m·s/rad] critical damping at the largest inertia, including the hand's
+)  # [N·m·s/rad] critical damping for the largest inertia, which includes the hand
 
 
 def _by_joint(numbers: tuple[float, ...]) -> dict[str, float]:

@@ -16,7 +16,7 @@ def frobs_robots() -> list[RobotRecord]:
         ),
         RobotRecord(
             name="ur5_gripper",
-            summary="Universal Robots UR5 with a parallel gripper of the size of the Robotiq 2F-85",
+            summary="Universal Robots UR5 with a parallel gripper of the same size as the Robotiq 2F-85",
             entry_point="frobs_robots_ur.ur5_gripper:UR5_GRIPPER",
             install_hint="pip install frobs-robots-ur",
         ),

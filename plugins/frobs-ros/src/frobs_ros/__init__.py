@@ -1,7 +1,7 @@
 """Connects FRobs to ROS 1.
 
-This package provides FRobs_RL's functions and environments, simulations with Gazebo's ROS interface, and policies that
-run as ROS nodes.
+This package provides FRobs_RL's functions and environments, runs simulations with Gazebo's ROS interface, and runs
+policies as ROS nodes.
 """
 
 from importlib import import_module

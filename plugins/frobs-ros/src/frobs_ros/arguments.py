@@ -1,4 +1,4 @@
-"""Describes the arguments of FRobs_RL's functions. An argument name has the same meaning in all functions."""
+"""Describes the arguments of FRobs_RL's functions. Each argument name has the same meaning in all functions."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ARGUMENTS: Mapping[str, str] = {
     "timeout": "Maximum time to wait for pending controllers [s], or 0 to wait without a limit.",
     "pkg_name": "ROS package that contains the file.",
     "file_name": "Name of the file.",
-    "file_folder": "Folder of the file in the package.",
+    "file_folder": "Folder in the package that contains the file.",
     "file_path": "Path of the file.",
-    "folder": "Folder of the file in the package.",
+    "folder": "Folder in the package that contains the file.",
     "model_path": "Path of the model file.",
     "model_string": "XML text of the model.",
     "model_name": "Name of the model in the simulation, or name of the model file.",
@@ -40,9 +40,9 @@ ARGUMENTS: Mapping[str, str] = {
     "relative_entity_name": "Model or link that the pose and the twist are relative to.",
     **dict.fromkeys(("pos_x", "pos_y", "pos_z"), "Position [m]."),
     **dict.fromkeys(("ori_x", "ori_y", "ori_z"), "Vector part of a unit quaternion. Four zeros mean no rotation."),
-    "sleep_time": "Waiting time in FRobs_RL [s]. FRobs does not wait, but returns as soon as the state is set.",
+    "sleep_time": "Waiting time in FRobs_RL [s]. FRobs ignores this value and returns as soon as the state is set.",
     "model_urdf_file": "URDF or xacro file of the robot.",
-    "model_urdf_folder": "Folder of the URDF or xacro file in the package.",
+    "model_urdf_folder": "Folder in the package that contains the URDF or xacro file.",
     "controllers_file": "YAML file in the package's ``config`` folder, or None if the robot has no controllers.",
     "controllers_list": "Names of the controllers to load and start.",
     "namespace": "Namespace of the robot.",

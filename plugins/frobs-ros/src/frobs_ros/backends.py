@@ -1,7 +1,7 @@
 """Selects the backend that implements Gazebo's ROS interface: Gazebo itself, or the bridge with a FRobs simulator.
 
-All backends accept the same :class:`Launch` options. ``TREATMENT`` states whether a backend honors, emulates or rejects
-an option. The table in the documentation is generated from ``TREATMENT``.
+All backends accept the same :class:`Launch` options. ``TREATMENT`` states whether each backend honors, emulates or
+rejects each option. The table in the documentation is generated from ``TREATMENT``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DEFAULT_BRIDGE = "bridge:mujoco"
 TREATMENT: Mapping[str, tuple[str, str]] = {
     "paused": ("honored", "honored"),
     "use_sim_time": ("honored", "honored"),
-    "gui": ("honored; without a display, the option is ignored with a warning", "as on Gazebo"),
+    "gui": ("honored; without a display, the option is ignored with a warning", "same as Gazebo"),
     "recording": ("honored: Gazebo writes a state log", "rejected: the bridge does not write state logs"),
     "debug": (
         "honored: gzserver runs under gdb",
@@ -41,7 +41,7 @@ TREATMENT: Mapping[str, tuple[str, str]] = {
     "pub_clock_frequency": ("honored", "honored"),
     "server_required": (
         "honored: the whole launch ends when gzserver ends",
-        "emulated: the bridge is the only process of the launch",
+        "emulated: the launch consists only of the bridge and ends when the bridge ends",
     ),
     "gui_required": (
         "honored; without a display, the option is rejected",
@@ -49,7 +49,7 @@ TREATMENT: Mapping[str, tuple[str, str]] = {
     ),
     "launch_new_term": (
         "honored; without xterm or a display, the output goes to a log file, whose path is logged",
-        "as on Gazebo",
+        "same as Gazebo",
     ),
 }
 """How Gazebo and the bridge treat each ``launch_Gazebo`` argument."""
@@ -102,7 +102,7 @@ def check(launch: Launch, backend: str) -> None:
     """Check that a backend supports the given options.
 
     Raises:
-        ConfigurationError: An option is invalid or not supported. The message names the option.
+        ConfigurationError: An option is invalid or not supported. The error message names the option.
     """
     if launch.clock_frequency < 0:
         raise ParameterValueError(
@@ -136,7 +136,7 @@ def command(launch: Launch, backend: str) -> tuple[list[str], dict[str, str]]:
     """
     gui = launch.gui and has_display()
     if launch.gui and not gui:
-        LOG.warning("the simulation opens no window because no display is available")
+        LOG.warning("the simulation runs without a window, because no display is available")
     return _gazebo(launch, gui) if backend == GAZEBO else _bridge(launch, backend, gui)
 
 

@@ -55,7 +55,7 @@ PROGRAMS = (
 ROS_PACKAGES = (
     ("robot_state_publisher", "ros-robot-state-publisher", "frames, in your launch files", False),
     ("joint_state_publisher", "joint-state-publisher", "joint states set manually", False),
-    ("gazebo_ros", "", "Gazebo's ROS interface; if missing, the bridge replaces it", False),
+    ("gazebo_ros", "", "Gazebo's ROS interface; if it is missing, the bridge is used instead", False),
 )
 
 

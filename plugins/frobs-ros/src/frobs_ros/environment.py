@@ -84,7 +84,7 @@ def links_to_ros() -> dict[str, Path]:
     """Return links to the ROS modules, and to the modules that ROS imports, unless this Python can already import them.
 
     Raises:
-        RosNotFoundError: ROS is not installed. The message names the Debian packages to install.
+        RosNotFoundError: ROS is not installed. The error message names the Debian packages to install.
     """
     installation = find_ros()
     if installation is None:
@@ -97,7 +97,7 @@ def link_modules() -> str:
     """Append a folder with links to ROS's modules to the end of ``sys.path``, and return this folder.
 
     Raises:
-        RosNotFoundError: ROS is not installed. The message names the Debian packages to install.
+        RosNotFoundError: ROS is not installed. The error message names the Debian packages to install.
     """
     folder = str(make_overlay(links_to_ros()))
     sys.path.append(folder)
@@ -112,7 +112,8 @@ def use_ros() -> None:
     requires are set by :func:`set_variables` unless they already have a value.
 
     Raises:
-        RosNotFoundError: ROS is not installed for this version of Python. The message describes how to install ROS.
+        RosNotFoundError: ROS is not installed for this version of Python. The error message describes how to install
+            ROS.
         RosError: The generated message packages cannot be stored.
     """
     folder = link_modules()

@@ -11,7 +11,8 @@
 These exceptions are subclasses of the core's ConfigurationError:
 
 - ``ControllerError``: A ROS controller cannot be loaded, started, stopped or used.
-- ``TrajectoryError``: A trajectory message cannot be executed.
+- ``TrajectoryError``: A trajectory message cannot be executed. Its subclass ``TrajectoryJointsError``: the message omits
+  or repeats joints of the controller.
 - ``GazeboElementError``: A ``<gazebo>`` element of a model file cannot be used.
 """
 
@@ -136,7 +137,22 @@ class ControllerError(ConfigurationError):
 
 
 class TrajectoryError(ConfigurationError):
-    """A trajectory message cannot be executed. The error text names the invalid field."""
+    """A trajectory message cannot be executed. The error message names the invalid part."""
+
+
+class TrajectoryJointsError(TrajectoryError):
+    """A trajectory message omits or repeats joints of the controller.
+
+    Args:
+        names: Joints in the message.
+        joints: Joints of the controller.
+    """
+
+    def __init__(self, names: Iterable[str], joints: Iterable[str]) -> None:
+        super().__init__(
+            f"the trajectory names the joints {', '.join(names)}, but the controller has the joints "
+            f"{', '.join(joints)}; list each joint once."
+        )
 
 
 class GazeboElementError(ConfigurationError):

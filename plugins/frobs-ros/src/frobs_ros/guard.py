@@ -113,7 +113,7 @@ def main(arguments: list[str]) -> int:
     child = _start(arguments)
     while True:
         ready, _, _ = select.select([0, told], [], [], _LOOK)
-        # A fork of the owner may keep the pipe open, so the owner is checked as well.
+        # A fork of the owner may keep the pipe open, so also check whether the owner has ended.
         if 0 in ready or os.getppid() != owner or (told in ready and b"!" in os.read(told, 4096)):
             _end(child, grace, inside)
             return 0

@@ -20,7 +20,7 @@ _was_interrupted = False
 
 
 def watch() -> None:
-    """Replace rospy's signal handler before ``rospy.init_node`` installs it."""
+    """Make ``rospy.init_node`` install the signal handler of this module instead of rospy's own handler."""
     import rospy.core
 
     rospy.core._ros_signal = _shut_down

@@ -24,7 +24,8 @@ def master_uri() -> str:
 def is_online() -> bool:
     """Return whether a ROS master answers."""
     use_ros()
-    # Unlike rosgraph's check, this check closes the connection immediately. Any kind of server may answer.
+    # Unlike rosgraph's check, close the connection immediately. Ignore all errors, because the server at this address
+    # may not be a ROS master.
     with contextlib.suppress(Exception), xmlrpc.client.ServerProxy(master_uri()) as proxy:
         status, *_ = cast("list[Any]", proxy.getPid("/frobs"))
         return bool(status == 1)
@@ -56,7 +57,8 @@ def connect() -> Any:
 def ensure(*, terminal: bool = False) -> processes.Process | None:
     """Start a ROS master if none answers. The new master ends when this process ends.
 
-    Only rosmaster is started. ``roscore`` would also start the node rosout, which listens on every network interface.
+    Only rosmaster is started, because ``roscore`` would also start the node rosout, which listens on every network
+    interface.
 
     Returns:
         The new master, or None if a master was already running.

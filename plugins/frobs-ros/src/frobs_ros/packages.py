@@ -16,7 +16,7 @@ def find_package(name: str) -> Path:
     prefixes in ``CMAKE_PREFIX_PATH``, and ROS's own ``share`` folder.
 
     Raises:
-        PackageNotFoundError: The package does not exist. The message suggests the closest match.
+        PackageNotFoundError: The package does not exist. The error message suggests the closest match.
     """
     seen: dict[str, Path] = {}
     sources = path_folders("ROS_PACKAGE_PATH")
@@ -52,7 +52,8 @@ def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
     """Find a file in a ROS package: in the given folder, by its path in the package, or by its name in any subfolder.
 
     Raises:
-        PackageNotFoundError: The package or file does not exist. The message suggests files with the given suffix.
+        PackageNotFoundError: The package or file does not exist. The error message suggests files with the given
+            suffix.
     """
     root = find_package(package)
     for path in (root / folder / file, root / file, *sorted(root.rglob(Path(file).name))):
@@ -63,7 +64,7 @@ def find_anywhere(package: str, folder: str, file: str, suffix: str) -> Path:
 
 
 class RosPackages(Packages):
-    """Finds packages that a model file refers to, first among the ROS packages, then in folders around the file."""
+    """Finds packages that a model file refers to, first among the ROS packages, then in folders near the file."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(None, file)

@@ -1,4 +1,4 @@
-"""Starts and ends child processes. Processes that this process did not start are never ended.
+"""Starts and ends child processes. This module never ends processes that were not started by this process.
 
 Each child process runs under a guard (:mod:`frobs_ros.guard`). The guard ends the child process and all its descendants
 on request, or when the process that started them ends for any reason, including ``kill -9``.
@@ -138,7 +138,7 @@ class Process:
 
 
 def wait_for(condition: Callable[[], object], timeout: float, poll: float = _POLL) -> bool:
-    """Wait at most ``timeout`` [s] until a condition holds, and return whether the condition holds."""
+    """Wait until a condition holds, for at most ``timeout`` [s], and return whether the condition holds."""
     until = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > until:

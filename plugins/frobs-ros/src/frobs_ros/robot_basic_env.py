@@ -101,7 +101,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
     Raises:
         ConfigurationError: An argument is invalid, conflicts with another argument, or is not supported by the backend.
-        RosError: A ROS program did not start or rejected a request. The message contains details.
+        RosError: A ROS program did not start or rejected a request. The error message contains details.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - same declaration as in Gymnasium

@@ -78,7 +78,7 @@ class RobotSettings:
         """Validate the arguments before any process is started.
 
         Raises:
-            ConfigurationError: An argument is invalid. The message names the argument and its valid values.
+            ConfigurationError: An argument is invalid. The error message names the argument and its valid values.
         """
         for name in ("reset_mode", "step_mode"):
             if getattr(self, name) not in (1, 2):
@@ -92,7 +92,7 @@ class RobotSettings:
         for name in ("gazebo_max_freq", "gazebo_timestep"):
             value = getattr(self, name)
             if value is not None and not (value > 0 or (value == 0 and name == "gazebo_max_freq")):
-                raise ParameterValueError(name, value, "above 0")
+                raise ParameterValueError(name, value, "above 0" if name == "gazebo_timestep" else "at least 0")
         position(self.model_pos_x, self.model_pos_y, self.model_pos_z)
         orientation(self.model_ori_x, self.model_ori_y, self.model_ori_z, self.model_ori_w)
         if self.spawn_robot and not (self.pkg_name and self.urdf_file):

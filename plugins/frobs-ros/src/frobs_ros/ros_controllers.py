@@ -82,7 +82,7 @@ def switch_controllers_srv(
     if strictness not in STRICTNESS:
         raise ParameterValueError("strictness", strictness, "1 (best effort) or 2 (strict)")
     if timeout < 0:
-        raise ParameterValueError("timeout", timeout, "0 (never) or more [s]")
+        raise ParameterValueError("timeout", timeout, "at least 0 s, where 0 means no limit")
     start, stop = list(start_controllers or ()), list(stop_controllers or ())
     service = join(ns, "controller_manager", "switch_controller")
     fields: dict[str, Any] = {
@@ -101,7 +101,10 @@ def switch_controllers_srv(
         return True
     wrong = [f"'{name}' is {states.get(name, 'not loaded')} but should be running" for name in idle]
     wrong += [f"'{name}' is still running" for name in busy]
-    raise ServiceError(service, f"{', '.join(wrong) or 'it rejected the request without a reason'}. {_loaded(ns)}")
+    raise ServiceError(
+        service,
+        f"{', '.join(wrong) or 'the controller manager rejected the request without giving a reason'}. {_loaded(ns)}",
+    )
 
 
 @answers(False, vital=True)

@@ -100,7 +100,7 @@ def ros_kill_master() -> bool:
     ours = processes.owned(["master"])
     ended = processes.stop(ours)
     if not ours and master.is_online():
-        raise MasterError(master.master_uri(), "this process did not start the master, so it does not stop the master")
+        raise MasterError(master.master_uri(), "the master was not stopped, because another process started it")
     return ended
 
 
@@ -114,7 +114,7 @@ def find_node(package: str, node: str) -> Path:
     """Return the path of the program that ``rosrun PACKAGE NODE`` would run.
 
     Raises:
-        PackageNotFoundError: The package or the program does not exist. The message lists alternatives.
+        PackageNotFoundError: The package or the program does not exist. The error message lists alternatives.
     """
     folder = find_package(package)
     prefixes = [Path(prefix) for prefix in os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if prefix]
@@ -136,8 +136,8 @@ def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | N
     """Return the command that runs a node, and the environment variables for this command.
 
     Python nodes from other packages run with this Python, which can import the modules that the packages require. ROS's
-    own nodes run with the system's Python. For ROS's own nodes and for nodes that are not Python scripts, None is
-    returned instead of environment variables, which selects the variables for ROS programs.
+    own nodes run with the system's Python. The environment variables are None for ROS's own nodes and for nodes that
+    are not Python scripts; None selects the variables for ROS programs.
     """
     with program.open("rb") as file:
         first = file.readline(200)

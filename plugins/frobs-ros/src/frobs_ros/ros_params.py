@@ -25,7 +25,7 @@ def ros_load_yaml_from_path(file_path: str, ns: str = "/") -> bool:
 
 
 def _load(path: Path, ns: str) -> bool:
-    """Load a file like ``rosparam load``, including angles such as ``deg(90)``, and keep all other parameters."""
+    """Load a file in the same way as ``rosparam load``, including angles such as ``deg(90)``. Keep other parameters."""
     for parameters, namespace in _read(path, ns):
         if not isinstance(parameters, dict):
             raise ConfigFileError(path, None, "the file must contain a mapping of parameter names to values.")

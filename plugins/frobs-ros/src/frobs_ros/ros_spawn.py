@@ -64,7 +64,7 @@ def spawn_model_in_gazebo(
     ori_y: float = 0.0,
     ori_z: float = 0.0,
 ) -> bool:
-    """Spawn a robot with its description, state publisher, model, controller parameters and controllers."""
+    """Load a robot's description, start its state publisher, spawn its model, and load and start its controllers."""
     quat = orientation(ori_x, ori_y, ori_z, ori_w)
     or_raise(urdf_load_from_pkg)(pkg_name, model_urdf_file, _DESCRIPTION, model_urdf_folder, ns, args_xacro)
     or_raise(init_robot_state_pub)(ns, max_pub_freq, rob_st_term)

@@ -45,7 +45,7 @@ def urdf_parse_from_pkg(
     """Expand a URDF or xacro file from a ROS package.
 
     Returns:
-        The expanded URDF, or None if the package does not exist, or if the file does not exist or is invalid.
+        The expanded URDF, or None if the package or the file does not exist, or if the file is invalid.
     """
     return parse_model(find_file(pkg_name, folder, model_name), args_xacro)
 

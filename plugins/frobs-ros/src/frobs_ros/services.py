@@ -75,7 +75,7 @@ def wait_for(name: str, timeout: float | None = None) -> None:
     if not processes.wait_for(lambda: is_offered(name), patience() if timeout is None else timeout):
         raise ServiceError(
             name,
-            "the service is not available; check that Gazebo or the bridge is running with the ROS master "
+            "the service is not available; check that Gazebo or the bridge is running and connected to the ROS master "
             f"{master_uri()}",
         )
 

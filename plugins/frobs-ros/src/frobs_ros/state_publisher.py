@@ -31,7 +31,7 @@ DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
 """Default maximum publishing rate [Hz]."""
 
-_AHEAD = 0.5  # offset of the time stamps of fixed joints on /tf into the future [s]
+_AHEAD = 0.5  # how far in the future the frames of fixed joints on /tf are stamped [s]
 _QUEUE = 100  # messages, as in tf2's broadcasters
 
 
@@ -246,7 +246,10 @@ def read_description() -> tuple[Joint, ...]:
         parameter = master.searchParam(DESCRIPTION)
         text = master.getParam(parameter)
     except (rosgraph.MasterError, KeyError) as error:
-        missing = f"the parameter {join(namespace, DESCRIPTION)} does not exist; load the robot's URDF into it first"
+        missing = (
+            f"the parameter {join(namespace, DESCRIPTION)} does not exist; load the robot's URDF into this parameter "
+            "first"
+        )
         raise MasterError(master_uri(), missing) from error
     return read_joints(str(text), parameter)
 

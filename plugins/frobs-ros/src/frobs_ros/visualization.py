@@ -22,7 +22,7 @@ PATH, MARKERS = "path", "visualization_marker_array"
 _INTERVAL = 0.1  # [s] between two messages of a topic
 _SPACING = 0.01  # minimum distance between two poses in the path of a tool [m]
 _BASE_SPACING = 0.05  # minimum distance between two poses in the path of a base [m]
-_LENGTH = 1000  # maximum number of poses in a path, which take about 5 ms of a control step to serialize
+_LENGTH = 1000  # maximum number of poses in a path; serializing them takes about 5 ms of a control step
 
 
 class Visualization:

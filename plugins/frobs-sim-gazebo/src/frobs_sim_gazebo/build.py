@@ -25,7 +25,7 @@ def built_plugin(installation: Installation) -> Path:
     folder is created atomically.
 
     Raises:
-        SimulationError: The build failed. The message ends with the build's output.
+        SimulationError: The build failed. The error message ends with the output of the build.
     """
     files = sorted(path for path in _SOURCES.iterdir() if path.is_file() and path.name != _WORLD)
     key = hashlib.sha256(installation.version.encode())

@@ -109,7 +109,7 @@ class Fleet:
                     self._lose(env, error)
                     break
                 except SimulationError as error:
-                    refusal = error  # raised later, because the other answers must still be read
+                    refusal = error  # raised later, because the remaining answers must be read first
         if refusal is not None:
             raise refusal
         if steps:

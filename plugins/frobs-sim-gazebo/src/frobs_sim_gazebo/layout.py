@@ -37,7 +37,7 @@ class Layout:
         joint_count: Total number of joints in all robots.
         body_count: Number of moving bodies, including the bases of robots with a fixed base.
         coms: Center of mass of each moving body in the body's frame, (bodies, 3) [m].
-        shapes: Indices of the shapes that belong to each possible side of a contact, by the side's name.
+        shapes: Shape indices of each part that contacts may refer to, by the part's name.
 
     Raises:
         ConfigurationError: The scene is inconsistent or refers to missing objects.

@@ -11,8 +11,8 @@ def frobs_simulators() -> list[SimulatorRecord]:
     exact = "teleport pause contacts rays wrench randomize_gravity"
     # Each environment is a separate server. Gazebo reproduces motions closely, but not bit for bit. Gazebo's drives
     # match the drive law to first order in the timestep. For two bodies in contact, Gazebo uses the smaller friction
-    # coefficient, whereas MuJoCo uses the larger one. If the mass of a link changes, the center of mass of the links
-    # that are fixed together does not change.
+    # coefficient, whereas MuJoCo uses the larger one. If a link is fixed to other links, changing the link's mass does
+    # not move their common center of mass.
     approximate = "batched determinism snapshot drive randomize_mass randomize_friction randomize_gains "
     approximate += "randomize_joint_damping"
     return [

@@ -71,7 +71,7 @@ class GazeboRobot(RobotHandle):
         """Set the base pose (k, 7) and twist (k, 6), and the joint positions and velocities (k, dof)."""
         simulation, bones, links = self._simulation, self._bones, self._links
         positions, velocities = bones.all_positions(q), bones.all_velocities(v)
-        with np.errstate(invalid="ignore", over="ignore"):  # non-finite values end the episode later
+        with np.errstate(invalid="ignore", over="ignore"):  # allow non-finite values, which end the episode later
             pos, turn, axes = bones.place(base, positions)
             lin, ang = bones.move(pos, axes, motion, velocities)
             arms = (turn * simulation.layout.coms[links][None, :, None, :]).sum(-1)

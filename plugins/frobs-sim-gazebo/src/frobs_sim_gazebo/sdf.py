@@ -19,7 +19,7 @@ from frobs_sim_gazebo.skeleton import Mass, Skeleton
 LINK = "link"
 """Name of the link in a scene body's model."""
 
-_OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits.
+_OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits
 # Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels off
 # the floor.
 _STIFFNESS, _DAMPING = 1e7, 1e3

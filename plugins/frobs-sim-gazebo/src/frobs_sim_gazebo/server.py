@@ -57,7 +57,7 @@ class Server:
         self._waiting_for: deque[str] = deque()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - the file is open while the server runs
         self._socket, theirs = socket.socketpair()
-        theirs.setblocking(True)  # rospy sets a default timeout for all new sockets of the process
+        theirs.setblocking(True)  # needed because rospy sets a default timeout for all new sockets
         try:
             self.process = subprocess.Popen(
                 self.installation.command("gzserver", "--verbose", file),
@@ -75,7 +75,7 @@ class Server:
             self._log.close()
             raise
         finally:
-            theirs.close()  # closed here, so that reading from the socket ends when the server exits
+            theirs.close()  # closed in this process, so that reading from the socket ends when the server exits
         self._finalizer = weakref.finalize(self, _end, self.process, self._socket, self._log)
         self._socket.settimeout(_START)
         self.send(Op.HELLO)
@@ -120,7 +120,7 @@ class Server:
 
         Raises:
             ServerError: The server exited, or did not answer in time and was stopped.
-            SimulationError: The server rejected the request. The message contains the reason.
+            SimulationError: The server rejected the request. The error message contains the reason.
         """
         seconds = (self._timeout if longest is None else longest) + _STEP * steps
         try:
@@ -153,7 +153,7 @@ class Server:
             code = self.process.poll()
             if code == NO_NAMESPACE:
                 how = (
-                    "could not create the network namespace that protects it from access by other machines. Run as "
+                    "could not create the network namespace that blocks access from other machines. Run as "
                     f"root, allow user namespaces, or set {NETWORK_VARIABLE}=host to let the server listen on this "
                     "machine's network"
                 )

@@ -38,7 +38,7 @@ TABLES = Path(__file__).with_name("translation.yaml")
 """YAML file that describes how each kind of model-file element is translated."""
 
 FASTEST = 1e6
-"""Velocity beyond which an environment counts as diverged [rad/s or m/s]."""
+"""Velocity above which an environment is considered diverged [rad/s or m/s]."""
 
 
 class GazeboSimulation(Simulation):

@@ -1,4 +1,4 @@
-"""Represents a robot as moving bodies and joints, with fixed links merged, and computes batched kinematics."""
+"""Represents a robot as moving bodies and joints by merging fixed links, and computes batched kinematics."""
 
 from __future__ import annotations
 

@@ -143,7 +143,7 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
         element.name = joint.name
     roots = list(_children(robot.worldbody))
     if len(roots) != 1:
-        raise ModelFileError(model.path, f"a robot must have one root body, but this file has {len(roots)}.")
+        raise ModelFileError(model.path, f"a robot must have exactly one root body, but this file has {len(roots)}.")
     for joint in roots[0].joints:
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
             robot.delete(joint)

@@ -17,7 +17,7 @@ _STRONGEST, _TOTAL = 2, 3  # reductions of a contact sensor: contact with the la
 
 
 def _ignored(name: str, contact: Contact) -> dict[str, str]:
-    """Return the objects that a contact ignores, by sensor name, without the individual links of ignored robots."""
+    """Return the objects that a contact ignores, by sensor name, omitting single links of ignored robots."""
     whole = set(contact.ignore)
     return {f"{name} - {which}": which for which in contact.ignore if which.partition("/")[0] not in whole - {which}}
 
@@ -27,7 +27,7 @@ def add_contact(
 ) -> None:
     """Add contact sensors for the number of contacts, the force of the strongest contact, and the total force.
 
-    MuJoCo cannot exclude bodies from ``"*"``. Therefore, additional sensors measure what must be subtracted: the number
+    MuJoCo cannot exclude bodies from ``"*"``. Therefore, additional sensors measure the values to subtract: the number
     of ignored contacts, and the force between bodies on the same side of the contact.
     """
 

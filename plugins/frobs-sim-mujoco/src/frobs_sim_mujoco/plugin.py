@@ -15,7 +15,7 @@ def frobs_simulators() -> list[SimulatorRecord]:
     return [
         SimulatorRecord(
             name="mujoco",
-            summary="MuJoCo: many environments at once on a thread pool",
+            summary="MuJoCo: steps many environments in parallel on a thread pool",
             entry_point="frobs_sim_mujoco.simulation:MujocoSimulation",
             install_hint="pip install frobs-sim-mujoco",
             capabilities=dict.fromkeys(exact.split(), Level.EXACT),

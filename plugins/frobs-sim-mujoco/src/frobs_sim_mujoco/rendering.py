@@ -28,10 +28,10 @@ _PROBE = (
 )
 
 _FAST = {"offsamples": 0, "shadowsize": 0, "numslices": 12, "numstacks": 8}
-"""Quality settings of fast images: no antialiasing, no shadows, and few triangles for spheres and cylinders."""
+"""Quality settings for fast images: no antialiasing, no shadows, and few triangles for spheres and cylinders."""
 
 _FLAT = np.array([100.0, 100.0, 1e-3])
-"""Half-lengths [m] of the boxes that replace planes in fast images."""
+"""Half-lengths [m] of the box that replaces a plane in fast images."""
 
 _MOST_CONTEXTS = 8  # maximum number of cached contexts, each with its own textures and framebuffer
 

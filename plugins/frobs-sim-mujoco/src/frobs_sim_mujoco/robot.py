@@ -104,7 +104,7 @@ class MujocoRobot(RobotHandle):
         self._hold()
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``, and keep the drives' targets."""
         ratio = self._write_gains(which, rows, values)
         self.apply_gains()
         self._ctrl[rows] *= ratio

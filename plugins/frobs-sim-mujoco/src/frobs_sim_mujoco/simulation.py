@@ -88,7 +88,7 @@ class BareMujoco:
             self._batch.step(nstep=decimation)
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays from one point per environment, ignoring the first robot, as a lidar on this robot would."""
+        """Cast rays from one point per environment, ignoring the first robot, like a lidar on that robot."""
         if self._batch is None:
             k = directions.shape[1]
             mujoco.mj_kinematics(self._model, self._data)
@@ -397,7 +397,7 @@ class MujocoSimulation(Simulation):
             self._renderer = Renderer(self._drawn())
         chosen = list(range(self.num_envs)) if mask is None else np.flatnonzero(mask).tolist()
         height, width = size
-        drawn = chosen or [0]  # if no image is requested, one image determines the shape and dtype
+        drawn = chosen or [0]  # an empty mask still requires one image to determine the shape and dtype
         pictures = [self._renderer.draw(i, name, (height, width), modality, markers, fast) for i in drawn]
         return np.stack(pictures)[: len(chosen)]
 

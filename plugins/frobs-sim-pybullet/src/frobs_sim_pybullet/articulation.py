@@ -119,7 +119,7 @@ class Articulation:
             follower,
             leader,
             mimic,
-        ) in self.mimics:  # the drive law also moves mimic joints; this constraint supports them during contact
+        ) in self.mimics:  # the drive law also moves mimic joints; this constraint helps to hold them during contact
             ends = (self.body, self.joints[follower], self.body, self.joints[leader])
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(
@@ -149,7 +149,7 @@ class Articulation:
         return compose(p.getBasePositionAndOrientation(self.body, self.client), self.com_backs[-1])
 
     def com(self, index: int) -> tuple[Vector, Quat]:
-        """Return the pose of a link's center of mass, which Bullet does not round to single precision."""
+        """Return the pose of a link's center of mass, which Bullet reports in double precision."""
         if index < 0:
             return p.getBasePositionAndOrientation(self.body, self.client)  # type: ignore[no-any-return]
         return p.getLinkState(self.body, index, 0, 1, self.client)[:2]  # type: ignore[no-any-return]
@@ -188,7 +188,8 @@ class Articulation:
             return  # a fixed base must remain massless, because Bullet would otherwise let it fall
         inertial = next(other.inertial for other in self.placement.model.links if other.name == link)
         assert inertial is not None
-        # Scale the model's inertia instead of the current inertia, so that earlier writes have no effect.
+        # Scale the model's inertia instead of the current inertia, so that the result does not depend on earlier
+        # writes.
         moments = [moment * mass / inertial.mass for moment in principal(inertial)[2]]
         p.changeDynamics(
             self.body, self.links[link], mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client

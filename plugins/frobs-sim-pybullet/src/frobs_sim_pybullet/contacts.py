@@ -24,7 +24,8 @@ class Question:
     Attributes:
         first: First side of the contact.
         second: Second side of the contact.
-        ignored: Objects that cannot be the second side. A link index of −2 ignores all links of a body.
+        ignored: Objects that are not accepted as the contact's second side. A link index of −2 ignores all links of a
+            body.
     """
 
     first: Side

@@ -1,4 +1,4 @@
-"""Computes the drive efforts of one robot in one environment in each physics step."""
+"""Computes the drive efforts of one robot in one environment at each physics step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_sim_pybullet.urdf import position_range
 
 
 class Drive:
-    """A robot's drives, which follow the law in :mod:`frobs_sim_pybullet.law`.
+    """A robot's drives, which follow the drive law in :mod:`frobs_sim_pybullet.law`.
 
     Args:
         articulation: The robot.
@@ -37,7 +37,7 @@ class Drive:
         self._armature = [joint.armature for joint in articulation.moving]
         self._passive = [
             joint.damping for joint in articulation.moving
-        ]  # only used for mimic joints, because the damping of actuated joints is a parameter
+        ]  # used only for mimic joints; actuated joints use the damping in the shared gains array
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
@@ -47,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # not b"", because that is the value for a robot without joints
+        self._seen_gains: bytes | None = None  # None differs from all gains, even from b"" for a robot without joints
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 

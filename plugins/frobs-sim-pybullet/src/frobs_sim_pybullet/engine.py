@@ -60,7 +60,7 @@ def load_urdf(text: str, client: int, *, fixed: bool, flags: int = 0, source: st
 
 
 class Dynamics:
-    """Computes the mass matrices and bias forces of robots, in a Bullet client without shapes that is never stepped.
+    """Computes robots' mass matrices and bias forces in a Bullet client that has no shapes and is never stepped.
 
     The simulated bodies cannot be used for these computations, because Bullet caches their masses, ignores the
     orientation of a fixed base, and does not support inverse dynamics for a free base.

@@ -24,7 +24,7 @@ LARGEST = 8
 
 
 Constants: TypeAlias = Sequence[tuple[float, float, float, float, float, float]]
-"""Constants during a control step, with one row per joint.
+"""Constants of the drive law during a control step, with one row per joint.
 
 The columns are the drive's stiffness, the drive's damping, the effort limit, the joint's damping, the joint's inertia
 (armature + h · damping of the joint), and the drive's contribution to the inertia (h · damping of the drive).

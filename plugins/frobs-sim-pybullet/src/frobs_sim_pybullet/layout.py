@@ -49,7 +49,7 @@ def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
 
 
 def allocate(fields: Layout, num_envs: int, context: BaseContext | None) -> Any:
-    """Return a zeroed buffer for all arrays, which processes share if a multiprocessing context is given."""
+    """Return a zeroed buffer for all arrays, in shared memory if a multiprocessing context is given."""
     size = sum(_size(shape, num_envs) for shape, _ in fields.values())
     if context is None:
         return (ctypes.c_byte * size)()

@@ -18,7 +18,7 @@ from frobs_sim_pybullet.rays import ROUND, distances
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose
 
 _LARGEST_BATCH = 16384 - 1  # maximum number of rays per Bullet call
-_BEYOND = 0.02  # [m] a ray that misses a shape reported as hit continues this far behind the reported hit
+_BEYOND = 0.02  # [m] after a false hit on a round shape, the ray continues this far behind the hit
 _MOST_PASSES = 8
 
 Collider: TypeAlias = tuple[tuple[tuple[Geometry, Pose], ...], Callable[[], tuple[Vector, Quat]]]

@@ -25,12 +25,13 @@ def frobs_simulators() -> list[SimulatorRecord]:
                 **dict.fromkeys(exact.split(), Level.EXACT),
                 # Attachments are constraints in the engine, and the drive law does not include the attached mass.
                 "attachments": Level.APPROXIMATE,
-                # Readings are exact at rest. During fast motion, Bullet's values are a few percent too low.
+                # Readings are exact at rest. During fast motion, the forces and torques that Bullet reports are a few
+                # percent too low.
                 "force_torque": Level.APPROXIMATE,
                 # Each environment is a separate engine instance that requires about 30 MB of memory.
                 "batched": Level.APPROXIMATE,
-                # Bullet multiplies the friction coefficients of two bodies. The larger coefficient is only used for
-                # contacts with the floor, as in MuJoCo.
+                # Bullet multiplies the friction coefficients of two touching bodies. Only contacts with the floor use
+                # the larger of the two coefficients, as all contacts do in MuJoCo.
                 "randomize_friction": Level.APPROXIMATE,
             },
         )

@@ -98,7 +98,7 @@ class Pool:
                 self._end()
                 raise
             finally:
-                there.close()  # so that reading from the pipe ends when the worker exits
+                there.close()  # otherwise, reading from the pipe would not end when the worker exits
         try:
             self._own = Block(robots, scene, engine, arrays(fields, num_envs, buffer), self._ids[0])
         except BaseException:

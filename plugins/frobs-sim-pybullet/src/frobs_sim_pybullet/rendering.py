@@ -89,7 +89,7 @@ class Renderer:
         return self._segments(np.reshape(np.asarray(segments, np.int64), (height, width, 1)))
 
     def _segments(self, coded: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        """Convert Bullet's pixel codes, body + (link + 1) << 24, to segmentation numbers."""
+        """Convert Bullet's pixel codes, body + (link + 1) << 24, to segmentation IDs."""
         result = np.full(coded.shape, -1, np.int32)
         for code in np.unique(coded[coded >= 0]).tolist():
             result[coded == code] = self._stage.numbers.get((code & ((1 << 24) - 1), (code >> 24) - 1), -1)

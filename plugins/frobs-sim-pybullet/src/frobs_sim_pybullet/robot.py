@@ -59,7 +59,7 @@ class PybulletRobot(RobotHandle):
         self.hold(slice(None))
 
     def apply_gains(self) -> None:
-        """Pass each environment's gains in the current command modes to the drives."""
+        """Pass each environment's gains for the current command mode to the drives."""
         self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:

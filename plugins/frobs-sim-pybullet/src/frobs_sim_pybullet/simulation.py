@@ -269,7 +269,7 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # an empty result gets its shape and dtype from an image
+            for i in chosen or [0]  # even an empty result requires one image, for its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
 

@@ -36,7 +36,7 @@ class Stage:
         scene: The rest of the scene.
 
     Attributes:
-        numbers: Segmentation numbers, by Bullet body and link index. The floor has the number 0.
+        numbers: Segmentation IDs, by Bullet body and link index. The floor has the ID 0.
     """
 
     def __init__(self, client: int, robots: Mapping[str, Placement], scene: Scene) -> None:
@@ -125,7 +125,7 @@ class Stage:
             p.resetBasePositionAndOrientation(number, *compose(base, com), self.client)
 
     def _resize(self, name: str, size: float) -> None:
-        """Replace a body with a resized copy that has the same segmentation number."""
+        """Replace a body with a resized copy that has the same segmentation ID."""
         self._sizes[name] = size
         segment = self.numbers.pop((self._bodies[name], -1))
         p.removeBody(self._bodies[name], self.client)

@@ -1,4 +1,4 @@
-"""Rigid transforms as tuples, which are faster than small arrays, with quaternions in Bullet's order (x, y, z, w)."""
+"""Rigid transforms as tuples (faster than small arrays), with quaternions in Bullet's order (x, y, z, w)."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ ROBOT_GROUPS = tuple(1 << bit for bit in range(6, 30))
 """Bullet's collision groups of the robots. A robot's lidars ignore the robot's own group."""
 
 
-_WELD_FORCE = 1e5  # [N] and [N·m] maximum load on an attachment; with Bullet's default, it breaks at a few newtons
+_WELD_FORCE = 1e5  # [N] and [N·m] maximum load; with Bullet's default, attachments break at a few newtons
 
 
 class RobotRow(NamedTuple):
@@ -85,8 +85,8 @@ class World:
         client = self.client = connect()
         p.setTimeStep(self._h, client)
         p.setGravity(*self._scene.gravity, client)
-        # With sorted pairs, the results do not depend on the history before a reset or restore. With a nonzero contact
-        # slop, bodies would first sink in and then be pushed up with more than their weight.
+        # Sorting the contact pairs makes the results independent of the simulation's history before a reset or restore.
+        # With a nonzero contact slop, bodies would first sink in and then be pushed up with more than their weight.
         p.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1, contactSlop=0.0, **self._engine.parameters, physicsClientId=client
         )

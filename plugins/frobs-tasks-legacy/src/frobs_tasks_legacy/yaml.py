@@ -22,7 +22,7 @@ class TaskFiles:
     Attributes:
         folder: Folder of this package that contains FRobs_RL's original values in ``tasks/NAME.yaml``.
         kind: Description of the named tasks, used in error messages.
-        roots: Root key of each file, by the file's name.
+        roots: Root key of each file, by file name without extension.
         used: Functions that validate and convert the values, by key.
         ignored: Keys in the files that have no effect.
     """
@@ -34,16 +34,18 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each used key from the keywords, the file or FRobs_RL's original file, in this order.
+        """Return a value for each used key.
+
+        The keywords take precedence over the file, and the file takes precedence over FRobs_RL's original file.
 
         Args:
             name: Name of the task, one of :attr:`roots`.
             config_file: Unchanged task YAML file of FRobs_RL, or None for no file.
-            keywords: Values by key. A value of None counts as missing. Keys that are not used are ignored.
+            keywords: Values by key. Values of None and unused keys are ignored.
 
         Raises:
             ConfigFileError: The file cannot be read, or it contains an unknown key or an invalid value. The message
-                contains the file and the line.
+                includes the file name and the line number.
             ConfigurationError: A keyword has an invalid value.
             UnknownNameError: No task has this name.
         """
@@ -64,12 +66,11 @@ def read_values(
         root: Root key of the files.
         used: Functions that validate and convert the values, by key.
         ignored: Keys in the files that have no effect.
-        keywords: Values by key, which take precedence over the files. A value of None counts as missing. Keys that are
-            not used are ignored.
+        keywords: Values by key, which take precedence over the files. Values of None and unused keys are ignored.
 
     Raises:
-        ConfigFileError: A file cannot be read, or it contains an unknown key or an invalid value. The message contains
-            the file, the line and the most similar valid key.
+        ConfigFileError: A file cannot be read, or it contains an unknown key or an invalid value. The message includes
+            the file name, the line number and the most similar valid key.
         ConfigurationError: A keyword has an invalid value.
     """
     values: dict[str, Any] = {}

@@ -31,7 +31,7 @@ class CubeTask(Manipulation):
         mass: Mass of the cube [kg].
         friction: Sliding friction coefficient of the cube.
         tolerance: Maximum distance between the cube's center and the goal at which the goal is considered reached [m].
-        max_speed: Maximum speed at which the cube is considered at rest [m/s].
+        max_speed: Maximum speed at which the cube is considered to be at rest [m/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.manipulation.Manipulation`.
 
     Attributes:

@@ -39,7 +39,7 @@ class Lift(CubeTask):
         "the cube is between the fingers, in the air and moving slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
         "lift": "0.8 · min(h / lowest, 1), where h is the height of the cube's bottom",
         "achieved": "0.5 if the cube is between the fingers, in the air and moving slowly",

@@ -25,13 +25,14 @@ DOWN = (0.0, 1.0, 0.0, 0.0)
 UP: Floats = np.array([0.0, 0.0, 1.0])
 
 FLOOR_FRICTION = 0.5
-"""Friction coefficient of the floor. With a coefficient of 1, a pushed cube would jam between tool and floor."""
+"""Friction coefficient of the floor. With a coefficient of 1, a pushed cube would jam between the tool and the
+floor."""
 
 _TURN = np.pi / 12
 """Maximum initial rotation of objects about the vertical axis [rad]."""
 
 _CANDIDATES = 16
-"""Number of places drawn at once. The first place that is far enough from the other object is used."""
+"""Number of candidate positions drawn at once. The first position that is far enough from the other object is used."""
 
 
 class Manipulation(Task):
@@ -119,7 +120,7 @@ class Manipulation(Task):
             options: Optional values of the options in ``reset_options``, (num_envs, 3) [m] each.
 
         Raises:
-            ResetOptionError: A place does not consist of three numbers, is below the floor, or is too far from the
+            ResetOptionError: A position does not consist of three numbers, is below the floor, or is too far from the
                 working area.
         """
         rows = rows_of(mask)
@@ -185,7 +186,7 @@ class Manipulation(Task):
 
     @abstractmethod
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        """Place the objects and the goal at the positions in the options (n rows each), or else at random."""
+        """Place the objects and the goal at the positions in the options (n rows each), or at random if omitted."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
@@ -207,19 +208,20 @@ class Manipulation(Task):
         apart_from: Floats | None = None,
         distance: float = 0.0,
     ) -> Floats:
-        """Draw places uniformly from the working area.
+        """Draw positions uniformly from the working area.
 
         Args:
             stream: Name of the random stream.
             rng: Source of the random numbers.
             mask: The n environments for which to draw.
-            height: Height of the places [m].
-            apart_from: Positions (n, 3) [m] from which the places must have a minimum horizontal distance, or None.
+            height: Height of the positions [m].
+            apart_from: Positions (n, 3) [m] to which the drawn positions must keep a minimum horizontal distance, or
+                None.
             distance: Minimum horizontal distance from ``apart_from`` [m]. If no candidate is that far away, the
                 farthest candidate is used.
 
         Returns:
-            The places in the world frame, (n, 3) [m].
+            The positions in the world frame, (n, 3) [m].
         """
         half = self.area / 2
         candidates = rng.uniform(stream, -half, half, (_CANDIDATES, 2), mask) + self.center  # (n, candidates, 2)
@@ -233,25 +235,27 @@ class Manipulation(Task):
         return np.concatenate([chosen, np.full((len(chosen), 1), height)], axis=1)
 
     def checked_place(self, option: str, place: Floats, lowest: float) -> Floats:
-        """Validate and return places (n, 3) [m] that were passed to ``reset``.
+        """Validate and return positions (n, 3) [m] that were passed to ``reset``.
 
         Args:
             option: Name of the reset option, used in error messages.
-            place: Places in the world frame, (n, 3) [m].
-            lowest: Minimum height of the places [m].
+            place: Positions in the world frame, (n, 3) [m].
+            lowest: Minimum height of the positions [m].
 
         Raises:
-            ResetOptionError: A place does not consist of three numbers, is below ``lowest``, or is more than 1 m from
-                the center of the working area.
+            ResetOptionError: A position does not consist of three numbers, is below ``lowest``, or is more than 1 m
+                from the center of the working area.
         """
         if place.shape[1:] != (3,):
             raise ResetOptionError(option, f"has the shape {place.shape[1:]}; it must be (3,): x, y, z [m].")
-        if not np.all(place[:, 2] >= lowest - 1e-9):
-            raise ResetOptionError(option, f"is {numbers(place[0])} m; its height must be at least {lowest:g} m.")
-        if not np.all(np.abs(place[:, :2] - self.center) <= 1.0):
+        low = place[:, 2] < lowest - 1e-9
+        if low.any():
+            raise ResetOptionError(option, f"is {numbers(place[low][0])} m; its height must be at least {lowest:g} m.")
+        far = np.any(np.abs(place[:, :2] - self.center) > 1.0, axis=1)
+        if far.any():
             center = numbers(self.center)
             raise ResetOptionError(
-                option, f"is {numbers(place[0])} m; it must be within 1 m of the center {center} m along x and y."
+                option, f"is {numbers(place[far][0])} m; it must be within 1 m of the center {center} m along x and y."
             )
         return place
 

@@ -17,7 +17,7 @@ class OpenDoor(OpenTask):
     Args:
         lowest: Minimum target angle [rad].
         highest: Maximum target angle [rad].
-        tolerance: Maximum error of the angle at which the target is considered reached [rad].
+        tolerance: Maximum angle error at which the target is considered reached [rad].
         max_speed: Maximum speed at which the door is considered slow [rad/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
@@ -28,7 +28,7 @@ class OpenDoor(OpenTask):
         "the door is at the target angle and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to handle",
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the handle",
         "open": "0.4 · max(1 − |target − q| / target, 0), where q is the angle of the door [rad]",
         "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
         "achieved": "0.5 if the door is at the target angle and moves slowly",

@@ -17,7 +17,7 @@ class OpenDrawer(OpenTask):
     Args:
         lowest: Minimum target distance [m].
         highest: Maximum target distance [m].
-        tolerance: Maximum error of the distance at which the target is considered reached [m].
+        tolerance: Maximum position error at which the target is considered reached [m].
         max_speed: Maximum speed at which the drawer is considered slow [m/s].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.open_task.OpenTask`.
     """
@@ -28,7 +28,7 @@ class OpenDrawer(OpenTask):
         "the drawer is at the target distance and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to handle",
+        "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the handle",
         "open": "0.4 · max(1 − |target − q| / target, 0), where q is the opening of the drawer [m]",
         "stop": "0.3 · (1 − tanh(|target − q| / tolerance))",
         "achieved": "0.5 if the drawer is at the target distance and moves slowly",

@@ -90,7 +90,7 @@ class OpenTask(Manipulation):
         return {"overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for tool, handle (x, y), joint, and the offsets handle − tool and target − joint."""
+        """Return the terms for tool, handle (x, y) and joint, and for the offsets handle − tool and target − joint."""
         return {
             **self.tool_terms(),
             "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
@@ -129,12 +129,10 @@ class OpenTask(Manipulation):
         target = rng.uniform("target", self.lowest, self.highest, (1,), mask)  # (n, 1)
         if "target" in options:
             target = options["target"]
-            if target.shape[1:] != (1,) or not np.all((target > 0.0) & (target <= self._prop.position_upper[:1])):
-                reason = (
-                    f"is {target[0].tolist()}; it must be one number in "
-                    f"(0, {self._prop.position_upper[0, 0]:g}] {self.unit}."
-                )
-                raise ResetOptionError("target", reason)
+            limit = self._prop.position_upper[0, 0]
+            wrong = [row for row in target.tolist() if len(row) != 1 or not 0.0 < row[0] <= limit]
+            if wrong:
+                raise ResetOptionError("target", f"is {wrong[0]}; it must be one number in (0, {limit:g}] {self.unit}.")
         self.target[rows_of(mask)] = target[:, 0]
 
     def _measure(self) -> None:

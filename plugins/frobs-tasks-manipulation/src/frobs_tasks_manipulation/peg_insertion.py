@@ -96,7 +96,7 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for tool, peg, hole (x, y), and the offsets grip − tool and goal − peg."""
+        """Return the terms for tool, peg and hole (x, y), and for the offsets grip − tool and goal − peg."""
         terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 

@@ -40,9 +40,9 @@ class PickAndPlace(CubeTask):
         "the cube is within the tolerance of the goal and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube",
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube",
-        "carry": "0.8 · (1 − tanh(d / 0.25 m)), where d is the distance from cube to goal",
+        "carry": "0.8 · (1 − tanh(d / 0.25 m)), where d is the distance from the cube to the goal",
         "lift": "0.3 · min(h / 0.05 m, 1), where h is the height of the cube's bottom; only for goals in the air",
         "achieved": "0.5 if the cube is at the goal and moves slowly",
         "unachieved": "−1 unless the cube is at the goal and moves slowly",

@@ -56,8 +56,8 @@ def posture_at(robot: RobotHandle, pos: Floats, quat_wxyz: Floats) -> Floats:
     if not usable.any():
         raise UnsuitableRobotError(
             robot.robot.name,
-            f"cannot hold its tool '{robot.tcp}' at {numbers(pos)} m so that the tool points down; choose "
-            "another working area with center= and area=.",
+            f"cannot reach {numbers(pos)} m with its tool '{robot.tcp}' pointing down; choose another working area "
+            "with center= and area=.",
         )
     far = ((found - home) ** 2).sum(axis=1)
     return np.asarray(found[np.argmin(np.where(usable, far, np.inf))])

@@ -41,14 +41,14 @@ class Push(CubeTask):
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.3 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to a point 2 cm behind the "
         "cube; 0.3 if the cube is at the goal",
-        "push": "0.7 · (1 − tanh(d / 0.15 m)), where d is the distance from cube to goal",
+        "push": "0.7 · (1 − tanh(d / 0.15 m)), where d is the distance from the cube to the goal",
         "achieved": "0.5 if the cube is at the goal and at rest",
         "unachieved": "−1 unless the cube is at the goal and at rest",
     }
     start_opening: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for tool, cube, goal (x, y), and the offsets cube − tool and goal − cube."""
+        """Return the terms for tool, cube and goal (x, y), and for the offsets cube − tool and goal − cube."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 

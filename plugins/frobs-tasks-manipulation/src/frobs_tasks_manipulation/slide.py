@@ -58,9 +58,9 @@ class Slide(CubeTask):
         "the puck is within the tolerance of the goal and moves slowly"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to puck; "
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the puck; "
         "0.2 once the puck has left the working area",
-        "slide": "0.8 · (1 − tanh(d / 0.3 m)), where d is the distance from puck to goal",
+        "slide": "0.8 · (1 − tanh(d / 0.3 m)), where d is the distance from the puck to the goal",
         "achieved": "0.5 if the puck is at the goal and moves slowly",
         "unachieved": "−1 unless the puck is at the goal and moves slowly",
     }
@@ -115,7 +115,7 @@ class Slide(CubeTask):
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for tool, puck, goal (x, y), and the offsets puck − tool and goal − puck."""
+        """Return the terms for tool, puck and goal (x, y), and for the offsets puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 

@@ -53,11 +53,12 @@ class Stack(CubeTask):
         "the cube is released on the other cube and both cubes are at rest"
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from tool to cube; "
+        "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube; "
         "0.2 if the cube is stacked",
         "carry": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the cube to its place",
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
-        "release": "0.5 · min(d / released, 1) if the cube is stacked, where d is the distance from tool to cube",
+        "release": "0.5 · min(d / released, 1) if the cube is stacked, where d is the distance from the tool to the "
+        "cube",
         "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
         "unachieved": "−1 unless the cube is released on the other cube and both cubes are at rest",
     }

@@ -25,7 +25,7 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
 
 
 def _is_placed(box: MovingBox) -> bool:
-    """Return whether the box must be placed in each episode, because it moves or has a random orientation."""
+    """Return whether the box must be placed in each episode, which is the case if it moves or has a random orientation."""
     return box.yaw is None or box.max_speed > 0.0
 
 
@@ -37,8 +37,8 @@ def _pose(box: MovingBox) -> Pose:
 class MovingBoxes:
     """Poses of the boxes in all environments.
 
-    A box moves back and forth along its own x axis. The box's position is computed from the heading, the speed and the
-    time, so that no errors accumulate.
+    A box moves back and forth along its own x axis. The box's position is computed directly from the heading, the speed
+    and the time, so no integration errors accumulate.
 
     Args:
         boxes: Boxes of the floor plan.
@@ -103,7 +103,7 @@ class MovingBoxes:
         return self._yaw
 
     def snapshot(self) -> Snapshot:
-        """Return the orientations and velocities that were drawn for the current episodes."""
+        """Return the boxes' orientations and velocities in the current episodes."""
         return {"box_yaw": self._yaw.copy(), "box_velocity": self._velocity.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -23,10 +23,10 @@ class Course:
     Args:
         plan: Floor plan from which poses and waypoints are drawn.
         num_envs: Number of environments, ≥ 1.
-        tolerance: Distance between the robot and a waypoint at which the waypoint counts as reached [m].
+        tolerance: Distance between the robot and a waypoint within which the waypoint is considered reached [m].
 
     Attributes:
-        way: Waypoints, (num_envs, k, 2) [m]. Unused columns repeat the last waypoint.
+        way: Waypoints, (num_envs, k, 2) [m]. In routes with fewer than k waypoints, the last waypoint is repeated.
         last: Index of the last waypoint, (num_envs,).
         index: Index of the next waypoint, (num_envs,).
         target: Position of the next waypoint, (num_envs, 2) [m].
@@ -118,7 +118,7 @@ class Course:
         obstacles: tuple[Floats, Floats, Floats],
         away_from: Floats | None,
     ) -> Floats:
-        """Draw points (n, 2) [m] far enough from walls, boxes and the start, or as far away as possible."""
+        """Draw points (n, 2) [m] that are far enough from walls, boxes and the start, or else as far as possible."""
         if (low == high).all():
             return np.broadcast_to(low, (len(obstacles[0]), 2))
         candidates = rng.uniform(stream, low, high, (_CANDIDATES, 2), mask)  # (n, _CANDIDATES, 2)

@@ -166,9 +166,9 @@ class FloorPlan(_Element):
         walls: Fixed walls.
         boxes: Fixed or moving boxes.
         start: Initial poses of the robot.
-        routes: Routes, each of which is a list of waypoints [m]. One route is drawn in each episode.
+        routes: Routes, each of which is a list of waypoints [m]. One route is chosen at random in each episode.
         goals: Rectangle from which a single waypoint is drawn in each episode, as an alternative to routes.
-        clearance: Minimum distance between a drawn start or goal and the walls and boxes [m].
+        clearance: Minimum distance from a random start or goal to the walls and boxes [m].
         area: Area that the robot must not leave. Leaving the area ends the episode. If None, the area extends 10 m
             beyond all elements of the plan.
     """
@@ -226,7 +226,7 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
 
     Raises:
         ConfigFileError: The file cannot be read, or it contains an unknown key or an invalid value. The message
-            contains the file and the line.
+            includes the file name and the line number.
         ConfigurationError: A mapping contains an unknown key or an invalid value.
     """
     if isinstance(plan, Mapping):
@@ -246,5 +246,5 @@ def read_floor_plan(plan: str | Path | Mapping[str, Any]) -> FloorPlan:
         return validate(FloorPlan, document, f"floor plan '{path.name}'")
     except ConfigFileError:
         raise
-    except ConfigurationError as error:  # errors that concern the whole file have no line
+    except ConfigurationError as error:  # errors that concern the whole file have no line number
         raise ConfigFileError(path, None, str(error)) from error

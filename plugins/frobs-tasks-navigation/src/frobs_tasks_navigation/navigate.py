@@ -71,7 +71,7 @@ class Navigate(Task):
     Args:
         floor_plan: Name of a built-in floor plan (``"maze"``, ``"empty"`` or ``"dynamic"``), a YAML file, or the
             contents of a YAML file as a mapping.
-        tolerance: Distance between the robot and a waypoint at which the waypoint counts as reached [m].
+        tolerance: Distance between the robot and a waypoint within which the waypoint is considered reached [m].
         observation: Names of the observation terms, in the order of the observation. The available terms are
             ``distance``, ``bearing``, ``direction``, ``position``, ``yaw``, ``way_point``, ``velocity``, ``lidar`` and
             ``nearness`` (1 m / (1 m + range) for each lidar ray).
@@ -88,7 +88,7 @@ class Navigate(Task):
         plan: The parsed floor plan.
 
     Raises:
-        ConfigFileError: The floor plan is invalid. The message contains the file and the line.
+        ConfigFileError: The floor plan is invalid. The message includes the file name and the line number.
         ConfigurationError: A value is out of range.
     """
 
@@ -103,7 +103,7 @@ class Navigate(Task):
         "way_point": "way_point_reward at a waypoint except the last",
         "goal": "goal_reward at the last waypoint (sparse: 1)",
         "collision": "−collision_penalty for touching anything except the floor, and for leaving the area",
-        "time": "−time_penalty in every step",
+        "time": "−time_penalty at every step",
     }
 
     area_ends: ClassVar[bool] = True
@@ -231,7 +231,7 @@ class Navigate(Task):
         step.reached &= ~self._failed
         if step.reached.any():
             self._success = self._course.advance(step.reached)
-            self._aim()  # at the new next waypoint
+            self._aim()  # update the distance and bearing for the next waypoint
         else:
             self._success = step.reached
 

@@ -15,7 +15,7 @@ OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point"
 """Names of all available observation terms."""
 
 _FASTEST = 10.0, 50.0  # [m/s, rad/s] upper limits of a robot's velocities, even in collisions
-_BEYOND = 2.0  # [m] maximum distance outside the area in the step that ends the episode
+_BEYOND = 2.0  # [m] maximum distance from the area at the step that ends the episode
 _ROUNDING = 1e-6  # [rad] amount by which float32's π exceeds π
 
 

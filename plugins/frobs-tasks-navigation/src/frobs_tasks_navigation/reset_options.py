@@ -28,7 +28,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 def checked_start(start: Floats, low: Floats, high: Floats) -> Floats:
     """Validate and return user-specified initial poses, (n, 3) as x, y [m] and yaw [rad].
 
-    The arguments ``low`` and ``high`` are the same as those of :func:`checked_goal`.
+    See :func:`checked_goal` for ``low`` and ``high``.
 
     Raises:
         ConfigurationError: A start does not consist of three numbers, or is outside the area.

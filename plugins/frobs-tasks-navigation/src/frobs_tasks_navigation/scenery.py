@@ -14,9 +14,8 @@ from frobs_tasks_navigation.floor_plan import FloorPlan, Walls
 
 _WALL_RGBA = (0.36, 0.47, 0.60, 1.0)
 _FOV = 40.0  # [deg]
-_TILT = math.radians(
-    22.0
-)  # tilt of the camera from the vertical, which makes the sides of walls visible and the orientation clear
+# Tilt of the camera from the vertical, so that images show the sides of walls and the plan's orientation.
+_TILT = math.radians(22.0)
 _LEAST = 8.0  # [m] minimum width and height of the area in an image
 
 

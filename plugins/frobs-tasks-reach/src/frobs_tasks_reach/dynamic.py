@@ -25,9 +25,9 @@ class ReachDynamic(Reach):
     """Task of keeping the tool center point at a moving goal.
 
     The goal oscillates along each axis: center + amplitude · sin(2π · frequency · t + phase). The parameters of this
-    motion are drawn in each episode. The center is the tool position for a random joint vector within the limits,
-    chosen such that motions of maximum amplitude along every axis stay in the goal box and within the arm's reach
-    (according to a 5 cm grid). If a goal is passed in the options of ``reset``, the motion starts at this goal.
+    motion are drawn at the start of each episode. The center is the tool position for a random joint vector within the
+    limits, chosen such that motions of maximum amplitude along every axis stay in the goal box and within the arm's
+    reach (according to a 5 cm grid). If a goal is passed in the options of ``reset``, the motion starts at this goal.
 
     Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
     limit. The reward is the same as in :class:`frobs_tasks_reach.reach.Reach`, computed for the goal position at the
@@ -54,7 +54,7 @@ class ReachDynamic(Reach):
 
     distance_term: ClassVar[str] = "tracking_error"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "tracking_error": "−distance_weight · d, where d is the distance from tool to goal",
+        "tracking_error": "−distance_weight · d, where d is the distance from the tool to the goal",
         **{name: meaning for name, meaning in Reach.reward_meanings.items() if name != "distance"},
     }
 
@@ -121,7 +121,7 @@ class ReachDynamic(Reach):
         super().restore(snapshot)
 
     def _goal_excursion(self) -> float:
-        return 2.0 * self.max_amplitude  # a given goal may be at either end of the motion
+        return 2.0 * self.max_amplitude  # a user-specified goal may be at either end of the motion
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:
         start = None if given is None else checked_goal(given[rows], *self._goal_bounds())

@@ -17,8 +17,8 @@ Solid = tuple[Geometry, Floats, Floats]
 class FloorClearance:
     """Checks whether the collision shapes of an arm's moving links are above the floor.
 
-    Each mesh is replaced by its bounding box. Links that are never above the floor in the given postures are
-    ignored, for example if the arm hangs down.
+    Each mesh is replaced by its bounding box. A link that is not above the floor in any of the given postures is
+    ignored, for example if the arm hangs below the floor.
 
     Args:
         robot: Handle of the robot.

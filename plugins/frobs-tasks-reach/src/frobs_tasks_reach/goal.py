@@ -23,9 +23,8 @@ class ReachGoal(Reach, GoalTask):
 
     Goals, initial states, success and the end of episodes are defined as in :class:`frobs_tasks_reach.reach.Reach`. The
     observation is a dictionary of float32 arrays in SI units: ``observation`` (2 · dof + 3: joint positions, joint
-    velocities, tool position), ``achieved_goal`` (3: tool position) and ``desired_goal`` (3). Joint velocities are
-    necessary because a sparse reward only requires the tool to be at the goal: without joint velocities, an arm whose
-    drives lag would oscillate around the goal.
+    velocities, tool position), ``achieved_goal`` (3: tool position) and ``desired_goal`` (3). The observation includes
+    joint velocities because, with a sparse reward, an arm whose drives lag would otherwise oscillate around the goal.
 
     The reward depends on the distance d between the achieved and the desired goal *as observed*, that is, rounded to
     float32. The results of :meth:`reward` and of :meth:`compute_reward` for a replayed observation are therefore
@@ -48,7 +47,7 @@ class ReachGoal(Reach, GoalTask):
 
     reward_types: ClassVar[Sequence[str]] = ("sparse", "dense")
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "outside": "−1 if d > tolerance, otherwise 0, where d is the distance from tool to goal",
+        "outside": "−1 if d > tolerance, otherwise 0, where d is the distance from the tool to the goal",
         "distance": "−d",
     }
 

@@ -16,8 +16,8 @@ class Oscillation:
         num_envs: Number of environments, ≥ 1.
         max_amplitude: Upper limits of the amplitudes, (3,) [m]. Amplitudes are drawn from [0, ``max_amplitude``).
         max_frequency: Upper limits of the frequencies, (3,) [Hz]. Frequencies are drawn from [0, ``max_frequency``).
-        max_phase: Upper limit of the phases [rad]. Phases are drawn from [0, ``max_phase``). If 0, motions start at the
-            center.
+        max_phase: Upper limit of the phases [rad]. Phases are drawn from [0, ``max_phase``). If ``max_phase`` is 0,
+            motions start at the center.
     """
 
     def __init__(
@@ -36,7 +36,8 @@ class Oscillation:
 
         Args:
             mask: The n environments in which an episode begins.
-            rng: Random source. The streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"`` are used.
+            rng: Random source, of which the streams ``"goal_amplitude"``, ``"goal_frequency"`` and ``"goal_phase"`` are
+                used.
             centre: Center of the motion, (n, 3) [m], or None if ``start`` is given.
             start: Position at time 0, (n, 3) [m], from which the center is computed, or None if ``centre`` is given.
         """

@@ -58,7 +58,7 @@ _ARMS = (_IRB120, _IRB140, _UR5)
 
 _ANY_ARM = EnvironmentRecord(
     id="frobs/Reach-v0",
-    summary="any arm holds its tool at a goal; set robot=… to a robot name or a model file",
+    summary="the arm of your choice holds its tool at a goal; set robot=… to a robot name or a model file",
     robot="",
     controller="tcp_delta_position",
     max_episode_steps=100,
@@ -103,8 +103,8 @@ def frobs_tasks() -> list[TaskRecord]:
         _task(
             "reach_goal",
             "goal:ReachGoal",
-            "hold the tool center point at a fixed goal, goal-conditioned for hindsight experience replay",
-            *(arm.environment("ReachGoal", "holds its tool at a goal, goal-conditioned") for arm in _ARMS),
+            "hold the tool center point at a fixed goal (goal-conditioned, for hindsight experience replay)",
+            *(arm.environment("ReachGoal", "holds its tool at a goal (goal-conditioned)") for arm in _ARMS),
         ),
         _task(
             "reach_together",

@@ -31,8 +31,8 @@ class Reach(EpisodeStart):
     of the arm are not checked.
 
     Episodes never terminate. An episode is successful if the tool is within the tolerance of the goal at the time
-    limit. Passing the goal is not sufficient: the tool must stay at the goal. In each step, ``is_success`` refers to
-    the tool position in that step.
+    limit. Passing the goal is not sufficient: the tool must stay at the goal. At each step, ``is_success`` refers to
+    the tool position at that step.
 
     The reward depends on the distance d from the tool to the goal:
 
@@ -68,8 +68,9 @@ class Reach(EpisodeStart):
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = "the tool is within the tolerance of the goal at the time limit"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "distance": "−distance_weight · d, where d is the distance from tool to goal",
-        "precision": "precision_weight · exp(−(d / tolerance)²), for the last centimeters",
+        "distance": "−distance_weight · d, where d is the distance from the tool to the goal",
+        "precision": "precision_weight · exp(−(d / tolerance)²), which matters only within a few centimeters of the "
+        "goal",
         "outside": "−1 if d > tolerance, otherwise 0",
     }
 

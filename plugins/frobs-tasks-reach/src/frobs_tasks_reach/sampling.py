@@ -21,7 +21,7 @@ _POSTURES = 1024
 """Number of random joint vectors used to find links that can be above the floor, and to find a start posture."""
 
 _START_CLEARANCE = 0.05
-"""Minimum height of an arm above the floor at the start of an episode [m], so that the drives can settle."""
+"""Minimum height of an arm above the floor at the start of an episode [m], which leaves room for drives to settle."""
 
 _CHUNK = 2048
 """Maximum number of joint vectors per call of the forward kinematics, which limits memory use."""
@@ -63,9 +63,9 @@ class JointSampler:
         return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
-        """Return the posture (dof,) nearest to home that is 5 cm above the floor, or None to start at home.
+        """Return the posture (dof,) nearest to home in which the arm is at least 5 cm above the floor.
 
-        None is returned if home itself is 5 cm above the floor or if no such posture is found.
+        None is returned, and episodes start at home, if home itself is such a posture or if no such posture is found.
         """
         home = self._robot.home[:1]
         vectors = self._postures("start", _POSTURES)
@@ -96,7 +96,8 @@ class JointSampler:
             The joint positions (n, dof) [rad or m] and the tool positions (n, 3) [m] in the world frame.
 
         Raises:
-            ConfigurationError: No acceptable joint vector was found in thousands of tries for one environment.
+            ConfigurationError: No acceptable joint vector was found after thousands of attempts for at least one
+                environment.
         """
         dof = len(self.lower)
         open_rows = np.ones(self._robot.num_envs, bool) if mask is None else mask.copy()
@@ -119,8 +120,9 @@ class JointSampler:
                 break
         if open_rows.any():
             raise ConfigurationError(
-                f"{what}: none of {sum(_ROUNDS)} random joint vectors of robot '{self._robot.robot.name}' was suitable "
-                f"in environment {int(np.flatnonzero(open_rows)[0])}; choose a larger box."
+                f"no suitable joint vector was found for the {what}: {sum(_ROUNDS)} random joint vectors of robot "
+                f"'{self._robot.robot.name}' were tried in environment {int(np.flatnonzero(open_rows)[0])}; choose a "
+                "larger goal box, or initial='home'."
             )
         return joint_positions[wanted], positions[wanted]
 

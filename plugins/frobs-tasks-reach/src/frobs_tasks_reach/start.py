@@ -19,7 +19,7 @@ from frobs_tasks_reach.reset_options import checked_goal, checked_joint_position
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
 
 _FLOOR_CLEARANCE = (
-    0.05  # [m] minimum height of the tool at the start of an episode, so that the arm does not start in the floor
+    0.05  # [m] minimum height of the tool at the start of an episode, which keeps the arm out of the floor
 )
 _FOOT_CLEARANCE = 0.03  # [m] minimum distance between a goal and the robot's base: half the width of a flange
 _SURVEY = 4096  # number of joint vectors used to check, before any goal is drawn, that the goal box is reachable

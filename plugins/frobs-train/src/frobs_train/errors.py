@@ -87,7 +87,7 @@ class JobsError(RunError):
         total: Total number of jobs.
     """
 
-    command_exit_code = 1  # the input was valid and the other jobs are complete
+    command_exit_code = 1  # not 2, because the input was valid and the other jobs are complete
 
     def __init__(self, failed: Sequence[tuple[str, Exception]], total: int) -> None:
         self.failed = tuple(failed)

@@ -37,8 +37,8 @@ class BasicModel:
         log_path: Parent folder of the log folders.
         load_trained: Whether to open the model at ``save_model_path`` for predictions, without reading a YAML file and
             without logging.
-        config_file_pkg: Package that contains the YAML file, which is a Python package or, if ROS is installed, a ROS
-            package. If None, ``config_filename`` is a path.
+        config_file_pkg: Name of the Python package or, if ROS is installed, the ROS package that contains the YAML
+            file. If None, ``config_filename`` is a path.
         config_filename: Name of the YAML file, or None for ``<algorithm>_config.yaml``.
         ns: Namespace on ROS's parameter server, if a server is running.
         on_existing: Action if the log folder exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
@@ -47,7 +47,7 @@ class BasicModel:
     Attributes:
         model: The model of stable-baselines3.
         env: The environment.
-        settings: Settings in the file, or None for a trained model.
+        settings: Settings from the YAML file, or None if ``load_trained`` is set.
         log_folder: Log folder of this training run, or None until the folder is chosen.
 
     Raises:
@@ -95,7 +95,7 @@ class BasicModel:
         params = self.settings.params
         folder = log_folder(Path(log_path) / params.log_folder, on_existing)
         self.model = saved_model(self.settings, env, self._models, trust) if params.load_model else self._make()
-        self.log_folder = folder  # set last, so that an earlier error leaves no folder behind
+        self.log_folder = folder  # set last, so that no folder is created if an error occurs earlier
         self.set_model_logger()
 
     @classmethod
@@ -232,7 +232,7 @@ class BasicModel:
         Args:
             observation: One observation or a batch.
             state: State of a recurrent policy.
-            mask: Whether an episode begins in each environment, called ``episode_start`` in stable-baselines3.
+            mask: For each environment, whether an episode begins. The name in stable-baselines3 is ``episode_start``.
             deterministic: Whether to return the most probable action instead of a sample.
 
         Returns:

@@ -139,7 +139,8 @@ BLOCKS: Mapping[str, type[Block]] = {
     "sac": SACBlock,
     "td3": TD3Block,
 }
-"""Class of each algorithm's block, by algorithm name. In the file, the block is called ``<name>_params``."""
+"""Settings class of each algorithm's block, by algorithm name. In the YAML file, the block is called ``<name>_params``.
+"""
 
 WITH_SDE = ("ppo", "a2c", "sac")
 """Algorithms that support state-dependent exploration."""

@@ -26,7 +26,7 @@ Env = gym.Env[Any, Any] | VecEnv
 _log = logging.getLogger("frobs")
 
 _ONLY_NEW = ("use_rms_prop", "rms_prop_eps", "use_sde")
-"""Settings that determine the networks. For these settings, a saved model keeps its own values."""
+"""Settings that determine the networks. For these settings, the values in a saved model take precedence."""
 
 _REAPPLIED = (
     "batch_size",
@@ -39,8 +39,8 @@ _REAPPLIED = (
     "vf_coef",
     "max_grad_norm",
 )
-"""Settings of the YAML file that are applied to an imitated policy. All other settings keep the values in the policy's
-file.
+"""Settings that are read from the YAML file if a model is initialized with a policy from imitation learning. All other
+settings keep the values from the policy's file.
 """
 
 
@@ -59,7 +59,7 @@ def new_model(settings: FileSettings, env: Env) -> BaseAlgorithm:
 
 
 def saved_model(settings: FileSettings, env: Env, folder: Path, trust: bool) -> BaseAlgorithm:
-    """Return the saved model ``model_name``, with training settings from the YAML file instead of the saved ones."""
+    """Return the saved model ``model_name``, with training settings from the YAML file instead of the model file."""
     path = existing_model(folder, settings.params.model_name)
     attributes = {**settings.block.attributes(), **exploration(settings, env)}
     overrides = {key: value for key, value in attributes.items() if key not in _ONLY_NEW}

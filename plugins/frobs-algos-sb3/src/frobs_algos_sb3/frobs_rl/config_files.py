@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""Name of FRobs_RL's package, under which the default files are also found."""
+"""Name of FRobs_RL's package. The default files are available under this name even if the package is not installed."""
 
 DEFAULTS = Path(__file__).parent / "config"
 """Folder of the default files."""
@@ -19,9 +19,9 @@ def find_config(package: str | None, filename: str | Path) -> Path:
 
     Args:
         package: Name of a ROS package that contains the file in its ``config`` folder, or of a Python package that
-            contains the file in its ``config`` folder or next to its modules. The default files are also found under
-            the name ``"frobs_rl"``. If None, ``filename`` is a path.
-        filename: Name of the file. An absolute path is used directly.
+            contains the file in its ``config`` folder or next to its modules. The default files are always available in
+            the package ``"frobs_rl"``. If None, ``filename`` is a path.
+        filename: Name of the file, or its absolute path, for which ``package`` is ignored.
     """
     if package is None or Path(filename).is_absolute():
         path = Path(filename)
@@ -59,7 +59,7 @@ def _ros_folders(package: str) -> list[Path]:
 
 
 def _python_folders(package: str) -> list[Path]:
-    """Return the folders of a Python package without importing it, because the import could require ROS."""
+    """Return the folders of a Python package without importing the package, because the import could require ROS."""
     try:
         spec = find_spec(package)
     except (ImportError, ValueError):

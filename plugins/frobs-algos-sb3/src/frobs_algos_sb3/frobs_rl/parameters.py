@@ -39,7 +39,7 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
         raise ConfigFileError(
             f"the parameter server, {_name(ns)}",
             None,
-            "the parameters no longer exist; create the model again to reload them.",
+            "the parameters were deleted; create the model again to restore them.",
         )
     now = server.get_param(_name(ns))
     return mapping if now == plain(mapping[ROOT], for_yaml=True) else {ROOT: now}
@@ -48,7 +48,7 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 def parameter_server() -> Any:
     """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server is running.
 
-    Other distributions can register functions that return such an object, in the entry-point group
+    Other distributions can register functions that return such an object in the entry-point group
     ``frobs.parameter_servers``.
     """
     for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):

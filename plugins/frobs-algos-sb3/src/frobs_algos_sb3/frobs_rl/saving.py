@@ -24,7 +24,7 @@ def free_name(path: Path) -> Path:
 
 
 def existing_model(folder: Path, name: str) -> Path:
-    """Return the path of a model that is to be trained further, or raise an error that lists the existing models."""
+    """Return the path of the model to train further, or raise an error that lists the existing models."""
     path = folder / f"{name.removesuffix('.zip')}.zip"
     if not path.is_file():
         there = sorted(file.stem for file in folder.glob("*.zip")) if folder.is_dir() else []

@@ -126,7 +126,7 @@ class ModelParams(Strict):
 
 
 class FileSettings(Strict):
-    """Settings in a file for one algorithm. ``unused`` lists the keys that do not affect the algorithm."""
+    """Settings from a file for one algorithm. ``unused`` lists the keys that do not affect the algorithm."""
 
     algorithm: str
     params: ModelParams

@@ -1,8 +1,8 @@
 """Reads the plain JSON and the tensors, but not the pickles, in the zip file of a model.
 
 stable-baselines3 writes each attribute of a model into the JSON file ``data``. If JSON cannot represent a value, the
-file contains a pickle in base64 under ``:serialized:``, next to readable text. This module never loads these pickles.
-PyTorch reads the tensors with ``weights_only``, which creates only tensors, numbers and containers.
+file contains a base64-encoded pickle under ``:serialized:`` and a readable text description. This module never loads
+these pickles. PyTorch reads the tensors with ``weights_only``, which creates only tensors, numbers and containers.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_FILE_BYTES = 2**32
 """Maximum size of a model file."""
 
 MAX_JSON_BYTES = 64 * 2**20
-"""Maximum size of ``data``. Images among the attributes can occupy several megabytes."""
+"""Maximum size of ``data``. Attributes that contain images can occupy several megabytes."""
 
 MAX_MEMBERS = 64
 """Maximum number of files in an archive. stable-baselines3 writes at most eight files."""
@@ -73,7 +73,9 @@ def read_archive(path: Path | str) -> ModelArchive:
     with _open(path, io.BytesIO(content), len(content), _NAME) as archive:
         names = archive.namelist()
         if "data" not in names or "policy.pth" not in names:
-            raise CheckpointError(f"{path} is not a model of stable-baselines3: it has no 'data' or no 'policy.pth'.")
+            raise CheckpointError(
+                f"{path} is not a model of stable-baselines3: it must contain the files 'data' and 'policy.pth'."
+            )
         data, pickled = _read_json(path, archive)
         tensors = {
             name.removesuffix(".pth"): _read_tensors(path, name, _member(path, archive, name))
@@ -83,7 +85,7 @@ def read_archive(path: Path | str) -> ModelArchive:
         known_version = "_stable_baselines3_version" in names
         version = _member(path, archive, "_stable_baselines3_version")[:64] if known_version else b""
     for name in _VARIABLES:
-        tensors.pop(name.removesuffix(".pth"), None)  # only checked here, because the loader reads the file again
+        tensors.pop(name.removesuffix(".pth"), None)  # checked but not kept, because the loader reads the file again
     return ModelArchive(path, content, data, pickled, tensors, version.decode("ascii", "replace").strip())
 
 
@@ -93,7 +95,7 @@ def find_file(path: Path | str, suffix: str = ".zip") -> Path:
     for candidate in (path, path.with_name(path.name + suffix)):
         if candidate.is_file():
             return candidate
-    raise CheckpointError(f"{path} does not exist, with or without '{suffix}'; check the path.")
+    raise CheckpointError(f"{path} does not exist, with or without the suffix '{suffix}'; check the path.")
 
 
 def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
@@ -166,7 +168,7 @@ def _read_tensors(path: Path, name: str, content: bytes) -> Any:
         _open(path, io.BytesIO(content), len(content), _INNER_NAME, name).close()
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # ignore warnings about the file: problems are reported below
+            warnings.simplefilter("ignore")  # ignore warnings, because problems with the file are reported below
             value = th.load(io.BytesIO(content), map_location="cpu", weights_only=True)
     except pickle.UnpicklingError as error:
         raise UntrustedFileError(

@@ -65,9 +65,8 @@ def read_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     for name, whole in own.items():
         if saved[name].shape[1:] != whole.shape[1:] or saved[name].dtype != whole.dtype:
             raise CheckpointError(
-                f"{path} does not match the model: its array '{name}' contains {saved[name].dtype} "
-                f"{saved[name].shape[1:]} "
-                f"per step, but the model requires {whole.dtype} {whole.shape[1:]}."
+                f"{path} does not match the model: its array '{name}' contains values of the type {saved[name].dtype} "
+                f"and the shape {saved[name].shape[1:]} per step; expected {whole.dtype} and {whole.shape[1:]}."
             )
     count, following, capacity = rows.pop(), int(saved["next"]), buffer.buffer_size
     if not 0 <= following <= count:

@@ -74,7 +74,9 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     try:
         found: type[BaseAlgorithm] = getattr(import_module(module), attribute)
     except ImportError as error:
-        raise Unreadable(f"algorithm '{name}' needs {module}: pip install {module.replace('_', '-')}") from error
+        raise Unreadable(
+            f"algorithm '{name}' requires {module}; install it with 'pip install {module.replace('_', '-')}'"
+        ) from error
     return found
 
 
@@ -103,8 +105,7 @@ def identify(data: Mapping[str, Any]) -> str | None:
 def policy_class(value: Any) -> type[Any]:
     """Return the policy class named in a pickle's readable text, or raise Unreadable if the class is unknown.
 
-    The text contains the name of the class's module, but contains the class name only as part of the constructor's
-    name.
+    The text contains the name of the class's module, and the name of the class as part of the constructor's name.
     """
     module = value.get("__module__") if isinstance(value, dict) else None
     written = value.get("__init__") if isinstance(value, dict) else None

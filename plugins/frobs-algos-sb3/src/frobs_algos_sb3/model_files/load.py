@@ -36,7 +36,7 @@ _GYM_MODULES = (
 """Modules of gym to which a model's pickles may refer."""
 
 _FAILURES = (RuntimeError, ValueError, KeyError, TypeError, AttributeError, IndexError, AssertionError, MemoryError)
-"""Exceptions that stable-baselines3 raises if the parts of a model do not match."""
+"""Exceptions that stable-baselines3 raises if the parts of a model do not match each other."""
 
 
 def load_model(
@@ -205,7 +205,7 @@ def _build(
 
 
 def _learning_rate(archive: ModelArchive) -> float:
-    """Return the last learning rate of an optimizer, which is sufficient to build the optimizer."""
+    """Return the last learning rate of an optimizer, which is sufficient to build a model for predictions."""
     for name, tensors in archive.tensors.items():
         if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
             return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0

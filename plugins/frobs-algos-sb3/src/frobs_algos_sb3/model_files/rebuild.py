@@ -32,7 +32,7 @@ _FRESH = (
     "tensorboard_log",  # an untrusted file must not choose the log folder
     "start_time",
 )
-"""Attributes that an opened model initializes itself, so that their values in the file are ignored."""
+"""Attributes that an opened model initializes itself. Their values in the file are ignored."""
 
 _BUFFERS = {
     "ReplayBuffer": None,
@@ -50,7 +50,7 @@ _COUNTS = ("n_critics", "n_quantiles", "n_lstm_layers")
 
 @dataclass
 class Rebuilt:
-    """Attributes of a model that were read without executing code, and the reasons why others are unreadable."""
+    """Attributes of a model that were read without executing code, and the reasons why the rest are unreadable."""
 
     values: dict[str, Any] = field(default_factory=dict)
     unreadable: dict[str, str] = field(default_factory=dict)
@@ -65,14 +65,14 @@ def rebuild(archive: ModelArchive, cls: type[BaseAlgorithm], given: Iterable[str
             result.values[name] = _reader(name, archive)(data[name])
         except Unreadable as problem:
             result.unreadable[name] = str(problem)
-    if "policy_class" in result.unreadable:  # the keyword arguments cannot be used without the class
+    if "policy_class" in result.unreadable:  # without the class, its keyword arguments are useless
         result.unreadable.pop("policy_kwargs", None)
         result.values["policy_kwargs"] = {}
     return result
 
 
 def _attributes(cls: type[BaseAlgorithm]) -> list[str]:
-    """Return the names of the attributes that a model of this class saves or sets when it is built."""
+    """Return the names of the attributes of a model class that can be read from a file."""
     bare = cls(policy=BasePolicy, env=None, _init_setup_model=False)  # type: ignore[call-arg]
     return [*vars(bare), "policy_class", *_SPACES, "n_envs"]
 
@@ -95,7 +95,7 @@ def _reader(name: str, archive: ModelArchive) -> Callable[[Any], Any]:
         return _rollout_buffer_class
     if name in ("replay_buffer_kwargs", "rollout_buffer_kwargs"):
         return _plain_mapping
-    if name == "n_envs":  # limited, because memory is allocated for each environment
+    if name == "n_envs":  # limited, because the model allocates memory for each environment
         return lambda value: text.integer(value, 1, 2**16)
     if name in _WORDS:
         return _word_or_number
@@ -109,7 +109,7 @@ def _scalar(value: Any) -> bool | int | float | None:
         return value
     if isinstance(value, int | float) and math.isfinite(value) and abs(value) < 2**53:
         return value
-    raise Unreadable("it is not a number")
+    raise Unreadable("the value is not a number")
 
 
 def _pickled(_value: Any) -> Any:
@@ -153,7 +153,7 @@ def _rollout_buffer_class(value: Any) -> None:
         "stable_baselines3.common.buffers",
         "sb3_contrib.common.recurrent.buffers",
     ):
-        raise Unreadable(f"{value.get('__module__')} has no rollout buffer of stable-baselines3")
+        raise Unreadable(f"the module {value.get('__module__')} does not contain rollout buffers of stable-baselines3")
 
 
 def policy_kwargs(value: Any, archive: ModelArchive) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Writes a model as stable-baselines3's zip file, plus a JSON file with attributes that the zip file only pickles."""
+"""Writes a model as stable-baselines3's zip file, plus a JSON file for attributes that are pickles in the zip file."""
 
 from __future__ import annotations
 

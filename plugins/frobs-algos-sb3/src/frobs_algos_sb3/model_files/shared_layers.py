@@ -1,6 +1,6 @@
 """Copies the layers that the actor and the critic share in model files of stable-baselines3 before 1.8.
 
-This does not change predictions. During further training, the two copies diverge.
+Copying the layers does not change predictions. During further training, the two copies diverge.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LAYER = re.compile(r"^mlp_extractor\.(shared|policy|value)_net\.\d{1,3}\.(weigh
 
 
 def copy_shared_layers(archive: ModelArchive) -> ModelArchive:
-    """Return a model file whose actor and critic do not share layers, which may be ``archive`` itself."""
+    """Return ``archive`` if its actor and critic do not share layers, or else a copy with separate layers."""
     policy, kwargs = archive.tensors.get("policy"), archive.data.get("policy_kwargs")
     if not isinstance(policy, Mapping) or not isinstance(kwargs, dict):
         return archive

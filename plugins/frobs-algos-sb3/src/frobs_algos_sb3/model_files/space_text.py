@@ -195,7 +195,7 @@ def _multi_binary(n: Any) -> spaces.MultiBinary:
 
 
 def same_space(written: gym.Space[Any], real: gym.Space[Any]) -> bool:
-    """Return whether a space read from text equals an environment's space, up to the text's precision."""
+    """Return whether a space read from text equals an environment's space, within the precision of the text."""
     if type(written) is not type(real) or written.shape != real.shape:
         return False
     if isinstance(written, spaces.Dict) and isinstance(real, spaces.Dict):

@@ -24,8 +24,8 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf)"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([\[\],])|(\.\.\.))")
 
 
-class Unreadable(Exception):  # noqa: N818  # not an error: the caller knows the field and creates the message
-    """Raised if the text does not determine the value."""
+class Unreadable(Exception):  # noqa: N818  # internal signal: the caller adds the field's name
+    """Raised if a value cannot be determined from the text."""
 
 
 def number(text: Any) -> float:
@@ -59,8 +59,9 @@ def shape(value: Any) -> tuple[int, ...]:
 def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
     """Return a float64 array from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
 
-    NumPy writes eight decimals, and omits the middle of arrays with more than a thousand elements. Shortened text is
-    accepted only if all its numbers are equal. If ``of_shape`` is None, the array has one dimension.
+    NumPy writes eight decimals, and replaces the middle of arrays with more than a thousand elements by an ellipsis.
+    Text with an ellipsis is accepted only if all its numbers are equal. If ``of_shape`` is None, the array has one
+    dimension.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
@@ -80,7 +81,7 @@ def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any,
         raise Unreadable("the text omits numbers")
     if of_shape is None:
         if shortened or not values:
-            raise Unreadable(f"{_short(text)} does not specify the number of values")
+            raise Unreadable(f"{_short(text)} does not specify how many values the array has")
         return np.array(values)
     if len(set(values)) == 1 and (shortened or not text.startswith("[")):
         return np.full(of_shape, values[0])
@@ -106,13 +107,15 @@ def schedule(value: Any) -> float | Callable[[float], float]:
             return number(arguments.get("val"))
         if name == "LinearSchedule":
             return _linear(*(arguments.get(key) for key in ("start", "end", "end_fraction")))
-    raise Unreadable("the value is a function, and the file contains only the function's code")
+    raise Unreadable("the value is a function, which the file contains only as code")
 
 
 def _linear(start: Any, end: Any, fraction: Any) -> LinearSchedule:
     share = number(fraction)
     if not 0.0 < share <= 1.0:
-        raise Unreadable(f"{share} is not a fraction of the training run, which must be above 0 and at most 1")
+        raise Unreadable(
+            f"{share} is not a valid fraction of the training run (expected a number above 0 and at most 1)"
+        )
     return LinearSchedule(number(start), number(end), share)
 
 
@@ -126,7 +129,7 @@ def action_noise(value: Any) -> ActionNoise | None:
     if kind == "stable_baselines3.common.noise.OrnsteinUhlenbeckActionNoise" and value.get("initial_noise") is None:
         mean, sigma = array(value.get("_mu")), array(value.get("_sigma"))
         return OrnsteinUhlenbeckActionNoise(mean, sigma, number(value.get("_theta")), number(value.get("_dt")))
-    raise Unreadable("the noise is of an unsupported type, and the file contains only the noise's code")
+    raise Unreadable("the noise is of an unsupported type, which the file contains only as code")
 
 
 def class_name(text: Any) -> str:

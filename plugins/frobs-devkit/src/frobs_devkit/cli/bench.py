@@ -54,7 +54,7 @@ def bench(
         typer.Option(
             metavar="N",
             show_default="1; with --training, the configured number; with --scaling, 1,8,64,512",
-            help="Number of environments to step together; with --scaling, a list of numbers to measure.",
+            help="Number of environments to step as one batch; with --scaling, a list of numbers to measure.",
         ),
     ] = None,
     steps: Annotated[
@@ -63,8 +63,8 @@ def bench(
             metavar="N",
             min=10,
             show_default="1000; with --training, about 4 seconds; with --predict, the configured number",
-            help="Steps to measure after the warm-up; with --training, environment steps over all environments; with "
-            "--predict, environment steps of the training run.",
+            help="Number of steps to measure after the warm-up; with --training, number of environment steps, summed "
+            "over all environments; with --predict, number of environment steps in the training run.",
         ),
     ] = None,
     threads: Threads = None,
@@ -95,17 +95,17 @@ def bench(
     ] = None,
     json: Json = False,
 ) -> None:
-    """Measure how long each part of a step or training run takes, or how the speed scales.
+    """Measure how long each part of a step or training run takes, or how speed scales with parallelism.
 
     By default, an environment step is compared with a step of the bare engine, which replays the same states and
     controls. The environment and the bare engine alternate every few steps. With --training, a short in-memory training
     run is measured with the settings that 'frobs train' would use. The command also measures alternatives to some
     settings, and suggests the alternatives that are clearly faster.
 
-    With --scaling, the command measures how the steps per second and the memory depend on the number of environments,
-    simulator threads and processes. With --runner ray, the number of processes on a cluster is varied as well. Each
-    measurement runs in new processes. With --predict, the command fits a model to these measurements and predicts the
-    time of a training run on more nodes.
+    With --scaling, the command measures how the steps per second and the memory use depend on the number of
+    environments, simulator threads and processes. With --runner ray, the command also varies the number of processes on
+    a cluster. Each measurement runs in new processes. With --predict, the command fits a model to the measurements and
+    predicts the time of a training run on more nodes.
 
     Example:
         $ frobs bench frobs/Irb120Reach-v0

@@ -58,7 +58,9 @@ Jobs = Annotated[
 
 Seconds = Annotated[
     float | None,
-    typer.Option(metavar="S", min=0.1, show_default="2", help="With --scaling: measurement time per size, in seconds."),
+    typer.Option(
+        metavar="S", min=0.1, show_default="2", help="With --scaling: duration of each measurement, in seconds."
+    ),
 ]
 
 Predict = Annotated[
@@ -221,11 +223,12 @@ def prediction_facts(
     learner = model.learner
     return {
         "name": "prediction",
-        "kind": f"{steps:,} environment steps on nodes of {processors} processors each",
+        "kind": f"{steps:,} environment steps on nodes with {processors} processors each",
         "model": "n · p · s / ((1 + α (p − 1)) (1 + β (n − 1))), limited by the rate that one learner can handle",
         "parameters": f"s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, "
         f"β = {model.node_contention:.3f} ({'measured' if model.node_contention_measured else 'assumed'})",
-        "correction": "rates are divided by the share of processor time, because other programs used the processors"
+        "correction": "rates are divided by the share of processor time that the measurement received, because other "
+        "programs were running"
         if model.corrected
         else None,
         "learner": None if learner is None else f"{1.0 / learner.learning:,.0f} steps/s with {learner.algorithm}",

@@ -36,10 +36,10 @@ def plugins(
 ) -> None:
     """Import each installed plugin in its own process and report problems.
 
-    For each plugin, the command reports the import time, the records that the plugin provides, the output and
-    the changes to global state during the import, and missing requirements. If a plugin is broken or its import hangs,
-    the command also prints the traceback. A broken plugin cannot affect the command itself. Exits with status 1 if any
-    plugin cannot be used.
+    For each plugin, the command reports the import time, the records that the plugin provides, any output or changes to
+    global state during the import, and missing requirements. If a plugin is broken or its import hangs, the command
+    also prints the traceback. A broken plugin cannot affect the command itself. Exits with status 1 if any plugin
+    cannot be used.
 
     Example:
         $ frobs doctor plugins

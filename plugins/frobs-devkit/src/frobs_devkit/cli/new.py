@@ -39,7 +39,11 @@ def new(
         ),
     ] = None,
     paced: Annotated[
-        bool, typer.Option("--paced", help="Create a simulator whose world advances by itself, such as a real robot.")
+        bool,
+        typer.Option(
+            "--paced",
+            help="Create a simulator whose world advances on its own, such as an interface to a real robot.",
+        ),
     ] = False,
     robot_file: Annotated[
         Path | None,
@@ -74,7 +78,7 @@ def new(
     ] = None,
     namespace: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="lab", help="Part of the Gymnasium IDs before the slash."),
+        typer.Option(metavar="NAME", show_default="lab", help="Namespace of the Gymnasium IDs, before the slash."),
     ] = None,
     author: Annotated[
         str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Copyright holder.")

@@ -49,7 +49,7 @@ def parity(
         ),
     ] = None,
     episodes: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Number of episodes of the --run policy on each simulator.")
+        int, typer.Option(metavar="N", min=1, help="Number of episodes to evaluate the --run policy on each simulator.")
     ] = 200,
     actions: Annotated[
         Path | None,
@@ -57,7 +57,7 @@ def parity(
             metavar="FILE",
             dir_okay=False,
             show_default="generated smooth actions",
-            help="File with actions to replay: .json or .npz with id, seed and actions. Requires a single ID.",
+            help="File with actions to replay: .json or .npz with the keys id, seed and actions. Requires a single ID.",
         ),
     ] = None,
     only: Annotated[
@@ -75,7 +75,8 @@ def parity(
             metavar="DIR",
             file_okay=False,
             show_default="parity/ID",
-            help="Folder to write the certificate to. With several IDs, the certificate of each ID is in a subfolder.",
+            help="Folder to write the certificate to. If several IDs are given, each certificate gets its own "
+            "subfolder.",
         ),
     ] = None,
     runner: RunnerName = "local",

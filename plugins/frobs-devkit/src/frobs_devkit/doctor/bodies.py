@@ -28,7 +28,7 @@ DENSITIES = (1.0, 20_000.0)
 """Range of plausible link densities, from foam to tungsten: mass divided by bounding box volume [kg/m³]."""
 
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
-_TURNED = 3.0  # minimum ratio of two moments that contradicts the shape
+_TURNED = 3.0  # minimum ratio between the moments about two axes that indicates a rotated inertia
 _LEAST, _MOST = 0.02, 2.0  # range of plausible moments, relative to the maximum for a body inside the box
 _SMALL = 1e-3  # [m] minimum thickness of a box, because a flat sheet has no volume
 _SHARE = 0.005  # fraction of the robot's mass or moments below which a link has no visible effect
@@ -105,7 +105,10 @@ def _untouchable(model: RobotModel) -> Iterator[Finding]:
     moved = {joint.child for joint in model.joints if joint.type in MOVING}
     for link in model.links:
         if link.visuals and not link.collisions:
-            problem, advice = "the link has visuals but no collision shape", "add a <collision> if it should collide"
+            problem, advice = (
+                "the link has visuals but no collision shape",
+                "add a <collision> element if the link should collide",
+            )
             found = warning("visual-only", f"link '{link.name}'", problem, advice)
             yield found if link.name in moved else replace(found, severity=Severity.NOTE)
 
@@ -114,7 +117,7 @@ def _compare(link: Link, inertial: Inertial, low: Floats, high: Floats) -> Itera
     """Compare a link's mass and inertia with the bounding box of its shape.
 
     The moment of inertia of a body inside the box, about its center of mass, is at most m·(b² + c²)/4. This maximum is
-    reached if all mass is in the corners. A solid box has a third of this moment.
+    reached if all mass is in the corners. The moment of a solid box is a third of the maximum.
     """
     size = np.maximum(high - low, _SMALL)
     density = inertial.mass / float(np.prod(size))

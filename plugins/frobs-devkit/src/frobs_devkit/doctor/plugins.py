@@ -192,7 +192,9 @@ def _clashes(
             if others[0].distribution == candidate.distribution:
                 yield replace(found, severity=Severity.ERROR)
             else:
-                yield replace(found, advice=f"request '{candidate.distribution}:{name}', or uninstall one of them")
+                yield replace(
+                    found, advice=f"use the name '{candidate.distribution}:{name}', or uninstall one of the plugins"
+                )
 
 
 def _manners(seen: Probe) -> Iterable[Finding]:
@@ -203,7 +205,7 @@ def _manners(seen: Probe) -> Iterable[Finding]:
             "its import",
             f"importing the plugin also imports {', '.join(heavy)} ({seen.import_seconds:.1f} s), which slows down "
             "every 'import frobs_core'",
-            "the plugin's author should move this import to the module of an entry_point",
+            "the plugin's author should move this import to a module that a record loads through its entry_point",
         )
     elif seen.state == "loaded" and seen.import_seconds > SLOW:
         yield warning(
@@ -218,14 +220,16 @@ def _manners(seen: Probe) -> Iterable[Finding]:
                 "prints",
                 stream,
                 f"the plugin prints during its import: {text.strip().splitlines()[0][:100]}",
-                "the plugin's author should use logging in the implementation instead",
+                "the plugin's author should remove the output, or log it from a module that a record loads through "
+                "its entry_point",
             )
     for what in seen.changed:
         yield warning(
             "global-state",
             "its import",
             what if what.startswith("it ") else f"the plugin changes global state: the {what}",
-            "the plugin's author should leave this change to the user, or move it to the module of an entry_point",
+            "the plugin's author should leave this change to the user, or move it to a module that a record loads "
+            "through its entry_point",
         )
     for warned in seen.warnings:
         place = f"{PurePath(warned['file']).name}:{warned['line']}"

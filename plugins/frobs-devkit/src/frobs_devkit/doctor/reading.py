@@ -15,7 +15,7 @@ from frobs_devkit.doctor.report import Difference, Finding, Severity
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _LOST_PACKAGE = re.compile(r"the ROS package '([^']*)' is not found")
-_TOLERANCE = 1e-6  # maximum relative difference between numbers that count as equal
+_TOLERANCE = 1e-6  # maximum relative difference between numbers that are considered equal
 
 
 @dataclass
@@ -33,7 +33,7 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
     Shapes with missing meshes and inertials with negative masses are removed and reported as findings.
 
     Raises:
-        ModelFileError: The file cannot be read despite these removals.
+        ModelFileError: The file cannot be read even after these removals.
     """
     root, file, packages = open_document(path, xacro_args=xacro_args, package_paths=package_paths)
     findings: list[Finding] = []
@@ -41,7 +41,7 @@ def read(path: str | Path, xacro_args: Mapping[str, str], package_paths: Mapping
     if root.tag == "robot":
         findings += _unresolved_meshes(root, packages)
         findings += _negative_masses(root)
-        numbers = _numbers_of_file(root)  # before read_document repairs the values in place
+        numbers = _numbers_of_file(root)  # must precede read_document, which repairs values in place
     model = read_document(root, file, packages)
     return Reading(model, findings, _differences(numbers, model))
 

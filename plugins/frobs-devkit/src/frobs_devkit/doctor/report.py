@@ -1,4 +1,4 @@
-"""Data classes for the doctor's report on a robot's file, which define the schema of ``--json``."""
+"""Data classes for the doctor's report on a robot's file, which define the schema of the ``--json`` output."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class DriveFacts:
         stiffness: Proportional gain Kp [N·m/rad or N/m].
         damping: Derivative gain Kd [N·m·s/rad or N·s/m].
         bandwidth: Bandwidth of the drive at ``inertia`` [Hz].
-        time_constant: Time in which a position error decreases to about a third of its value [s].
+        time_constant: Time in which a position error decreases to about a third of its initial value [s].
         holding_effort: Effort that holds the joint against gravity in the home position, with the root link upright and
             fixed [N·m or N].
     """
@@ -186,8 +186,8 @@ class TranslatedElement:
     Attributes:
         element: Kind of the element, which is a key of ``frobs_core.models.ELEMENTS``.
         names: Names of the links or joints to which the translation applies.
-        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report the
-            treatment.
+        treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report how it
+            translates the element.
         how: Replacement of the element, or description of what is lost.
         changes_motion: Whether the translation changes the robot's motion.
     """

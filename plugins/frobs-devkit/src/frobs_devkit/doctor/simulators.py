@@ -16,7 +16,7 @@ from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene,
 from frobs_core.models import RobotModel, elements
 from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
 
-_DEEP = 1e-4  # [m] links with smaller overlaps count as touching
+_DEEP = 1e-4  # [m] smaller overlaps between links are not reported
 _TIMESTEP = 0.002  # [s]
 
 
@@ -78,7 +78,7 @@ def _build(
     try:
         simulation = cls({"robot": placement}, scene, num_envs=1, physics_timestep=_TIMESTEP)
     except FrobsError as error:
-        return False, getattr(error, "reason", str(error)), None  # without the path, which the report already contains
+        return False, getattr(error, "reason", str(error)), None  # omits the path, which the report already contains
     except Exception as error:  # the file may trigger unexpected errors in the engine
         return False, f"{type(error).__name__}: {' '.join(str(error).split())}", None
     with closing(simulation):
@@ -150,7 +150,7 @@ def simulator_findings(model: RobotModel, facts: Sequence[SimulatorFacts]) -> It
 
 
 def _overlaps(facts: Sequence[SimulatorFacts]) -> Iterator[Finding]:
-    """Yield one finding for each pair of links that overlap in the home position, covering all simulators."""
+    """Yield one finding for each pair of links that overlap in the home position in any simulator."""
     pairs: dict[tuple[str, str], list[str]] = {}
     for simulator in facts:
         for overlap in simulator.overlaps or ():

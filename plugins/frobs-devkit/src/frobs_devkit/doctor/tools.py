@@ -13,7 +13,7 @@ from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
 
 _SAMPLES = 2000
 _TURN = math.pi  # [rad] range in both directions for a joint without limits
-_SLIDE = 1.0  # [m] in both directions
+_SLIDE = 1.0  # [m] range in both directions for a prismatic joint without limits
 
 
 def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCandidate, ...]:
@@ -42,7 +42,7 @@ def tool_candidates(model: RobotModel, tcp: str | None = None) -> tuple[ToolCand
             chosen=link.name == chosen,
         )
         ranked.append(((candidate.chosen, actuated, usual, len(path)), candidate))
-    ranked.sort(key=lambda pair: pair[0], reverse=True)  # stable: equally likely links keep the file's order
+    ranked.sort(key=lambda pair: pair[0], reverse=True)  # a stable sort: equally likely links keep the file's order
     return tuple(candidate for _, candidate in ranked)
 
 

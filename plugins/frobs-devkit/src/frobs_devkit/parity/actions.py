@@ -18,7 +18,7 @@ from frobs_devkit.parity.errors import ActionFileError
 SUFFIXES = (".json", ".npz")
 """Suffixes of action files."""
 
-_AMPLITUDE = 0.5  # fraction of the action range, small enough for an arm to move freely
+_AMPLITUDE = 0.5  # amplitude as a fraction of the action range, small enough for an arm to move freely
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class ActionFile:
         id: Gymnasium ID of the environment.
         seed: Seed for the reset at the beginning of the episode.
         actions: Actions from the environment's action space, (steps, …).
-        controller: Name of the controller that the actions are for, or ``""`` for the environment's controller.
+        controller: Name of the controller that the actions require, or ``""`` for the environment's controller.
     """
 
     id: str
@@ -98,7 +98,7 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
         env: Environment for the replay.
         id: ID of the environment.
         controller: Name of the environment's controller.
-        where: Name of the actions in error messages.
+        where: File or other source of the actions, as named in error messages.
 
     Raises:
         ConfigurationError: The ID, the controller, the shape or a value does not match the environment.
@@ -124,12 +124,12 @@ def check_actions(file: ActionFile, env: RobotEnv, id: str, controller: str, whe
     if isinstance(space, gym.spaces.Box):
         if not np.isfinite(actions).all():
             step = int(np.argwhere(~np.isfinite(actions))[0][0])
-            raise ActionFileError(where, f"the action of step {step} contains NaN or an infinite value.")
+            raise ActionFileError(where, f"the action at step {step} contains NaN or an infinite value.")
     else:
         for step, action in enumerate(actions):
             if not space.contains(np.asarray(action, np.int64)):
                 raise ActionFileError(
-                    where, f"the action of step {step} is {action}, which is outside the action space {space}."
+                    where, f"the action at step {step} is {action}, which is outside the action space {space}."
                 )
 
 

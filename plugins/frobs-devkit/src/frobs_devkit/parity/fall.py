@@ -14,9 +14,9 @@ from frobs_devkit.parity.subject import Subject
 
 _QUANTITIES = {"bounce_height": "bounce height", "rest_time": "time to rest", "rest_height": "rest height"}
 _SUMMARY = (
-    "Each free body of the task's scene falls flat onto the task's floor from a height that equals the height of the "
-    "body. The rest height is the height of the body's lowest point at rest. A negative value means that the body "
-    "penetrates the floor."
+    "Each free body of the task's scene falls flat onto the task's floor from a height equal to its own height. The "
+    "rest height is the height of the body's lowest point at rest. A negative value means that the body penetrates the "
+    "floor."
 )
 
 
@@ -54,6 +54,6 @@ def _fall(subject: Subject, body: Bounded) -> Fall:
 
 
 def _bounce(lowest: Floats) -> float:
-    """Return the largest height of a body's lowest point after its first upward motion [m], or 0 without a bounce."""
+    """Return the largest height of a body's lowest point after its first upward motion [m], or 0 if it never bounces."""
     rising = np.flatnonzero(np.diff(lowest) > 0.0)
     return float(max(0.0, lowest[rising[0] :].max())) if len(rising) else 0.0

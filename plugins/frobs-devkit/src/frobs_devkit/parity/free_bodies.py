@@ -35,7 +35,7 @@ class Bounded:
     """
 
     def __init__(self, name: str, body: Body) -> None:
-        assert body.inertial is not None  # every free body has an inertial
+        assert body.inertial is not None  # every free body has inertial properties
         self.name = name
         self.mass = body.inertial.mass
         self.points = np.concatenate([shape_points(shape) for shape in body.collisions])
@@ -51,7 +51,7 @@ class Bounded:
             shortest: Axis to align the shortest edge with.
         """
         matrix = np.zeros((3, 3))
-        rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows of the shortest, the middle and the longest edge
+        rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows for the shortest, middle and longest edges
         matrix[rows, self._order] = 1.0
         matrix[0] *= np.linalg.det(matrix)  # avoids a mirror image
         return np.asarray(quat_from_matrix(matrix))
@@ -74,7 +74,7 @@ class Bounded:
 
 
 def bodies_of(subject: Subject) -> list[Bounded]:
-    """Return the colliding free bodies of a task's scene, without duplicates."""
+    """Return the colliding free bodies of a task's scene, but only one of several bodies with the same properties."""
     found: dict[str, Body] = {}
     for name, body in subject.free_bodies.items():
         alike = replace(body, pose=Pose(), twist=AT_REST, rgba=(0.0, 0.0, 0.0, 1.0))

@@ -16,7 +16,7 @@ from frobs_devkit.parity.subject import Subject
 
 _AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
 _DURATION = 2.0  # [s]
-_HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; below the second fraction, a body counts as stopped
+_HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; below the second fraction, a body is considered stopped
 _PAIR = 0.5, 0.8  # sliding friction of the plate and the floor, for which all combination rules yield different results
 _RULES = {
     "the larger": max(_PAIR),
@@ -72,8 +72,8 @@ def friction(subjects: Sequence[Subject]) -> Measurement:
     facts |= {f"sliding friction of {_PAIR[0]:g} on {_PAIR[1]:g}, {s.label}": _combination(s) for s in subjects}
     return Measurement(
         summary="A ball spins, a ball rolls and a plate slides on the floor. All sliding friction coefficients are 1, "
-        "so the combined coefficient is 1 on every engine. The rule for other coefficients and the time to full rest "
-        "are reported, but not compared.",
+        "so the combined coefficient is 1 on every engine. The rule for combining other coefficients and the time "
+        "until each body stops completely are reported, but not compared.",
         comparisons=tuple(comparisons),
         facts=facts,
         panels=tuple(panels),

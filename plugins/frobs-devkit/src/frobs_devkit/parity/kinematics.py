@@ -67,8 +67,9 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
             distances.append(Line(f"{subject.label}, {how}", numbers, off.max(axis=0), len(distances), i, points=True))
         comparisons += [worst(rows) for rows in judged.values()]
     return Measurement(
-        summary=f"The poses of all {len(links)} links are compared at {poses} random joint vectors within the limits: "
-        "computed directly from the joint vectors, and read back after setting the joint state.",
+        summary=f"The poses of all {len(links)} links are compared with the model file at {poses} random joint vectors "
+        "within the limits. Each simulator computes the poses directly from the joint vectors, and reports them again "
+        "after the joint states are set.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(

@@ -62,7 +62,7 @@ def record(subject: Subject, placement: Placement, commands: Floats, duration: f
 
     Args:
         subject: The simulator.
-        placement: Placement of the robot, which must move without contacts.
+        placement: Placement in which the robot moves without contacts.
         commands: Commands, (motions, phases, dof). All phases have the same duration. Position commands are relative to
             the start positions.
         duration: Duration of each motion [s].
@@ -101,8 +101,8 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
     Args:
         found: Recorded values, (n,).
         expected: Expected values, (n,).
-        samples: Number of expected values, before and after each sample, that belong to the range. If 0, the absolute
-            differences are returned.
+        samples: Number of expected values, before and after each sample, that belong to the range. With 0, the function
+            returns the absolute differences.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)
     error: Floats = np.maximum(np.maximum(around.min(axis=-1) - found, found - around.max(axis=-1)), 0.0)
@@ -119,5 +119,5 @@ def worst_joint(errors: Floats, names: Sequence[str], times: Floats) -> str:
 
 
 def error_line(label: str, errors: Floats, times: Floats, number: int) -> Line:
-    """Return a line with the largest error of each sample."""
+    """Return a line that shows the largest error at each sample."""
     return Line(label, times, errors.max(axis=-1).reshape(-1, len(times)).max(axis=0), number, 0)

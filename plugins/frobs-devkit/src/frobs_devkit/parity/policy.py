@@ -10,13 +10,13 @@ from frobs_devkit.parity.subject import Subject
 from frobs_train import Evaluation, Run, evaluate
 
 EPISODES = 200
-_TOGETHER = 64  # number of environments stepped together, if all simulators support batches
+_TOGETHER = 64  # number of environments stepped as one batch, if all simulators support batches
 
 
 def policy(subjects: Sequence[Subject], run: Run, episodes: int = EPISODES) -> Measurement:
-    """Compare the success rate of a run's unmodified policy on the same episodes.
+    """Compare the success rates of a run's unmodified policy on all simulators, in the same episodes.
 
-    All simulators step the same number of environments together, so that they all use the same goals.
+    All simulators step the same number of environments as one batch, so that the episodes have the same goals.
 
     Args:
         subjects: The simulators, starting with the reference.

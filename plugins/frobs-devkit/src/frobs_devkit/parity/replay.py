@@ -16,7 +16,7 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 
 def replay(subjects: Sequence[Subject], file: ActionFile) -> Measurement:
-    """Compare the joint positions and the tool position after each control step, and the end of the episode."""
+    """Compare the joint and tool positions after each control step, and the number of steps in the episode."""
     names, unit = subjects[0].placement.model.joint_names, subjects[0].joint_unit
     rollouts = [play(subject, [(file.seed, file.actions)])[0] for subject in subjects]
     first = rollouts[0]
@@ -74,7 +74,7 @@ def _judge(reference: Subject, subject: Subject, first: Rollout, second: Rollout
     for part, begin, end in (("", 0, split), (AFTER_A_TOUCH, split, n)):
         if begin == end:
             continue
-        if end == 1:  # only the reset would be compared
+        if end == 1:  # the only free state is the state after the reset
             reason = "inconclusive: the robot did not move freely for even one step"
             yield skip(subject.label, reference.label, reason, "joint positions")
             continue

@@ -16,7 +16,7 @@ _PREFIX = "frobs/reward/"
 AFTER_A_TOUCH = ", after a touch"
 """Suffix for the names of quantities that depend on contacts, which each engine models differently."""
 
-_SAME = 1e-9  # [rad or m] maximum difference between motions on the same engine that count as equal
+_SAME = 1e-9  # [rad or m] maximum difference between two motions that are considered equal
 
 
 @dataclass(frozen=True)
@@ -95,9 +95,8 @@ def free_steps(subject: Subject, rollout: Rollout) -> int:
     with subject.simulate(subject.alone()) as (simulation, robot):
         robot.write_joint_state(rollout.joints[:1])
         for step, command in enumerate(rollout.commands):
-            for k in range(
-                subject.decimation
-            ):  # checks every physics step, because a joint may reach its limit within an action
+            # Check every physics step, because a joint may reach its limit within an action.
+            for k in range(subject.decimation):
                 if k < len(command):
                     robot.command(command[k : k + 1])
                 simulation.step(1)

@@ -27,7 +27,7 @@ Fall: TypeAlias = tuple[Floats, Floats, Floats]
 _MASS = 0.5  # [kg]
 _CLEARANCE = 0.1  # [m] initial height above the floor
 _AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
-_STILL = 0.01  # [m/s] speed below which the box counts as resting
+_STILL = 0.01  # [m/s] speed below which the box is considered at rest
 _QUANTITIES = {"rest_height": "rest height", "rest_time": "time to rest", "penetration": "deepest penetration"}
 _END = 0.2  # [s] interval at the end over which the rest height is averaged
 

@@ -24,7 +24,7 @@ from frobs_devkit.parity.subject import Subject
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
 _PRESS = 5.0  # normal force of each finger [body weights]
 _GROWTH, _MOST = 10.0, 100.0  # growth of the pulling force [body weights/s], and maximum force [body weights]
-_SLIPPED = 0.005  # [m] motion in the gripper at which a body counts as slipping
+_SLIPPED = 0.005  # [m] displacement in the gripper at which a body is considered to slip
 _FREE = 0.01  # fraction of the fingers' stroke, near either end, in which the fingers cannot hold a body
 _SUMMARY = (
     f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
@@ -92,7 +92,7 @@ def _pull(subject: Subject, body: Bounded, tool: EndEffector) -> tuple[Floats, F
 
 
 class _Grasp:
-    """A body in a gripper whose fingers close along the y axis of the tool center point.
+    """A body in a gripper whose fingers close along the y axis of the tool frame.
 
     Args:
         env: The environment, after a reset.
@@ -131,9 +131,8 @@ class _Grasp:
             robot.command(command)
             self._keep(duration)
             left = np.abs(robot.joint_positions[0, fingers] - self._closed).sum()
-            if (
-                not _FREE < left / stroke < 1.0 - _FREE
-            ):  # the space between the fingers is empty, or the body is too large
+            # If the fingers stop near an end of their stroke, the body is not between them or is too large.
+            if not _FREE < left / stroke < 1.0 - _FREE:
                 return False
         return True
 

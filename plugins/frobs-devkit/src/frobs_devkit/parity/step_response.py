@@ -68,8 +68,8 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
     found = choose_effort_limits(reference, commands)
     if found is None:
         reason = (
-            f"no effort limits were found with which every drive is saturated in at least {100 * SATURATED_SHARE:.0f} "
-            "% of the samples and every joint stays within its position limits"
+            f"no effort limits were found that saturate every drive in at least {100 * SATURATED_SHARE:.0f} % of the "
+            "samples and keep every joint within its position limits"
         )
         skipped = tuple(skip(subject.label, reference.label, reason) for subject in subjects[1:])
         return Measurement(summary=summary, comparisons=skipped)
@@ -82,8 +82,8 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
         facts["effect of the step size"] = (
             f"The reference {reference.label} itself has errors of about {_list(reference, own)} "
             f"{reference.joint_unit}, estimated as twice the change when the step size is halved. Approximate engines "
-            "are not required to agree more closely than this. While a drive is saturated, its joint swings freely, "
-            "and these errors grow"
+            "are not required to agree more closely than this. These errors grow while a drive is saturated, because "
+            "the joint then swings freely"
         )
     return Measurement(
         summary=summary,
@@ -123,7 +123,8 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
             beyond = (motion.positions <= lower) | (motion.positions >= upper)  # (samples, dof)
             if beyond.any():
                 inside = False
-                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True  # the first joint out of bounds
+                # Shorten the rise time of the joint that exceeds its bounds first.
+                shorten[beyond[int(beyond.any(axis=1).argmax())].argmax()] = True
         shorten &= rise > _SHORTEST_RISE
         if not shorten.any():
             return (limits, motions) if inside and (shares >= SATURATED_SHARE).all() else None

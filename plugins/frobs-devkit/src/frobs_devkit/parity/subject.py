@@ -103,7 +103,7 @@ class Subject:
         """Return the placement of a freely moving robot, with a fixed base and without self-collisions.
 
         Args:
-            effort_limits: Effort limits, (dof,) [N·m or N]. Defaults to the limits in the model.
+            effort_limits: Effort limits, (dof,) [N·m or N]. By default, the limits in the model apply.
         """
         model = self.placement.model
         if effort_limits is not None:
@@ -139,7 +139,7 @@ def make_subjects(environment: str, simulators: Sequence[str], keywords: Mapping
     """
     if len(simulators) < 2:
         raise ConfigurationError(
-            f"parity compares at least two simulators, got {', '.join(simulators) or 'none'}. Installed simulators: "
+            f"parity requires at least two simulators, got {', '.join(simulators) or 'none'}. Installed simulators: "
             f"{', '.join(plugins.records('simulator'))}; 'mujoco,mujoco' compares MuJoCo with itself."
         )
     spec = find_spec(environment)
@@ -212,7 +212,7 @@ def _lacks(name: str, record: SimulatorRecord, names: Mapping[str, Any], task: T
 def follows_exactly(*subjects: Subject) -> bool:
     """Return whether free motion follows the drive law exactly on all given simulators.
 
-    The law only covers the effects of drives, damping and gravity on joints. Joint friction and mimic joints are
+    The drive law only covers the effects of drives, damping and gravity on joints. Joint friction and mimic joints are
     constraints, which each engine solves differently.
     """
     plain = all(joint.mimic is None and not joint.friction for joint in subjects[0].placement.model.joints)

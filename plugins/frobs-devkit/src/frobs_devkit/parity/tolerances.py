@@ -42,9 +42,9 @@ _LAW = (
     "steps stay far below 1e-6, so a larger error indicates a different drive law, model or integrator."
 )
 _FRICTION = (
-    "the coefficient of Coulomb friction determines the time and the distance in which a body stops. An engine that "
-    "regularizes contacts, or resolves them once per physics step, is off by a few percent. An error of more than a "
-    "tenth indicates a different coefficient."
+    "the coefficient of Coulomb friction determines how long and how far a body slides, rolls or spins before it "
+    "stops. An engine that regularizes contacts, or resolves them once per physics step, is off by a few percent. An "
+    "error of more than a tenth indicates a different coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {
@@ -66,17 +66,18 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.02,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate drive may be off by 2 % of the step. At the effort limits, it may also be off "
-        "by the measured step-size error of the reference, because no engine has to be more accurate than the "
-        "reference.",
+        reason=f"{_LAW} An approximate drive may be off by 2 % of the step. A drive at its effort limit may also be "
+        "off by the measured step-size error of the reference, because no engine is required to be more accurate than "
+        "the reference.",
     ),
     "drive_effort": Tolerance(
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="a drive effort is the stiffness times an angle error, so 1e-6 rad corresponds to about a thousandth of "
-        "the peak effort. An approximate drive may leave its effort limit up to two physics steps earlier or later; at "
-        "this moment, the effort changes over its whole range. Otherwise, it may be off by a tenth of the peak.",
+        reason="a drive effort is the stiffness times an angle error, so 1e-6 rad corresponds to about a thousandth "
+        "of the peak effort. An approximate drive may leave its effort limit up to two physics steps earlier or "
+        "later; at this moment, the effort changes over its whole range. At all other times, the effort may be off by "
+        "a tenth of the peak.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,
@@ -97,10 +98,8 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-6,
         approximate=0.02,
         unit="m",
-        reason="the exact tolerance equals the tolerance of the joint positions. An approximate drive may be off by 2 "
-        "cm, which is "
-        "acceptable for a "
-        "task that requires an accuracy of 5 cm.",
+        reason="the exact tolerance equals the tolerance of the joint positions. With an approximate drive, the tool "
+        "may be off by 2 cm, which is acceptable for a task that requires an accuracy of 5 cm.",
     ),
     "episode_end": Tolerance(
         exact=0.0,
@@ -115,7 +114,7 @@ TOLERANCES: Mapping[str, Tolerance] = {
         share=True,
         reason="a reward term may change by 10 per meter of tool motion, so it may be off by 10 times as much as the "
         "tool "
-        "position. With approximate drives, it may be off by a tenth of the term's range.",
+        "position. With approximate drives, the term may be off by a tenth of its range.",
     ),
     "rest_height": Tolerance(
         exact=1e-3,
@@ -128,8 +127,7 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=0.1,
         approximate=0.1,
         unit="s",
-        reason="stiffness, damping and restitution of contacts depend on the engine, so the time for which a body "
-        "bounces "
+        reason="stiffness, damping and restitution of contacts depend on the engine, so the bouncing time of a body "
         "may differ by two or three control steps.",
     ),
     "penetration": Tolerance(
@@ -156,13 +154,15 @@ TOLERANCES: Mapping[str, Tolerance] = {
         approximate=0.2,
         unit="N",
         share=True,
-        reason="with Coulomb friction, a body slips when the force exceeds the coefficient times the normal forces of "
-        "the "
-        "fingers. Contacts also creep below this force, differently on each engine. A difference of more than a fifth "
-        "indicates a different coefficient.",
+        reason="with Coulomb friction, a body slips when the pulling force exceeds the friction coefficient times the "
+        "sum of the fingers' normal forces. Contacts also creep below this force, differently on each engine. A "
+        "difference of more than a fifth indicates a different coefficient.",
     ),
     "lidar": Tolerance(
-        exact=1e-3, approximate=0.02, unit="m", reason="the collision margins of engines are smaller than a millimeter."
+        exact=1e-3,
+        approximate=0.02,
+        unit="m",
+        reason="engines use collision margins of less than a millimeter, which may change the measured ranges.",
     ),
     "success": Tolerance(
         exact=0.05,

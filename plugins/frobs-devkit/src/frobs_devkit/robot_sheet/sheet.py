@@ -104,7 +104,7 @@ class _Layout:
             self.limits = beside if view is views[0] else [(x, top), (x, top + _ABOVE[0] + _TITLE)]
         if pairs:
             columns = 3 if len(shots.joints) <= 6 else 4
-            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # width of a joint's two images together
+            side = (WIDTH - 2 * _MARGIN - (columns - 1) * _GAP) // columns  # combined width of a joint's two images
             size = (side * 9 // 16, side // 2 - 1)
             self.groups.append((pairs, stage.view(pairs, size, (0.9, 0.9))))
             pitch = _TITLE + size[0] + _GAP

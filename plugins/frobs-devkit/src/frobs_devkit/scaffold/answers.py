@@ -103,7 +103,7 @@ def _problem_of_namespace(namespace: str) -> str:
 
 def _problem_of_author(author: str) -> str:
     if not author.strip() or any(character in '"\\' or not character.isprintable() for character in author):
-        return f"the author {author!r} must be one line without quotes and backslashes."
+        return f"the author {author!r} must be a single line without quotes or backslashes."
     return ""
 
 

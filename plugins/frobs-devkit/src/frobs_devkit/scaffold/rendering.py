@@ -1,4 +1,4 @@
-"""Renders the scaffold in the same way as cookiecutter, without depending on cookiecutter."""
+"""Renders the plugin templates in the same way as cookiecutter, without depending on cookiecutter."""
 
 from __future__ import annotations
 
@@ -19,35 +19,37 @@ from frobs_devkit.scaffold.finish import finish, finish_robot
 
 
 def template_folder() -> Path:
-    """Return the folder that contains ``cookiecutter.json``, in the wheel or in the repository of an editable install.
+    """Return the folder that contains ``cookiecutter.json``.
+
+    The folder is part of the wheel. For an editable install, it is in the repository.
 
     Raises:
-        MissingFileError: Neither place contains ``cookiecutter.json``.
+        MissingFileError: Neither location contains ``cookiecutter.json``.
     """
     here = Path(__file__).parent
     for folder in (here / "files" / "cookiecutter", here.parents[4] / "cookiecutter"):
         if (folder / "cookiecutter.json").is_file():
             return folder
     raise MissingFileError(
-        here / "files", "the templates are missing; reinstall: pip install --force-reinstall frobs-devkit"
+        here / "files", "reinstall the plugin templates with 'pip install --force-reinstall frobs-devkit'"
     )
 
 
 def resolve(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return the answers with all defaults and derived values.
+    """Validate the answers, and return them with all default and derived values.
 
     Args:
         given: Answers by question.
 
     Raises:
-        ConfigurationError: An answer is invalid or belongs to a question that does not exist or is not asked.
+        ConfigurationError: An answer is invalid, or its question does not exist or does not apply.
     """
     problem = find_problem(given)
     if problem:
         raise AnswerError(problem)
     for question in given:
         if question not in QUESTIONS:
-            raise AnswerError(f"the question '{question}' does not exist; available: {', '.join(QUESTIONS)}.")
+            raise AnswerError(f"the question '{question}' does not exist; available questions: {', '.join(QUESTIONS)}.")
         if question not in asked(given) and given[question]:
             made = " with the example ".join(given[key] for key in ("what", "example") if key in given)
             raise AnswerError(f"{question} does not apply to a new {made}; omit it.")
@@ -59,7 +61,7 @@ def resolve(given: Mapping[str, str]) -> dict[str, Any]:
 
 
 def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
-    """Return the answers with all defaults and derived values, without validating the answers."""
+    """Return the answers with all default and derived values, without validating them."""
     context: dict[str, Any] = {}
     environment = _environment()
     for key, default in _questions().items():
@@ -77,15 +79,15 @@ def fill_in(given: Mapping[str, str]) -> dict[str, Any]:
 def prompts() -> dict[str, Any]:
     """Return the text of each question.
 
-    The text of a multiple-choice question is a dictionary with one text for each choice and with the question itself
-    under the key ``__prompt__``. Other texts are strings.
+    For a multiple-choice question, the text is a dictionary that contains a description of each choice, and the
+    question itself under the key ``__prompt__``. For other questions, the text is a string.
     """
     found: dict[str, Any] = _description()["__prompts__"]
     return found
 
 
 def render(context: Mapping[str, Any], output: Path) -> Path:
-    """Write a plugin's files, either completely or not at all.
+    """Write a plugin's files. If an error occurs, the plugin's folder is not created.
 
     Args:
         context: Result of :func:`resolve`.
@@ -106,7 +108,7 @@ def render(context: Mapping[str, Any], output: Path) -> Path:
     if "robot" in context["__kinds"] and context["example"] == "file":
         from frobs_devkit.scaffold.robot_file import facts_for
 
-        facts_for(context)  # reports problems before anything is written
+        facts_for(context)  # raises errors before anything is written
     source = next(template_folder().glob("{{*}}"))
     environment = _environment()
     output.mkdir(parents=True, exist_ok=True)
@@ -135,7 +137,7 @@ def _questions() -> dict[str, Any]:
 
 
 def _environment() -> Any:
-    """Return the Jinja environment that cookiecutter creates from ``cookiecutter.json``."""
+    """Create a Jinja environment with the options in ``cookiecutter.json``, as cookiecutter does."""
     from jinja2 import Environment, StrictUndefined
 
     options = _questions()["_jinja2_env_vars"]

@@ -248,9 +248,8 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
     low = np.array([max(joint.limits.lower, -math.pi) for joint in model.actuated_joints])
     high = np.array([min(joint.limits.upper, math.pi) for joint in model.actuated_joints])
     postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
-    postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (
-        postures - default
-    )  # with increasing distance from the default
+    # Scale the samples so that their distance from the default position tends to increase.
+    postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (postures - default)
     postures = np.clip(np.round(postures, 2), np.ceil(low * 100) / 100, np.floor(high * 100) / 100)
     clear = _height(model, tool, postures) > _CLEARANCE
     if not clear.any():

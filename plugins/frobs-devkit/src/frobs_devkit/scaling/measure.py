@@ -103,14 +103,14 @@ def _with_size(config: RunConfig, num_envs: int, threads: int = 1) -> RunConfig:
 def _choose_num_envs(points: list[ScalingPoint], *, busy: bool) -> int:
     """Return the smallest number of environments that is fast enough.
 
-    On a busy machine, the speeds are corrected for processor time that other programs use.
+    On a busy machine, the speeds are corrected for the processor time that other programs use.
     """
     rates = {point.num_envs: point.undisturbed if busy else point.steps_per_second for point in points}
     return min(size for size, rate in rates.items() if rate >= _ENOUGH * max(rates.values()))
 
 
 def _fit_memory(points: list[ScalingPoint]) -> tuple[int, int | None]:
-    """Return the memory of a process without environments, and the memory of each environment [B]."""
+    """Return the memory use of a process without environments, and the additional memory use per environment [B]."""
     few, many = min(points, key=lambda point: point.num_envs), max(points, key=lambda point: point.num_envs)
     if few.num_envs == many.num_envs:
         return few.memory, None

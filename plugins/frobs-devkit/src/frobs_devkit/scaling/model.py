@@ -1,10 +1,10 @@
 """A model of the speed on a cluster, fitted to measurements.
 
-With n nodes and p processes per node, the environments are stepped at the rate
+With n nodes and p processes per node, the predicted rate of environment steps is C(n, p):
 
     C(n, p) = n · p · s / ((1 + α (p - 1)) (1 + β (n - 1)))
 
-where s is the rate of a single process, α is the contention between processes on the same node (memory, caches, clock
+Here, s is the rate of a single process, α is the contention between processes on the same node (memory, caches, clock
 rate), and β is the contention between nodes. This is the Universal Scalability Law without its coherency term, as
 described in Neil Gunther's book Guerrilla Capacity Planning, Springer 2007, chapter 4. The rate of a training run is
 also limited by how fast its learner can receive the experience and learn from it.
@@ -33,7 +33,7 @@ class Prediction:
     Attributes:
         nodes: Number of nodes.
         processes: Number of processes on all nodes, with one process per processor.
-        collected: Environment steps per second of all processes together, without learning.
+        collected: Total environment steps per second of all processes, without learning.
         steps_per_second: Environment steps per second of a training run whose processes all collect experience for one
             learner, or None if no training run was measured.
         limit: Bottleneck of this training run: ``collection``, ``learner`` or ``network``, or None if no training run
@@ -93,7 +93,7 @@ class ScalingModel:
     corrected: bool = False
 
     def collected(self, nodes: float, processes: float) -> float:
-        """Return the environment steps per second of all processes together.
+        """Return the total environment steps per second of all processes.
 
         Args:
             nodes: Number of nodes.
@@ -198,7 +198,10 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     single = [point for point in result.sweep(NUM_ENVS) if point.num_envs == result.num_envs]
     local = [(point.processes, rate_of(point)) for point in result.sweep(PROCESSES) or single]
     if not local:
-        raise ConfigurationError("the result contains no measurements of processes, so no scaling model can be fitted.")
+        raise ConfigurationError(
+            "no scaling model can be fitted, because the result contains no measurements of processes; measure at least "
+            "one number of processes."
+        )
     rate, contention = fit_contention(local)
     model = ScalingModel(
         process_rate=rate,

@@ -123,7 +123,7 @@ def node() -> tuple[str, int]:
 def summarize(
     config: RunConfig, sweep: str, results: Sequence[Mapping[str, Any]], *, nodes: int, hosts: int
 ) -> ScalingPoint:
-    """Combine the results of several processes into one point."""
+    """Combine the results of several processes into one data point."""
     rates = window_rates([result["stamps"] for result in results])
     return ScalingPoint(
         sweep=sweep,
@@ -144,7 +144,7 @@ def summarize(
 
 
 def window_rates(stamps: Sequence[Sequence[tuple[float, int]]], windows: int = _WINDOWS) -> list[float]:
-    """Return the steps per second of all processes together, in each of several time windows.
+    """Return the total steps per second of all processes, in each of several time windows.
 
     The windows divide the time during which all processes were stepping.
 

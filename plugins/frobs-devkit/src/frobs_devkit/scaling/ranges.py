@@ -1,4 +1,4 @@
-"""Numbers of environments, threads and processes at which the scaling is measured."""
+"""Numbers of environments, threads and processes for which the scaling is measured."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class ScalingRanges:
     """Sizes to measure. Empty ranges are skipped.
 
     Attributes:
-        num_envs: Numbers of environments in one process with one thread.
-        threads: Numbers of simulator threads in one process.
-        processes: Numbers of processes on this machine, each with one thread.
-        cluster_processes: Numbers of processes on a cluster, each with one thread.
-        seconds: Time to measure at each size [s]. Starting the processes takes a few additional seconds.
+        num_envs: Numbers of environments to measure in one process with one thread.
+        threads: Numbers of simulator threads to measure in one process.
+        processes: Numbers of processes to measure on this machine, each with one thread.
+        cluster_processes: Numbers of processes to measure on a cluster, each with one thread.
+        seconds: Measurement time per size [s]. Starting the processes takes a few additional seconds.
     """
 
     num_envs: tuple[int, ...] = _NUM_ENVS
@@ -72,5 +72,5 @@ class ScalingRanges:
 
 
 def powers_of_two(highest: int) -> tuple[int, ...]:
-    """Return all powers of two up to a number, and the number itself."""
+    """Return all powers of two up to ``highest``, and ``highest`` itself."""
     return tuple(sorted({2**k for k in range(highest.bit_length())} | {highest}))

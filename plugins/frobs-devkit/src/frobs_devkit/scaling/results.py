@@ -15,7 +15,7 @@ _UNDISTURBED = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class ScalingPoint:
-    """Speed and memory for one size, such as 64 environments.
+    """Measured speed and memory use for one size, such as 64 environments.
 
     Attributes:
         sweep: Name of the size that the sweep varies: ``num_envs``, ``threads``, ``processes`` or ``cluster``
@@ -25,13 +25,13 @@ class ScalingPoint:
         processes: Number of processes that step environments at the same time.
         nodes: Number of cluster nodes that run the processes, or 1 for this machine.
         hosts: Number of machines that run the processes, which is less than ``nodes`` if several nodes share a machine.
-        steps_per_second: Environment steps per second of all processes, as the median of several time windows.
+        steps_per_second: Total environment steps per second of all processes (median of several time windows).
         low: Rate in the slowest window [steps/s].
         high: Rate in the fastest window [steps/s].
         processor_share: Processor time per thread ÷ elapsed time. The ratio is less than 1 if other programs use the
             processors, or if the simulator waits or runs as a separate program.
         memory: Peak resident memory of the process with the largest peak [B].
-        startup: Startup time of the slowest process, which imports the libraries and creates the environments [s].
+        startup: Startup time of the slowest process, including imports and the creation of the environments [s].
     """
 
     sweep: str
@@ -81,7 +81,7 @@ class Traffic:
 
 @dataclass(frozen=True, kw_only=True)
 class LearnerCosts:
-    """Times of a training run in one process, per environment step.
+    """Times per environment step of a training run in one process.
 
     Attributes:
         algorithm: Name of the algorithm.

@@ -1,8 +1,8 @@
 """Measures how fast a learner receives experience that other processes have collected.
 
 Some jobs collect a batch and return it, like the workers of an asynchronous algorithm. Other jobs return nothing. The
-time to transfer a batch is the difference between the delays of jobs with and without a batch. This difference is not
-affected by latency or by clock differences between machines.
+time to transfer a batch is the difference between the delays of jobs that return a batch and jobs that return nothing.
+This difference is not affected by latency or by clock differences between machines.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frobs_devkit.scaling.results import Traffic
 from frobs_train import Job, Report, RunConfig, Runner
 
 _ROUNDS = 3
-"""Number of batches to receive, and number of jobs that return nothing."""
+"""Number of jobs that return a batch, and also the number of jobs that return nothing."""
 
 _BATCH = 32 * 2**20
 """Size of a batch [B], large enough to make the latency negligible."""
@@ -38,7 +38,7 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
     """Measure how fast this process receives batches from the processes of a cluster.
 
     Args:
-        config: Configuration whose ``num_envs`` applies to each process.
+        config: Configuration whose ``num_envs`` is the number of environments per process.
         runner: Runner that executes the jobs.
         folder: Empty folder that has the same path on all machines.
         memory: Memory required by each process [B].
@@ -63,7 +63,7 @@ def measure_traffic(config: RunConfig, runner: Runner, folder: Path, memory: int
         if outcome.error is not None:
             raise ConfigurationError(f"the traffic on the cluster cannot be measured: {outcome.error}")
         answer = outcome.result
-        copies = [array.copy() for array in answer["batch"]]  # a learner also copies batches from shared memory
+        copies = [array.copy() for array in answer["batch"]]  # the time includes copying, as in a learner
         delay = time.time() - answer["finished"]
         _lock(folder).rmdir()
         if copies:

@@ -1,7 +1,8 @@
-"""Program of a measured process, which steps environments or trains, and writes the results to a file.
+"""Program that each measured process runs: it steps environments or trains, and writes the results to a file.
 
 The program reads its task as JSON from standard input. All processes of a measurement share a folder, in which files
-indicate the progress of each process. Each measurement runs in a separate process, so that its peak memory is known.
+indicate the progress of each process. Each measurement runs in a separate process, so that its peak memory can be
+measured.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import Any
 from frobs_core.files import write_aside
 
 _POLL = 0.005  # [s]
-_BUSY = 0.02  # [s] time to step between two checks of the other processes
+_BUSY = 0.02  # [s] duration of stepping before checking again whether all processes are done
 _WARM_UP = 0.2  # [s]
 _STAMPS = 100  # number of clock readings during the measurement
 
@@ -37,7 +38,7 @@ def main() -> None:
 
 
 def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> dict[str, Any]:
-    """Step environments together with the other processes.
+    """Step environments at the same time as the other processes.
 
     Returns:
         A dictionary with the keys ``stamps`` (pairs of Unix time [s] and number of environment steps completed by
@@ -127,7 +128,7 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
     """Wait until all processes are ready.
 
     Raises:
-        TimeoutError: Some processes are not ready in time.
+        TimeoutError: Some processes are not ready before the time limit.
     """
     _touch(folder, "ready", task)
     end = time.monotonic() + task["patience"]

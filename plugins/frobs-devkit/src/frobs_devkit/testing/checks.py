@@ -111,8 +111,8 @@ def expect_keyword_only(cls: type) -> None:
     for name, parameter in constructor_parameters(cls).items():
         expect(
             parameter.kind is inspect.Parameter.KEYWORD_ONLY and parameter.default is not inspect.Parameter.empty,
-            f"the constructor's parameter '{name}' is not keyword-only with a default, but users may only pass it by "
-            "name or omit it.",
+            f"the constructor's parameter '{name}' must be keyword-only and have a default, because users may pass it "
+            "by name or omit it.",
         )
 
 

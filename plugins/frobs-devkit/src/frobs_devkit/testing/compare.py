@@ -41,7 +41,7 @@ def difference(expected: Any, actual: Any) -> str | None:
     for path, a in wanted.items():
         b = found[path]
         if a.dtype != b.dtype or a.shape != b.shape:
-            return f"{path or 'it'} is {b.dtype}{list(b.shape)} instead of {a.dtype}{list(a.shape)}"
+            return f"{path or 'the value'} is {b.dtype}{list(b.shape)} instead of {a.dtype}{list(a.shape)}"
         if a.tobytes() != b.tobytes():
             return _where(path, a, b)
     return None
@@ -108,12 +108,12 @@ def expect_same_pose(
 
 def _where(path: str, a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> str:
     if a.dtype == object or a.ndim == 0:
-        return f"{path or 'it'} is {b!r} instead of {a!r}"
+        return f"{path or 'the value'} is {b!r} instead of {a!r}"
     differs = np.argwhere(~((a == b) | ((a != a) & (b != b))))
     if not len(differs):
-        return f"{path or 'it'} differs in the sign of a zero or the bits of a NaN"
+        return f"{path or 'the value'} differs in the sign of a zero or the bits of a NaN"
     index = tuple(differs[0])
     return (
-        f"{path or 'it'}{list(map(int, index))} is {b[index]!r} instead of {a[index]!r}, "
+        f"{path or 'the value'}{list(map(int, index))} is {b[index]!r} instead of {a[index]!r}, "
         f"and {len(differs)} of {a.size} elements differ"
     )

@@ -20,7 +20,7 @@ from frobs_core.plugins import Plugins
 
 
 class Isolate(Protocol):
-    """Type of the function that the fixture returns."""
+    """Type of the function that the ``isolated_plugins`` fixture returns."""
 
     def __call__(self, *, installed: bool = False, **entry_points: str) -> Plugins:
         """Replace the installed plugins with the given entry points until the test ends.
@@ -36,7 +36,7 @@ class Isolate(Protocol):
 
 
 class _MadeDistribution(Distribution):
-    """A distribution that is not installed, whose entry points refer to importable modules."""
+    """A distribution for tests, which is not installed but has entry points that refer to importable modules."""
 
     def __init__(self, entry_points: Mapping[str, str]) -> None:
         lines = "".join(f"{name} = {module}\n" for name, module in entry_points.items())

@@ -56,7 +56,7 @@ class PluginUnderTest:
         )
 
     def expect_no(self, *codes: str) -> None:
-        """Examine the plugin in a separate process, and raise CheckFailure for findings with one of the codes."""
+        """Examine the plugin in a separate process, and raise CheckFailure for findings with one of the given codes."""
         facts = _examine(self.candidate)
         lines = facts.traceback.strip().splitlines() or [facts.cause]
         expect(facts.state == "loaded", f"importing '{facts.module}' fails: {lines[-1]}")
@@ -75,7 +75,7 @@ def loads(subject: PluginUnderTest) -> None:
     expect(report.state == "loaded", f"plugin '{report.name}' of {report.origin} is {report.state}: {report.cause}")
     expect(
         subject.records,
-        f"plugin '{report.name}' of {report.origin} provides no record; check that its hooks return records.",
+        f"plugin '{report.name}' of {report.origin} provides no records; check that its hooks return records.",
     )
 
 

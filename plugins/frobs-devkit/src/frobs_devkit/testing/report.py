@@ -95,11 +95,11 @@ def run_checks(
     Args:
         checks: Result of a ``check_…`` function.
         on_result: Function that is called with each result, for example to show the progress.
-        expected_failures: Reasons for expected failures, by check name. A check that passes although it is expected to
-            fail counts as failed.
+        expected_failures: Reasons for expected failures, by check name. A check that is expected to fail but passes is
+            reported as failed.
 
     Raises:
-        UnknownNameError: ``expected_failures`` contains a name that belongs to none of the checks.
+        UnknownNameError: ``expected_failures`` contains an unknown check name.
     """
     checks, reasons = list(checks), dict(expected_failures or {})
     _refuse_unknown(reasons, checks)
@@ -107,7 +107,7 @@ def run_checks(
     for check in checks:
         result = _without_cause(check, results) or _run(check)
         same = next((one.name for one in results if one.status == "failed" and one.message == result.message), "")
-        if result.status == "failed" and same:  # failures with the same cause count as one failure
+        if result.status == "failed" and same:  # report failures with the same cause only once
             result = replace(result, status="skipped", message=f"the check fails for the same reason as {same}")
         if check.name in reasons:
             result = _expected(result, reasons[check.name])
@@ -130,12 +130,12 @@ def pytest_checks(
 
     Args:
         checks: Result of a ``check_…`` function.
-        expected_failures: Reasons for expected failures, by check name. A check that passes although it is expected to
-            fail counts as failed.
-        allow_inconclusive: If False, inconclusive checks count as failed.
+        expected_failures: Reasons for expected failures, by check name. A check that is expected to fail but passes is
+            reported as failed.
+        allow_inconclusive: If False, inconclusive checks are reported as failed.
 
     Raises:
-        UnknownNameError: ``expected_failures`` contains a name that belongs to none of the checks.
+        UnknownNameError: ``expected_failures`` contains an unknown check name.
     """
     import pytest  # imported here because 'frobs check' uses this module without pytest
 
@@ -171,7 +171,7 @@ def pytest_checks(
 
 
 def _refuse_unknown(expected_failures: Iterable[str], checks: Iterable[Check]) -> None:
-    """Raise UnknownNameError if ``expected_failures`` contains a name that belongs to none of the checks."""
+    """Raise UnknownNameError if ``expected_failures`` contains an unknown check name."""
     names = [check.name for check in checks]
     for name in expected_failures:
         if name not in names:

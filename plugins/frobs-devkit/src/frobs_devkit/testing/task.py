@@ -42,7 +42,7 @@ class TaskUnderTest(EnvUnderTest):
 
 
 def record_is_sound(subject: TaskUnderTest) -> None:
-    """The implementation is a Task whose parameters are keywords with defaults, and all required capabilities exist."""
+    """The implementation is a Task, its parameters are keyword-only with defaults, and required capabilities exist."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)
@@ -184,7 +184,7 @@ def default_timestep_is_a_default(subject: TaskUnderTest) -> None:
             if other and "control_timestep" not in vars(task):
                 task.control_timestep = 2.0 * type(task).control_timestep
             plays.append(play(env, 4, draw_actions(env.action_space, 12, seed=4)))
-    what = "an environment after its task's class attribute control_timestep changed (use the argument of bind)"
+    what = "an environment whose task has another class attribute control_timestep (use the argument of bind instead)"
     expect_same_play(plays[0], plays[1], what)
 
 

@@ -69,7 +69,7 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
             generator: Random number generator.
 
         Returns:
-            RLlib's columns: the actions, their log probabilities, and the inputs of the action distribution.
+            The actions, their log probabilities, and the inputs of the action distribution, under RLlib's keys.
         """
         inputs = self.actor(observation)
         if self.is_discrete:

@@ -60,7 +60,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         self._own = self.given is None
         self.env: Any = self.given if self.given is not None else self._make()
         if self._own and ray.get_runtime_context().was_current_actor_reconstructed:
-            seeds.append(secrets.randbits(31))  # because the old seeds would repeat the same episodes
+            seeds.append(secrets.randbits(31))  # with the old seeds, a restarted runner would repeat its episodes
         sequence = np.random.SeedSequence(seeds)
         env_seed, action_seed, random_seed = (int(number) for number in sequence.generate_state(3) >> 1)
         self._env_seed = env_seed if self._own else None
@@ -75,7 +75,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         recipe: EnvironmentRecipe = self.config.env_config["recipe"]
         try:
             env = recipe.make(self.config.num_envs_per_env_runner, int(self.config.num_cpus_per_env_runner))
-        except Exception as error:  # reported later, because RLlib would only restart the runner
+        except Exception as error:  # keep the error for later; if it were raised, RLlib would only restart the runner
             self.problem = f"{type(error).__name__}: {error}"
             return None
         return EpisodeRecorder(env, self._finished.append)
@@ -86,7 +86,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         pair = (spaces.observation, spaces.action)
         return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
 
-    def sample(  # type: ignore[override]  # RLlib's own runner has these arguments, too
+    def sample(  # type: ignore[override]  # same arguments as in RLlib's own runner
         self,
         *,
         num_timesteps: int | None = None,

@@ -32,7 +32,7 @@ def recipe_of(env: gym.vector.VectorEnv[Any, Any, Any]) -> EnvironmentRecipe:
         for component in recipe.wrappers:
             if component.name.rpartition(":")[2] in _ADAPTING:
                 raise EnvironmentCopyError(
-                    f"the wrapper {component.name} adapts to the observations of one process",
+                    f"the wrapper {component.name} uses statistics that are collected in a single process",
                     "replace this wrapper with a wrapper that uses fixed constants",
                 )
         if recipe.obstacle:

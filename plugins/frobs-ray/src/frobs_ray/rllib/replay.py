@@ -81,7 +81,7 @@ class ReplayBuffer(ReplayBufferInterface):
         return self._metrics.reduce()
 
     def update_priorities(self, *args: Any, **kwargs: Any) -> None:
-        """Ignore priorities, because samples are uniform."""
+        """Ignore priorities, because sampling is uniform."""
 
     def get_state(self) -> dict[str, Any]:
         """Return an empty state, because resumed training fills a new buffer."""

@@ -33,9 +33,9 @@ class SACConfig(RLlibConfig):
         gradient_steps: Number of gradient steps per round of learning, or −1 for one gradient step per collected
             control step.
         tau: Soft update coefficient of the target networks, where 1 copies the current weights.
-        ent_coef: Positive weight of the entropy. ``auto`` learns the weight from an initial value of 1, and
-            ``auto_0.1`` learns the weight from an initial value of 0.1.
-        target_entropy: Target entropy for a learned weight. ``auto`` is minus the number of action components.
+        ent_coef: Positive weight of the entropy. ``auto`` learns the weight, starting from 1, and ``auto_0.1`` learns
+            it, starting from 0.1.
+        target_entropy: Target entropy for a learned weight. ``auto`` sets it to minus the number of action components.
         policy_kwargs: Settings of the networks.
     """
 
@@ -97,7 +97,8 @@ class RLlibSAC(RLlibAlgorithm):
         collected = settings.train_freq * self.env.num_envs
         updates = collected if settings.gradient_steps < 0 else settings.gradient_steps
         runners = settings.num_env_runners
-        # RLlib divides the trained steps by the steps that all runners sample per round, but counts an extra runner.
+        # RLlib measures the intensity relative to the steps that all runners sample per round, but counts one runner
+        # too many.
         counted = settings.train_freq * (self.env.num_envs // max(runners, 1)) * (runners + 1)
         config = sac.SACConfig(algo_class=_SAC)
         config.training(
@@ -122,4 +123,4 @@ class RLlibSAC(RLlibAlgorithm):
 
 
 _STEPS = 64
-"""Minimum number of environment steps per iteration, because each iteration has a fixed overhead."""
+"""Minimum number of environment steps per iteration, chosen to keep the fixed overhead of iterations small."""

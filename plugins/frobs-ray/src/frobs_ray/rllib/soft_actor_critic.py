@@ -80,7 +80,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
             generator: Random number generator.
 
         Returns:
-            RLlib's columns, which contain only the actions.
+            The actions, under RLlib's key.
         """
         mean, log_std = self.pi(self.pi_encoder({Columns.OBS: observation})[ENCODER_OUT]).chunk(2, dim=-1)
         noise = th.randn(mean.shape, generator=generator)

@@ -79,11 +79,11 @@ class Training:
         owner = self._owner
         with ExitStack() as stack:
             stack.enter_context(warnings.catch_warnings())
-            warnings.simplefilter("ignore")  # RLlib warns about its own code
+            warnings.simplefilter("ignore")  # RLlib's own code causes warnings
             stack.enter_context(_without_tracebacks())
             stack.enter_context(self._cluster())
             seed = np.random.SeedSequence([owner.seed, owner.steps]).generate_state(1)[0] >> 1
-            np.random.seed(seed)  # noqa: NPY002  # RLlib uses this generator to shuffle
+            np.random.seed(seed)  # noqa: NPY002  # RLlib shuffles with this generator
             th.manual_seed(int(seed))
             algorithm = self._build(steps)
             stack.callback(algorithm.stop)
@@ -199,7 +199,7 @@ class Training:
                 _log.warning("All %d environment runners work again.", total)
             self._working = working
             return
-        group.probe_unhealthy_env_runners()  # runners that respond report why they failed
+        group.probe_unhealthy_env_runners()  # failed runners that still respond report the cause
         _raise_problems(group, _PROBE)
         if working != self._working:
             _log.warning(
@@ -243,7 +243,7 @@ def _learner(algorithm: Any) -> Any:
 
 @contextmanager
 def _without_tracebacks() -> Iterator[None]:
-    """Hide RLlib's log entries about failed runners, because :class:`Training` logs each failure in one line."""
+    """Hide RLlib's log entries about failed runners, because :class:`Training` logs each failure as a single line."""
     logger = logging.getLogger("ray.rllib.utils.actor_manager")
     before = logger.level
     logger.setLevel(logging.CRITICAL)

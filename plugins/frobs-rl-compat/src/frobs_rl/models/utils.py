@@ -1,4 +1,4 @@
-"""Environment checks, and policy and noise settings from ROS's parameter server."""
+"""Environment checks, and functions that read policy and noise settings from ROS's parameter server."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> No
         skip_render_check: Whether to skip the rendering check.
 
     Raises:
-        AssertionError: The environment does not conform to the API.
+        AssertionError: The environment does not conform to its API.
     """
     env_checker.check_env(to_gymnasium(env), warn, skip_render_check)
 
@@ -32,23 +32,23 @@ def test_env(env: Any) -> bool:
     """Check an environment with :func:`check_env` and return True if it passes.
 
     Raises:
-        AssertionError: The environment does not conform to the API.
+        AssertionError: The environment does not conform to its API.
     """
     check_env(env)
     return True
 
 
-test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from collecting this function as a test
+test_env.__test__ = False  # type: ignore[attr-defined] # prevents pytest from collecting this function
 
 
 def get_policy_kwargs(ns: str = "/") -> dict[str, Any] | None:
-    """Return ``policy_kwargs`` from a namespace's parameters, or None if the parameters select the default policy."""
+    """Return ``policy_kwargs`` from the parameters in a namespace, or None if they select the default policy."""
     params = _params(ns)
     return PolicyParams(**params["policy_params"]).to_kwargs() if params["use_custom_policy"] else None
 
 
 def get_action_noise(action_space_shape: int, ns: str = "/") -> NormalActionNoise | None:
-    """Return the action noise defined by a namespace's parameters, or None if action noise is disabled.
+    """Return the action noise that the parameters in a namespace define, or None if action noise is disabled.
 
     Args:
         action_space_shape: Length of an action.

@@ -18,7 +18,7 @@ if "CustomTaskEnv-v0" not in registry:
 
 
 class CustomTaskEnv(CustomRobotEnv.CustomRobotEnv):
-    """Task environment for the robot that the base class defines."""
+    """Task environment whose base class defines the robot."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,1 +1,1 @@
-"""FRobs_RL's two templates, which packages can subclass or copy: ``CustomRobotEnv`` and ``CustomTaskEnv``."""
+"""FRobs_RL's templates ``CustomRobotEnv`` and ``CustomTaskEnv``, which packages can subclass or copy."""

@@ -1,4 +1,4 @@
-"""Alias of ``NormalizeObservationWrapper``, because FRobs_RL's documentation uses both spellings."""
+"""Alias of ``NormalizeObservationWrapper``, provided because FRobs_RL's documentation uses both names."""
 
 from frobs_rl.wrappers.NormalizeObservationWrapper import NormalizeObservationWrapper, NormalizeObservWrapper
 

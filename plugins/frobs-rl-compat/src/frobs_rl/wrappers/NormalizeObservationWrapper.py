@@ -10,4 +10,4 @@ class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
     """Version of :class:`frobs_core.wrappers.NormalizeObservationWrapper` that also supports the old gym API."""
 
 
-NormalizeObservWrapper = NormalizeObservationWrapper  # FRobs_RL's documentation uses both spellings
+NormalizeObservWrapper = NormalizeObservationWrapper  # alias, because FRobs_RL's documentation uses both names

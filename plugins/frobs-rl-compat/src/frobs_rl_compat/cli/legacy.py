@@ -24,8 +24,8 @@ def run(
     """Run a script or program of a package that was written for FRobs_RL.
 
     The script and all processes that it starts can import gym, frobs_rl, rospy and ROS messages, and rospack finds the
-    ROS package frobs_rl. Python scripts run with this environment's Python. The command exits with the script's exit
-    code.
+    ROS package frobs_rl. Python scripts run with the Python interpreter that runs frobs. The command exits with the
+    script's exit code.
 
     Example:
         $ frobs legacy run scripts/train.py --seed 3
@@ -41,7 +41,8 @@ def run(
             f"'{words[0]}' is neither a Python script (*.py) nor an installed program; check the path, or install the "
             "program."
         )
-    os.execve(program, words, environment)  # so that Ctrl-C and all other signals go directly to the script
+    # Replace this process, so that the script receives Ctrl-C and all other signals directly.
+    os.execve(program, words, environment)
 
 
 def env() -> None:

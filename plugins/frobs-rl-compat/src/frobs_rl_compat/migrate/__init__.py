@@ -12,7 +12,7 @@
 - ``world.py``: converts walls, boxes, starts and goals to a floor plan
 - ``plugin.py``: creates the plugin
 - ``example_files.py``: configures the plugin's task if FRobs has an equivalent task
-- ``task.py``: edits the plugin's task if it is a skeleton
+- ``task.py``: edits the plugin's task if FRobs has no equivalent task
 - ``original.py``: writes the old spaces and numbers into the plugin
 - ``comments.py``: inserts TODO comments
 - ``advice.py``: gives advice for the parts that are not migrated

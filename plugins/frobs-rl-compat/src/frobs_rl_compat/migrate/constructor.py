@@ -55,7 +55,7 @@ class _Walk:
         self._at = 0
 
     def method(self, name: str, begin: int) -> bool:
-        """Follow a method's statements, searching the lineage from ``begin``, and return whether the method exists."""
+        """Follow the statements of the first method ``name`` in ``lineage[begin:]``, and return whether it exists."""
         for place, old in enumerate(self._lineage[begin:], begin):
             if name in old.methods:
                 key = f"{old.name}.{name}"
@@ -107,7 +107,7 @@ class _Walk:
             self.found.unknown[name] = (ast.unparse(value), str(error))
 
     def _forget(self, statement: ast.stmt) -> None:
-        """Mark as unknown all names to which a statement may assign values."""
+        """Mark all names to which a statement may assign values as unknown."""
         for node in ast.walk(statement):
             if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
                 name = ast.unparse(node)

@@ -28,8 +28,8 @@ def write_example(
         package: The package.
         folder: The plugin's folder.
         sources: The folder of the plugin's Python package.
-        context: Template answers from which the plugin was rendered.
-        made: Report to which the migrated parts and the differences are added.
+        context: Template answers that were used to render the plugin.
+        made: Report to which this function adds the migrated parts and the differences.
     """
     record = plugins.get_record("task", example.task)
     assert isinstance(record, TaskRecord)

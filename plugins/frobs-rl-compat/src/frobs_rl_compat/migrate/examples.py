@@ -45,7 +45,7 @@ _REACH = {
     "reached_goal_reward": "self.reached_goal_reward",
     "joint_limits_reward": "self.joint_limits_reward",
 }
-"""Parameters of FRobs's tasks, each with the original class's attribute that contains its value."""
+"""Attribute of the original class that contains the value, for each parameter of FRobs's tasks."""
 
 
 @dataclass
@@ -57,7 +57,7 @@ class Example:
         controller: Name of the controller that executes the package's actions.
         parameters: Keyword arguments of the environment.
         floor_plan: Floor plan for ``frobs-tasks-navigation`` with walls, boxes, starts and goals. It is empty for arms.
-        differences: New behavior for each aspect in which the task differs from the package.
+        differences: Behavior of FRobs's task in each aspect in which it differs from the package's task.
     """
 
     task: str
@@ -87,7 +87,10 @@ def find_example(package: OldPackage, robot: RobotSource | None) -> tuple[Exampl
         return None, "arbitrary code cannot be translated; port the task as described in the rows below"
     original = f"the task is the FRobs_RL example that {NEAREST_IDS[found.name]} reproduces"
     if found.differing:
-        return None, f"{original}, except for {'; '.join(found.differing)}. Port the changes, or start from that ID"
+        return (
+            None,
+            f"{original}, except for {'; '.join(found.differing)}. Port the changes, or start from that environment",
+        )
     if robot is None:
         return None, f"{original}, but the robot's file could not be used"
     try:
@@ -125,9 +128,9 @@ def _reach(package: OldPackage, robot: RobotSource) -> Example:
             **task,
         },
         differences={
-            "duration of a step": "0.1 s (previously not fixed), configurable by control_timestep in PARAMETERS",
+            "duration of a step": "0.1 s (previously not fixed); to change it, set control_timestep in PARAMETERS",
             "actions at a limit": "joints stop exactly at the limit; FRobs_RL ignored actions near the limit",
-            "initial joint positions": "only feasible positions, with no part of the robot below the floor",
+            "initial joint positions": "only positions in which no part of the robot is below the floor",
             "direction to the goal at distance zero": "zero (previously NaN)",
         },
     )
@@ -168,7 +171,7 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
         lidar = robot.lidar_topics.get("scan")
         if lidar is None:
             raise UntranslatableError(
-                f"the robot's file does not contain a lidar with the topic /scan {robot.lidar_problem}".strip()
+                f"the robot's file does not contain a lidar with the topic /scan. {robot.lidar_problem}".strip()
             )
         rays, declared = robot.lidars[lidar].rays, value_of(package, "self.lidar_samples")
         if rays != declared:

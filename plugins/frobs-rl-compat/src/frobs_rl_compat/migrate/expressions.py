@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 
 _MOST = 4096
-"""Maximum number of elements in a list or an array, which is larger than any robot's spaces require."""
+"""Maximum number of elements in a list or an array, which is sufficient for the spaces of any robot."""
 
 _CONSTANTS = {"np.pi": math.pi, "numpy.pi": math.pi, "math.pi": math.pi, "np.inf": np.inf, "numpy.inf": np.inf,
               "math.inf": math.inf}  # fmt: skip
@@ -27,7 +27,7 @@ _OPERATORS: Mapping[type, Callable[..., Any]] = {
 
 
 class UnknownValueError(Exception):
-    """The value of an expression is unknown. The error message contains the unknown part."""
+    """The value of an expression is unknown. The error message contains the part of the expression that is unknown."""
 
 
 def _small(shape: Any) -> Any:

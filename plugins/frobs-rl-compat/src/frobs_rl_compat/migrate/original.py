@@ -13,7 +13,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
-_WIDTH = 114  # maximum length of a line, excluding its indentation and a comma
+_WIDTH = 114  # maximum length of a line, excluding its indentation and a trailing comma
 _SPACES = {"ACTION_SPACE": "self.action_space", "OBSERVATION_SPACE": "self.observation_space"}
 
 

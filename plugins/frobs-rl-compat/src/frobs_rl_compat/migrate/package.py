@@ -26,7 +26,8 @@ class OldPackage:
         lineage: The environment's class, followed by its base classes from the same package.
         registration: Registration of the environment's ID, or None if the environment is not registered.
         others: IDs of the other tasks that the package registers.
-        scripts: Files that create the environment, with training scripts first, or all files if none creates it.
+        scripts: Files that create the environment, with training scripts first, or all files if no file creates the
+            environment.
     """
 
     name: str
@@ -116,7 +117,7 @@ def _is_base(registration: Registration, python: PythonFiles) -> bool:
 
 
 def _rank(registration: Registration, python: PythonFiles) -> tuple[bool, bool, int]:
-    """Return a sort key that puts tasks before robots, and environments that scripts train before others."""
+    """Return a sort key that puts tasks before base classes, and environments that scripts train before all others."""
     scripts = _scripts(python, registration.id)
     trained = [number for number, path in enumerate(python.calls) if path in scripts and "train" in python.calls[path]]
     return _is_base(registration, python), not scripts, trained[0] if trained else len(python.calls)

@@ -1,4 +1,4 @@
-"""Converts a package to a plugin."""
+"""Converts a FRobs_RL package to a FRobs plugin."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from frobs_rl_compat.migrate.task import edit_task
 from frobs_rl_compat.migrate.yaml_files import literal, run_configuration
 
 STILL = "observation_elements_vary"
-"""Name of the check that fails for an arm whose tool cannot move along all axes."""
+"""Name of the check that fails if an arm's tool cannot move along all axes."""
 
 
 def migrate_package(
@@ -37,14 +37,14 @@ def migrate_package(
     namespace: str = "lab",
     package_paths: Mapping[str, str | Path] | None = None,
 ) -> Migration:
-    """Convert a package to a plugin. No plugin is created if any part of the conversion fails.
+    """Convert a FRobs_RL package to a FRobs plugin. If an error occurs, no plugin is created.
 
     Args:
         path: Folder of the ROS package, whose code is parsed but never imported.
         out: Folder in which to create the plugin's folder.
-        name: Name of the robot and the task. Defaults to the package's name.
-        id: ID of the environment to migrate. Defaults to a task that a script trains, or else to the first registered
-            task.
+        name: Name of the new robot and task. Defaults to the package's name.
+        id: ID of the environment to migrate. Defaults to a task that a training script uses, or else to the first
+            registered task.
         namespace: First part of the new ID.
         package_paths: Folders of ROS packages that are neither next to this package nor in ``ROS_PACKAGE_PATH``, by
             package name.
@@ -52,7 +52,7 @@ def migrate_package(
     Raises:
         ConfigurationError: The package contains no FRobs_RL environment, or the plugin's folder or one of its names
             already exists.
-        UnknownNameError: The package does not register the ID.
+        UnknownNameError: The package does not register the environment ID.
     """
     package = read_package(path, id)
     robot, problem = find_robot(package, package_paths or {})
@@ -103,7 +103,7 @@ def _answers(package: OldPackage, robot: RobotSource | None, name: str | None, n
         **answers,
         "example": "file",
         "robot_file": str(robot.path.absolute()),
-        "failing_checks": "expect",  # because a migrated package keeps its robot even if checks fail
+        "failing_checks": "expect",  # the migrated robot is kept even if checks fail
         "xacro_args": " ".join(f"{key}:={value}" for key, value in robot.xacro_args.items()),
         "package_paths": os.pathsep.join(f"{key}={Path(folder).absolute()}" for key, folder in robot.package_paths.items()),
     }  # fmt: skip
@@ -114,23 +114,29 @@ def _edit_robot(
 ) -> None:
     file = sources / "robot.py"
     if robot is None:
-        made.leave("the robot's file", f"{problem}; a two-joint arm replaces it: set your robot in robot.py")
-        lines = todo(f"the package's robot; its file could not be used: {problem}", 0)
+        made.leave(
+            "the robot's file",
+            f"{problem}; robot.py contains a two-joint arm as a placeholder, so replace it with your robot",
+        )
+        lines = todo(f"describe the package's robot here, because its model file could not be used: {problem}", 0)
         text = file.read_text("utf-8")
         file.write_text(
             text.replace(f"\n{name.upper()} = Robot(", "\n" + "\n".join(lines) + f"\n{name.upper()} = Robot(")
         )
         return
     made.carry(f"{robot.path.name}, macros expanded, with its meshes", f"src/{sources.name}/{name}.urdf")
-    made.leave("the tool and the home position", "robot.py: tcp, home and the drive gains are guesses")
+    made.leave(
+        "the tool and the home position",
+        "check the values of tcp, home and the drive gains in robot.py, because they are guesses",
+    )
     if robot.lidar_problem:
         made.leave("the lidar", f"robot.py: sensors; {robot.lidar_problem}")
     if robot.wheels is None:
         for axis in robot.still_axes:
             made.leave(
                 f"the tool never moves along {axis}",
-                "task.py: remove this component of tool and goal from observation_terms; until then the tests "
-                f"`{STILL}` fail",
+                "in task.py, remove this component of the tool and goal positions from observation_terms; until you "
+                f"remove it, the `{STILL}` tests fail",
             )
         return
     wheels = robot.wheels
@@ -161,7 +167,7 @@ def _edit_robot(
 
 def _friction_text(friction: Mapping[str, float]) -> str:
     if not friction:
-        return "    # TODO: friction={link: 0.0} of sliding casters\n"
+        return "    # TODO: set friction={link: 0.0} for sliding casters\n"
     rows = "".join(f'        "{link}": {value!r},\n' for link, value in friction.items())
     return f"    friction={{\n{rows}    }},\n"
 
@@ -173,7 +179,7 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
         shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
-    told = "    # tasks read them with frobs_core.sensors.Sensors\n"
+    told = "    # tasks read these sensors with frobs_core.sensors.Sensors\n"
     return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 
@@ -194,8 +200,8 @@ def _edit_plugin(
     if is_skeleton:
         made.leave(
             f"ID {old_id}",
-            f"{new_id} has a skeleton instead of the old task; when task.py has its world, rewards and success, remove "
-            "'Skeleton' from the ID",
+            f"{new_id} is a skeleton; after you port the old task's world, rewards and success condition to "
+            "task.py, remove 'Skeleton' from the ID",
         )
     else:
         made.carry(f"ID {old_id}", f"plugin.py: {new_id}")
@@ -208,10 +214,13 @@ def _edit_plugin(
         said = f"registered {registered}" + (
             f", TimeLimitWrapper {max(package.time_limits)}" if package.time_limits else ""
         )
-        made.carry(f"limit of steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
+        made.carry(f"limit on steps ({said})", f"plugin.py: max_episode_steps={min(limits)}")
     old = package.hook("_send_action")
     if old is not None and is_skeleton:
-        advice = f"choose the controller equivalent to {old.place('_send_action')}; see 'frobs list controllers'."
+        advice = (
+            f"choose a controller that is equivalent to {old.place('_send_action')}; list all controllers with "
+            "'frobs list controllers'."
+        )
         head, at, rest = text.partition("                    controller=")
         text = head + "\n".join(todo(advice, 20)) + "\n" + at + rest
         made.leave(old.place("_send_action"), "choose a controller in plugin.py")
@@ -220,7 +229,7 @@ def _edit_plugin(
 
 
 def _write_learning(package: OldPackage, folder: Path, id: str, made: Migration) -> None:
-    """Write a run configuration for each training file, using ``train.yaml`` for the file that the scripts load."""
+    """Convert each training file to a run configuration. The file that training scripts load becomes ``train.yaml``."""
     scripts = [calls for path in package.scripts for calls in package.python.calls[path].values()]
     named = {getattr(keyword.value, "value", None) for calls in scripts for call in calls
              for keyword in call.keywords if keyword.arg == "config_filename"}  # fmt: skip

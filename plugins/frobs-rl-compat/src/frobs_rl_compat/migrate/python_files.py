@@ -31,7 +31,7 @@ class OldClass:
     path: Path
 
     def does(self, method: str) -> bool:
-        """Return whether a method does more than pass or raise an error."""
+        """Return whether a method contains anything except ``pass`` and ``raise`` statements."""
         body = self.methods[method].body
         rest = body[1:] if ast.get_docstring(self.methods[method]) is not None else body
         return not all(isinstance(statement, ast.Pass | ast.Raise) for statement in rest)
@@ -47,7 +47,8 @@ class Registration:
     """A call to ``register``.
 
     Attributes:
-        module: Last part of the class's module name, or an empty string if the class itself is passed.
+        module: Last part of the name of the module that defines the class, or an empty string if the call passes the
+            class itself.
     """
 
     id: str
@@ -91,14 +92,14 @@ class PythonFiles:
 
     @property
     def environments(self) -> list[OldClass]:
-        """Classes that inherit directly or indirectly from one of FRobs_RL's base classes."""
+        """Classes that inherit, directly or indirectly, from one of FRobs_RL's base classes."""
         return [
             each for each in self.classes
             if any(base in ROOTS for ancestor in self.lineage(each) for base in ancestor.bases)
         ]  # fmt: skip
 
     def _find(self, name: str, *places: Path) -> OldClass | None:
-        """Return a class by name. If several classes have this name, prefer a class from the given files."""
+        """Return a class by name, preferably from the given files if several classes have this name."""
         found = [each for each in self.classes if each.name == name]
         return next((each for place in places for each in found if each.path == place), found[0] if found else None)
 

@@ -2,7 +2,7 @@
 
 The file ``known_tasks.yaml`` contains only fingerprints of the original code. A fingerprint ignores comments,
 docstrings, log messages, visualization markers, and the literals that :mod:`frobs_rl_compat.migrate.examples` reads.
-Therefore, a package is recognized if only its numbers were changed, but not if its code was changed.
+Therefore, a package whose numbers were changed is still recognized, but a package whose code was changed is not.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Recognition:
 
     Attributes:
         name: Key of the example task in ``known_tasks.yaml``, such as ``"maze"``.
-        differing: Methods that differ from the example task, with their locations. Empty if all methods are equal.
+        differing: Methods that differ from the example task, with their locations. Empty if no method differs.
     """
 
     name: str

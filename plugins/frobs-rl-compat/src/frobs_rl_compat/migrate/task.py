@@ -1,4 +1,4 @@
-"""Edits the plugin's ``task.py``: inserts the old task's numbers, and comments about the remaining work."""
+"""Edits the plugin's ``task.py``: inserts the old task's numbers and comments about the remaining work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_rl_compat.migrate.report import Migration
 HOOKS = {
     "_get_observation": (
         ("observation_terms",),
-        "return terms with the values of {name}, one row for each environment",
+        "return terms with the values that {name} returns, one row for each environment",
     ),
     "_get_reward": (
         ("reward",),
@@ -24,7 +24,7 @@ HOOKS = {
         "which "
         "{name} sets info['is_success']",
     ),
-    "_set_episode_init_params": (("reset",), "start episodes as {name} does, but take random numbers from rng"),
+    "_set_episode_init_params": (("reset",), "start episodes as {name} does, but draw random numbers from rng"),
 }
 """For each of FRobs_RL's hooks: the task methods that can replace the hook, in order of preference, and a comment."""
 
@@ -32,7 +32,7 @@ _ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", "__init
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Insert known numbers into a plugin's task file, and a comment for each old method to port."""
+    """Insert into a plugin's task file the known numbers and a comment for each old method to port."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
     for hook, (methods, advice) in HOOKS.items():
         old = package.hook(hook)

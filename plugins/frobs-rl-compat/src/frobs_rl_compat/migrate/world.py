@@ -84,7 +84,7 @@ def _boxes(
     """
     low, high = bounds_of(package, "self.boxes_vel_space")
     if any(low) or len(high) != len(placed):
-        raise UntranslatableError("boxes_vel_space must have a lower bound of 0 and one number for each box")
+        raise UntranslatableError("boxes_vel_space must have one component per box, and all lower bounds must be 0")
     steps = float(value_of(package, "self.box_traj_num_steps"))
     first = steps / 2.0 * STEP
     boxes = []

@@ -24,7 +24,7 @@ LEGACY_IDS = {
     "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
     "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
 }
-"""Root keys of the example repository's task files, each with the environment that accepts the file unchanged."""
+"""Root keys of the example repository's task files, mapped to IDs of environments that accept the unmodified files."""
 
 
 @dataclass
@@ -34,7 +34,7 @@ class YamlFiles:
     Attributes:
         learning: Files with settings for FRobs_RL's algorithms.
         controllers: Files with settings for ROS controllers.
-        numbers: All other files, such as task parameters.
+        numbers: All other files, such as files with task parameters.
         unread: Error message for each file that cannot be read.
     """
 
@@ -82,7 +82,7 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
-    """Convert a FRobs_RL training file to a run configuration and a note about ignored settings.
+    """Convert a FRobs_RL training file to a run configuration, and return it with a note about ignored settings.
 
     Raises:
         ConfigurationError: The file is invalid.
@@ -90,19 +90,20 @@ def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str |
     found = algorithms_in(mapping)
     if not found:
         raise MigrationError(
-            path, f"it has no parameters of an algorithm under '{ROOT}'; add ppo_params, td3_params, …."
+            path, f"the key '{ROOT}' contains no algorithm's parameters; add a key such as ppo_params or td3_params."
         )
     begins_with_model = mapping[ROOT].get("load_model")
     config, note = translate({**mapping, ROOT: {**mapping[ROOT], "load_model": False}}, found[0], path)
     if begins_with_model:
         note = (
-            f"load_model: the run starts with a new model instead of {mapping[ROOT].get('model_name')}. {note}".strip()
+            f"load_model is not supported: the run starts with a new model instead of "
+            f"{mapping[ROOT].get('model_name')}. {note}".strip()
         )
     if len(found) > 1:
-        note = f"{note} Blocks of other algorithms: {', '.join(found[1:])}.".strip()
-    head = f"# From {path.name} of FRobs_RL, by 'frobs migrate': observations are not normalized.\n"
+        note = f"{note} Ignored parameters of other algorithms: {', '.join(found[1:])}.".strip()
+    head = f"# Converted from FRobs_RL's {path.name} by 'frobs migrate'. Observations are not normalized.\n"
     if environment is None:
-        head += "# TODO: the environment: frobs train ID --config THIS_FILE, or the key environment.\n"
+        head += "# TODO: set the environment key, or pass the environment's ID: frobs train ID --config THIS_FILE.\n"
     return head + dump_yaml({**({"environment": environment} if environment else {}), **config}), note
 
 
@@ -114,29 +115,30 @@ def migrate_yaml(path: Path, out: Path) -> Migration:
         out: Folder of the new file.
 
     Raises:
-        ConfigurationError: The file has neither of these formats, or the new file already exists.
+        ConfigurationError: The file has an unsupported format, or the new file already exists.
     """
     mapping = load_yaml(path)
     target = out / f"{path.stem}_run.yaml"
     if target.exists():
-        raise TargetExistsError(target, "move it away, or choose another folder with --out")
+        raise TargetExistsError(target, "move the existing file, or choose another folder with --out")
     made = Migration(path.name, target)
     if ROOT in mapping:
         text, note = run_configuration(path, mapping, None)
         made.carry(f"{ROOT}: training, noise, networks", target.name)
         if note:
-            made.leave("keys that a run does not support", note.removeprefix(f"{path}: "))
-        made.leave("the environment", "pass it on the command line")
+            made.leave("keys that are not supported", note.replace(f"{path}: ", ""))
+        made.leave("the environment", "pass the environment's ID on the command line")
         made.next.append(f"frobs train ID --config {target}")
     else:
         root = next((key for key in mapping if key in LEGACY_IDS), None)
         if root is None:
             raise MigrationError(
                 path,
-                f"its keys are {', '.join(map(str, mapping))}; a file to migrate must have '{ROOT}', or one of "
-                f"{', '.join(LEGACY_IDS)}. For the parameters of another task, migrate the whole package.",
+                f"expected the key '{ROOT}' or one of {', '.join(LEGACY_IDS)}, but the file's keys are "
+                f"{', '.join(map(str, mapping))}. To migrate the parameters of any other task, migrate the whole "
+                "package.",
             )
-        text = f"# {LEGACY_IDS[root]} takes {path.name} of FRobs_RL unchanged.\n" + dump_yaml(
+        text = f"# {LEGACY_IDS[root]} accepts FRobs_RL's {path.name} unchanged.\n" + dump_yaml(
             {"environment": LEGACY_IDS[root], "environment_kwargs": {"config_file": str(path.absolute())}}
         )
         made.carry(f"the parameters under '{root}'", f"{target.name}: environment_kwargs.config_file")
@@ -167,7 +169,7 @@ def literal(value: Any, indent: int = 0) -> str:
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:
-    """Return whether a file describes controllers, either at its root or in a single namespace."""
+    """Return whether a file describes controllers, either at its root or under a single root key."""
     values = list(mapping.values())
     if any(isinstance(value, Mapping) and "/" in str(value.get("type", "")) for value in values):
         return True

@@ -69,7 +69,7 @@ class Execution:
         return self._wait(limit)
 
     def stop(self) -> None:
-        """Cancel the motion, after which the controllers keep the robot at its current position."""
+        """Cancel the motion, so that the controllers hold the robot at its current position."""
         goals, self._goals = self._goals, []
         for goal in goals:
             if not _is_done(goal):

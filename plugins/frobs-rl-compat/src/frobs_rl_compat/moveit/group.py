@@ -155,8 +155,8 @@ class MoveGroupCommander:
         """Set joint positions as the target.
 
         Args:
-            arg1: All positions in the joint order of the group, positions by joint name, a ``JointState``, the name of
-                one joint, or a pose.
+            arg1: All positions in the group's joint order, positions by joint name, a ``JointState``, the name of one
+                joint, or a pose.
             arg2: The position of the joint if ``arg1`` is a joint name, or the end-effector link if ``arg1`` is a pose.
             arg3: Whether an approximate solution is sufficient. Approximate solutions are not supported.
 
@@ -261,7 +261,7 @@ class MoveGroupCommander:
             self._tolerances[kind] = _positive(f"the {kind} tolerance", value)
 
     def set_goal_joint_tolerance(self, value: float) -> None:
-        """Set the tolerance of joint targets [rad or m], although planned motions always end exactly at the target."""
+        """Set the tolerance of joint targets [rad or m], which has no effect on the planned motions."""
         self._tolerances["joint"] = _positive("the joint tolerance", value)
 
     def set_goal_position_tolerance(self, value: float) -> None:

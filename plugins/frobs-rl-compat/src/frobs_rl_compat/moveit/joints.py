@@ -44,14 +44,14 @@ class JointStates:
         return self._stamp
 
     def current(self, names: Iterable[str], wait: float = 1.0) -> dict[str, float]:
-        """Return joint positions from the next message, or from the last one if the simulation is paused.
+        """Return joint positions from the next message, or from the last message if the simulation is paused.
 
         Args:
             names: Names of the joints.
             wait: Maximum time to wait for the first message [s].
 
         Raises:
-            MoveItCommanderException: No message with the position of a joint arrived in time.
+            MoveItCommanderException: The position of at least one joint did not arrive in time.
         """
         wanted, began = list(names), time.monotonic()
         with self._changed:
@@ -65,9 +65,8 @@ class JointStates:
             missing = [name for name in wanted if name not in self._positions]
             if missing:
                 raise MoveItCommanderException(
-                    f"no position of {', '.join(missing)} arrived on the topic {self._topic} within {wait:g} s; start "
-                    "the "
-                    "joint_state_controller, and unpause the simulation."
+                    f"the topic {self._topic} provided no position of {', '.join(missing)} within {wait:g} s; start "
+                    "the joint_state_controller, and unpause the simulation."
                 )
             return {name: self._positions[name] for name in wanted}
 

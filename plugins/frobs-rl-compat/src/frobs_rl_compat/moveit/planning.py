@@ -18,7 +18,7 @@ from frobs_rl_compat.moveit.errors import MoveItCommanderException
 from frobs_rl_compat.moveit.semantics import Group
 
 CLEARANCE = 0.01
-"""Clearance of planned motions [m], which is necessary because controllers do not follow motions exactly."""
+"""Distance that planned motions keep from obstacles [m], which allows for the tracking errors of the controllers."""
 
 _HELD = 1e-9  # [rad or m] half range of held joints, because the search requires a nonzero range for every joint
 _MOVED = 1e-4  # [rad or m] motion of a joint outside the group that requires a new planner
@@ -70,9 +70,8 @@ class GroupPlanner:
         planner = self._made(others, link, scene, velocity_scaling, acceleration_scaling)
         if not isinstance(goal, ToolGoal):
             wanted = {**start, **dict(zip(group, goal.tolist(), strict=True))}
-            goal = np.clip(
-                [wanted[name] for name in names], planner.lower, planner.upper
-            )  # also clips the other joints to the ranges in which they are held
+            # Clipping also moves the held joints into their narrow limits.
+            goal = np.clip([wanted[name] for name in names], planner.lower, planner.upper)
         return planner.plan([start[name] for name in names], goal, max_seconds=max_seconds)
 
     def _made(
@@ -108,7 +107,7 @@ class GroupPlanner:
 def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
     """Return a robot model whose joints with an entry in ``positions`` are held at that position [rad or m].
 
-    Held joints keep their type, so the same pairs of links may touch as in the original model.
+    Held joints keep their type, so that the same pairs of links are allowed to touch as in the original model.
     """
 
     def limits(joint: Joint) -> JointLimits:

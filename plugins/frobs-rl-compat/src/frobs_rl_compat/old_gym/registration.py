@@ -60,7 +60,7 @@ def make_for_gymnasium(*, old_entry_point: Callable[..., Any] | str, **kwargs: A
 
 
 def is_made_by_gymnasium(env: gymnasium.Env[Any, Any]) -> bool:
-    """Return whether ``gymnasium.make`` created an environment whose ID was registered with ``gymnasium.register``."""
+    """Return whether an environment was created by ``gymnasium.make`` and registered with ``gymnasium.register``."""
     return env.spec is not None and env.spec.entry_point != _MAKE
 
 

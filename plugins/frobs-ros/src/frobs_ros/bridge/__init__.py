@@ -1,1 +1,1 @@
-"""Bridge that provides the services and topics of gazebo_ros and its controller managers for any FRobs simulation."""
+"""Bridge that gives any FRobs simulation the ROS services, topics and controller managers of Gazebo."""

@@ -25,8 +25,8 @@ class Bridge:
     Attributes:
         world: The simulated world. Only the simulation thread may access the world. Other threads must use
             :meth:`call`.
-        ode: ODE solver parameters (gazebo_msgs/ODEPhysics). The parameters are stored but have no effect, because no
-            FRobs simulator uses ODE.
+        ode: ODE solver parameters (gazebo_msgs/ODEPhysics). The parameters are stored but have no effect on the
+            simulation.
     """
 
     def __init__(self, world: World, *, paused: bool, furnish: Callable[[Bridge, Model], Sequence[Component]]) -> None:
@@ -101,7 +101,7 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance the simulation by at most about ``most`` [s], but by at least one physics step.
+        """Advance the simulation by up to ``most`` [s], rounded to physics steps, but by at least one step.
 
         Only the simulation thread calls this method.
         """
@@ -143,7 +143,7 @@ class Bridge:
         return [*self._general, *(component for components in self._components.values() for component in components)]
 
     def _go(self, most: int) -> None:
-        """Advance by at most ``most`` steps, stop early if a component is due, and publish from all due components."""
+        """Advance by at most ``most`` steps, stop early if a component is due, and let all due components publish."""
         world, components = self.world, self._all()
         due = [time for component in components if (time := component.due_ns()) is not None]
         change = world.forces.next_change_ns(world.time_ns)

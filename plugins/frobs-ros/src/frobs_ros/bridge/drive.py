@@ -35,7 +35,7 @@ class Drive:
 
     @property
     def needs_every_step(self) -> bool:
-        """Whether the commands must be recomputed from the state in each physics step."""
+        """Whether the commands must be recomputed from the state at each physics step."""
         return _EFFORT in self.modes and len(set(self.modes)) > 1
 
     def set_mode(self, joint: int, mode: CommandMode, robot: RobotHandle) -> None:

@@ -74,7 +74,7 @@ class Forces:
         self._all = [force for force in self._all if force.model != model]
 
     def next_change_ns(self, now_ns: int) -> int | None:
-        """Return the next time at which a force begins or ends [ns], or None if there is none."""
+        """Return the next time at which a force begins or ends [ns], or None if there is no such time."""
         times = [t for f in self._all for t in (f.start_ns, f.end_ns) if t is not None and t > now_ns]
         return min(times, default=None)
 

@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if other is not None:
             os.execv(other, [other, *given])
         master = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
-        return _fail(f"no FRobs bridge answers at the ROS master {master}; start one with 'frobs ros serve'.")
+        return _fail(f"no FRobs bridge is connected to the ROS master {master}; start a bridge with 'frobs ros serve'.")
     options = _parse(given)
     try:
         if options.pause is not None:
@@ -63,7 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parse(given: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="gz", description="Run commands of Gazebo's program gz on the FRobs bridge.")
-    world = parser.add_subparsers(dest="command", required=True).add_parser("world", help="the time, and all models")
+    world = parser.add_subparsers(dest="command", required=True).add_parser(
+        "world", help="pause, step or reset the simulation"
+    )
     world.add_argument("-w", "--world-name", help="ignored, because the bridge has only one world")
     world.add_argument("-p", "--pause", type=int, choices=(0, 1), help="1: pause; 0: unpause")
     world.add_argument("-s", "--step", action="store_true", help="run one physics step")
@@ -109,7 +111,7 @@ def _call(service: str, checksum: str, request: bytes) -> bytes:
     with socket.create_connection(address, timeout=10.0) as connection:
         connection.sendall(struct.pack("<I", len(header)) + header)
         _receive(connection)
-        connection.settimeout(None)  # many steps can take a long time
+        connection.settimeout(None)  # no time limit, because many steps can take a long time
         connection.sendall(struct.pack("<I", len(request)) + request)
         good = _exactly(connection, 1) == b"\x01"
         answer = _receive(connection)

@@ -63,7 +63,7 @@ class Lens:
 
 
 def read_lens(sensor: SensorElement) -> Lens:
-    """Read a sensor's ``<camera>`` element, using the default values of SDF.
+    """Read a sensor's ``<camera>`` element, using SDF's default values for missing settings.
 
     Raises:
         ConfigurationError: A number is out of range, the lens has distortion, or the image format is not supported.

@@ -25,8 +25,8 @@ class Description:
         pose: The file's ``<pose>``, relative to the requested spawn pose.
         bodies: Bodies of a static model by name, with poses in the model frame.
         links: Link poses of a static model in the model frame, by link name.
-        offsets: Pose to publish for each link, relative to the robot's link of the same name. The two poses differ,
-            because the frame of an SDF link is not located at the joint.
+        offsets: Pose of each published link frame, relative to the robot's link of the same name. The two frames differ
+            if the frame of an SDF link is not located at the link's joint.
         modes: Command mode of each joint while no controller is running.
         elements: ``<gazebo>`` elements of a URDF, or equivalent elements with the plugins and sensors of an SDF.
         has_transmissions: Whether the file defines joint transmissions.

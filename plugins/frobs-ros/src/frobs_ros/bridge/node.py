@@ -124,7 +124,7 @@ def open_bridge(options: Options) -> Bridge:
 
 
 def _check_alone() -> None:
-    """Raise an error if Gazebo or another bridge is running, because starting this node would shut it down."""
+    """Raise an error if Gazebo or another bridge is running, because this node would shut down the running one."""
     import rosgraph
 
     try:

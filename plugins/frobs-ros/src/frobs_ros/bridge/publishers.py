@@ -16,14 +16,14 @@ from frobs_ros.bridge.world import NANO, World
 
 
 class Clock(Component):
-    """Publisher of ``/clock``, which also sets the bridge node's time directly instead of over a socket."""
+    """Publisher of ``/clock``, which sets the bridge node's own time directly instead of through a socket."""
 
     def __init__(self, rate: float) -> None:
         import rospy
         from rosgraph_msgs.msg import Clock as Message
         from rospy.impl import simtime
 
-        super().__init__(rate or NANO)  # at 1 GHz, a message is due after every physics step
+        super().__init__(rate or NANO)  # 0 selects 1 GHz, so that a message is due after every physics step
         self._message = Message
         self._published_ns: int | None = None
         self._publisher = self.own(rospy.Publisher("/clock", Message, queue_size=10, latch=True, tcp_nodelay=True))

@@ -55,7 +55,7 @@ def make_scene(
     Raises:
         ConfigurationError: A camera has invalid parameters.
     """
-    cameras = dict(Scene().cameras)  # the viewer window uses the first camera of a scene
+    cameras = dict(Scene().cameras)  # the default camera is first, because the viewer window uses the first one
     if with_cameras:
         cameras |= {
             camera_name(model, sensor): make_camera(model, sensor)

@@ -46,11 +46,11 @@ def stand_up(bridge: Bridge, model: Model, description: Robot) -> None:
 
     Call this function from the simulation thread, or before the thread starts.
 
-    The parameter ``robot_description`` is set to the robot's URDF. If the robot's file contains no transmissions, a
-    controller manager is added: joint states are published, ``arm_controller`` follows trajectories, and
-    ``joint_group_position_controller`` is loaded but not started. The robot's frames are published on ``/tf`` and
-    ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``. A single lidar publishes on
-    ``scan``. If a robot has several lidars, each lidar publishes on a topic that is named after the lidar.
+    The parameter ``robot_description`` is set to the robot's URDF. If the robot's file contains no transmissions, the
+    robot gets a controller manager: ``joint_state_controller`` publishes joint states, ``arm_controller`` follows
+    trajectories, and ``joint_group_position_controller`` is loaded but not started. The robot's frames are published on
+    ``/tf`` and ``/tf_static``. A wheeled robot subscribes to ``cmd_vel`` and publishes ``odom``. A single lidar
+    publishes on ``scan``. If a robot has several lidars, each lidar publishes on a topic that is named after the lidar.
 
     Raises:
         FrobsError: The simulator rejects the robot.

@@ -31,7 +31,7 @@ class Base:
         linear_acceleration: Maximum linear acceleration [m/s²].
         angular_acceleration: Maximum angular acceleration [rad/s²].
         timeout: Time without a new command after which the base stops [s], or inf for no timeout.
-        stiff: Whether to increase the wheels' drive gains for the robot's mass, as in Gazebo.
+        stiff: Whether to increase the wheels' drive gains to account for the robot's mass.
     """
 
     left: tuple[int, ...]
@@ -122,9 +122,9 @@ class Driver:
         return Place(np.array([self._x, self._y, 0.0]), quat)
 
     def _stiffen(self, world: World) -> None:
-        """Increase the wheels' drive gains for the mass of the robot, using the default drive bandwidth.
+        """Increase the wheels' drive gains to account for the robot's mass, using the default drive bandwidth.
 
-        Default gains account for only the links that a joint carries, but the wheels must move the whole robot.
+        By default, a joint's gains account only for the links that it carries, but wheels must move the whole robot.
         """
         placement, robot, base = self._model.description.placement, self._model.robot, self._base
         assert placement is not None

@@ -20,7 +20,7 @@ NANO = 1_000_000_000
 
 
 class World:
-    """A simulated world, which contains models, forces on the models, and the time.
+    """A simulated world with its models, the forces on the models, and the simulated time.
 
     Adding or removing a model, or changing the time step, creates a new simulation, in which the remaining models keep
     their state.
@@ -180,7 +180,7 @@ class World:
         return max(1, -(-(time_ns - self.time_ns) // self.timestep_ns))
 
     def reset(self, *, time: bool) -> None:
-        """Reset all models to rest at their spawn poses, clear all forces, and reset the time if ``time`` is True."""
+        """Reset all models to their spawn poses at rest, clear all forces, and reset the time if ``time`` is True."""
         if self.simulation is not None:
             self.simulation.reset()
         self.forces.clear()

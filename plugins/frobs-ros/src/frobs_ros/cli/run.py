@@ -38,7 +38,7 @@ def run(
         typer.Option(
             metavar="NAME",
             show_default=False,
-            help="Controller that receives the commands. Default for wheeled robots: the topic cmd_vel.",
+            help="ROS controller that receives the commands. By default, wheeled robots use the topic cmd_vel.",
         ),
     ] = None,
     goal: Annotated[
@@ -46,7 +46,7 @@ def run(
         typer.Option(
             metavar="X Y Z",
             show_default=False,
-            help="Goal of the task in meters; wheeled robots use X and Y. Default: sampled by the task.",
+            help="Goal position in meters; wheeled robots use only X and Y. Default: sampled by the task.",
         ),
     ] = None,
     joint_states: Annotated[

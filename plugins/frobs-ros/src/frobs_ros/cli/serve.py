@@ -50,11 +50,13 @@ def serve(
     ] = None,
     clock_frequency: Annotated[
         float,
-        typer.Option(metavar="HZ", min=0.0, help="Rate of the /clock topic, in simulated time; 0 means every step."),
+        typer.Option(
+            metavar="HZ", min=0.0, help="Rate of the /clock topic in simulated time; 0 publishes after every step."
+        ),
     ] = 100.0,
     state_frequency: Annotated[
         float,
-        typer.Option(metavar="HZ", min=0.0, help="Rate of the model_states and link_states topics, in simulated time."),
+        typer.Option(metavar="HZ", min=0.0, help="Rate of the model_states and link_states topics in simulated time."),
     ] = 100.0,
     gui: Annotated[bool, typer.Option("--gui", help="Open a window that shows the world.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Log everything.")] = False,
@@ -63,11 +65,12 @@ def serve(
         typer.Option(
             metavar="ADDRESS",
             show_default="this machine only",
-            help="Address at which other machines reach this machine. The server then listens on all interfaces.",
+            help="Address at which other machines can reach this machine. If this option is set, the server listens on "
+            "all interfaces.",
         ),
     ] = None,
 ) -> None:
-    """Run a simulation that offers the services and topics of gazebo_ros and its controller managers.
+    """Run a simulation with the ROS services, topics and controller managers of Gazebo.
 
     A ROS master must be running. Press Ctrl-C to stop.
 

@@ -84,7 +84,8 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     master.ensure()
     if is_offered(_FIRST):
         raise ProcessError(
-            "Gazebo", f"a simulation is already running with the ROS master {master.master_uri()}; close it first"
+            "Gazebo",
+            f"a simulation is already connected to the ROS master {master.master_uri()}; close that simulation first",
         )
     master.connect().setParam("/use_sim_time", use_sim_time)
     process = processes.start(
@@ -106,7 +107,7 @@ def close_Gazebo() -> bool:  # noqa: N802 # FRobs_RL's name
     """Close the simulation that this process launched. Other simulations are not affected."""
     found = processes.owned(["gazebo"])
     if not found:
-        raise ProcessError("Gazebo", "this process has not launched a simulation that it could close")
+        raise ProcessError("Gazebo", "no simulation was closed, because this process has not launched one")
     return processes.stop(found)
 
 
@@ -125,5 +126,5 @@ def find_world(path: str | None, package: str | None, name: str | None) -> Path 
     if not package and not name:
         return None
     if not package or not name:
-        raise MissingSettingError("a world of a package", "the names of both the package and the world file")
+        raise MissingSettingError("loading a world from a package", "the names of both the package and the world file")
     return find_anywhere(package, "worlds", name, ".world")

@@ -111,7 +111,7 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
         contact_surface_layer: Depth to which bodies may penetrate each other [m].
         contact_max_correcting_vel: Maximum velocity at which penetrating bodies are separated [m/s].
         cfm: Constraint force mixing parameter.
-        erp: Error reduction parameter, the fraction of an error that is corrected in each step, 0 to 1.
+        erp: Error reduction parameter, the fraction of an error that is corrected at each step, from 0 to 1.
         max_contacts: Maximum number of contacts between two bodies.
 
     Returns:

@@ -123,7 +123,7 @@ def gazebo_spawn_sdf_param(param_name: str) -> str:
 
 
 class RefusedError(ServiceError):
-    """The simulation rejected a model. The error text is the simulation's unchanged message."""
+    """The simulation rejected a model. The error message is the simulation's own message, unchanged."""
 
     def __str__(self) -> str:
         """Return the simulation's message."""

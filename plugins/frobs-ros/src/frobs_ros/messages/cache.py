@@ -18,7 +18,7 @@ from frobs_ros.overlay import delete_unused
 DEFINITIONS = Path(__file__).with_name("definitions")
 
 _DIGEST = "sha256"  # file with the digest of all other files; it is written last
-_lock = threading.RLock()  # genpy stores its state in module variables
+_lock = threading.RLock()  # required because genpy stores its state in module variables
 
 
 def message_folder() -> Path:

@@ -36,7 +36,9 @@ def read(given: list[str]) -> tuple[backends.Launch, str]:
     options = _parse(given)
     if options.physics != "ode":
         raise ParameterValueError(
-            "physics", options.physics, "'ode', because the bridge always uses the physics engine of its simulator"
+            "physics",
+            options.physics,
+            "'ode' (the default), because the bridge cannot change its simulator's physics engine",
         )
     if not options.ros_network:
         raise ParameterValueError("enable_ros_network", False, "true, because the bridge can only be used through ROS")

@@ -1,4 +1,4 @@
-"""Reader for the task YAML files of FRobs_RL's Kobuki."""
+"""Reader for the task YAML files of FRobs_RL's Kobuki tasks."""
 
 from __future__ import annotations
 
@@ -39,4 +39,4 @@ FILES = TaskFiles(
     },
     ignored=("action_space", "observation_space", "time_step", "update_rate_multiplier"),
 )
-"""Task YAML files of FRobs_RL's Kobuki."""
+"""Task YAML files of FRobs_RL's Kobuki tasks."""

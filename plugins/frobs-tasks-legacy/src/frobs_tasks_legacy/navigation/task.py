@@ -1,4 +1,4 @@
-"""FRobs_RL's navigation task, with its observations, rewards, termination and task YAML files."""
+"""FRobs_RL's navigation task, including its observations, rewards, termination condition and task YAML files."""
 
 from __future__ import annotations
 
@@ -22,39 +22,43 @@ _OBSERVED = {
 
 
 class NavigateLegacy(Navigate):
-    """Navigation task of FRobs_RL's Kobuki, for comparison with FRobs_RL and for porting projects from FRobs_RL.
+    """FRobs_RL's navigation task for the Kobuki, for comparing results with FRobs_RL and for porting its projects.
 
-    A step lasts 0.2 s. Steps in FRobs_RL had no fixed duration but a similar length. The observed distance and bearing
-    refer to the observed waypoint. In FRobs_RL, the distance and bearing were one step late after each waypoint.
+    A step always lasts 0.2 s. In FRobs_RL, a step lasted about as long, but its duration varied. The distance, bearing
+    and waypoint in an observation always refer to the same waypoint. In FRobs_RL, the observed distance and bearing
+    switched to the next waypoint one step after the observed waypoint did.
 
     The reward is a sum of these terms, where b is the absolute bearing [rad]:
 
-    - In steps that reach a waypoint: ``reached_midway_reward``, or ``reached_goal_reward`` in worlds without routes.
-    - In all other steps: ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
+    - On each step that reaches a waypoint: ``reached_midway_reward``, or ``reached_goal_reward`` in worlds without
+      routes.
+    - On all other steps: ``−multiplier_dist_reward`` · distance − ``angle_diff_reward_multiplier`` · min(b, π − b) +
       ``not_reached_midway_reward`` · number of remaining waypoints.
-    - In every step: ``step_reward``, plus ``collision_reward`` if the lidar's smallest range is below
+    - On every step: ``step_reward``, plus ``collision_reward`` if the lidar's smallest range is below
       ``collision_distance_threshold``.
 
     The task requires a discount factor close to 1. With a factor of 0.99 per step, waiting in front of a waypoint costs
-    less than driving to the next waypoint, so PPO does not learn the maze. The tuned settings use 0.999.
+    less than driving to the next waypoint, so PPO does not learn to cross the maze. The tuned settings use 0.999.
 
-    An episode terminates only at the last waypoint. An episode continues if the robot collides or leaves the area.
+    An episode terminates only at the last waypoint. Collisions and leaving the area do not end an episode.
 
     Args:
         world: Name of a world of FRobs_RL: ``"maze"``, ``"dynamic"`` or ``"empty"``.
-        config_file: Unchanged task YAML file of FRobs_RL, with the root key ``kobuki_maze``, ``kobuki_dynamic`` or
-            ``kobuki_empty``, or None for no file. Values that are not in the file are taken from FRobs_RL's original
-            files, which are in this package's folder ``navigation/tasks/``. Arguments with the names of the file's
-            keys, such as ``lidar_samples``, take precedence over the file.
-        floor_plan: Walls, boxes, starts and waypoints, as a YAML file or a mapping in the format of
+        config_file: Task YAML file of FRobs_RL, with the root key ``kobuki_maze``, ``kobuki_dynamic`` or
+            ``kobuki_empty``. FRobs_RL's files work without changes. Missing values are taken from FRobs_RL's original
+            files, which are in this package's folder ``navigation/tasks/``. If ``config_file`` is None, all values are
+            taken from these files. Arguments that have the name of a key, such as ``lidar_samples``, take precedence
+            over the file.
+        floor_plan: Walls, boxes, start poses and waypoints, as a YAML file or a mapping in the format of
             :class:`frobs_tasks_navigation.Navigate`, or None to use the floor plan of ``world``.
         lidar: Name of the robot's lidar.
         bumper: Name of the robot's bumper.
         lidar_samples: Required number of rays of the robot's lidar.
-        tolerance_goal_pos: Distance at which a waypoint counts as reached [m].
+        tolerance_goal_pos: Distance within which a waypoint is considered reached [m].
         step_reward: Reward for each step.
         multiplier_dist_reward: Penalty per meter of distance to the waypoint [1/m].
-        angle_diff_reward_multiplier: Penalty per radian of bearing of the waypoint [1/rad].
+        angle_diff_reward_multiplier: Penalty per radian between the direction to the waypoint and the robot's forward
+            or backward direction, whichever is closer [1/rad].
         reached_midway_reward: Reward for a step that reaches a waypoint.
         not_reached_midway_reward: Reward per remaining waypoint for each step that does not reach a waypoint.
         reached_goal_reward: Reward for a step that reaches the goal, in worlds without routes.
@@ -70,13 +74,13 @@ class NavigateLegacy(Navigate):
     physics_timestep: ClassVar[float] = 0.01
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint"
     reward_meanings: ClassVar[Mapping[str, str]] = {
-        "reached": "reached_midway_reward at a waypoint, or reached_goal_reward in worlds without routes",
+        "reached": "reached_midway_reward when a waypoint is reached, or reached_goal_reward in worlds without routes",
         "distance": "−multiplier_dist_reward for each meter to the waypoint",
-        "bearing": "−angle_diff_reward_multiplier for each radian between the waypoint and the "
-        "direction ahead or behind",
+        "bearing": "−angle_diff_reward_multiplier for each radian between the direction to the waypoint and the "
+        "robot's forward or backward direction, whichever is closer",
         "way_points": "not_reached_midway_reward for each remaining waypoint",
-        "step": "step_reward in every step",
-        "collision": "collision_reward where the lidar's smallest range is below collision_distance_threshold",
+        "step": "step_reward at every step",
+        "collision": "collision_reward if the lidar's smallest range is below collision_distance_threshold",
     }
     area_ends: ClassVar[bool] = False
 
@@ -123,7 +127,8 @@ class NavigateLegacy(Navigate):
             raise ParameterValueError(
                 "lidar_samples",
                 samples,
-                f'{rays}, the number of rays of the robot\'s lidar, or set sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
+                f"{rays} to match the robot's lidar; alternatively, change the lidar with "
+                f'sensors={{"{self.lidar}": {{"rays": {samples}}}}}',
             )
 
     def reward(self, context: StepContext) -> Floats:

@@ -26,8 +26,8 @@ class ReachLegacy(Reach):
     motion ended. Therefore, the registered environments use the controller ``joint_delta_position`` with
     ``full_range=True`` and a control timestep of 0.5 s (1 s for the UR5), in which the drives reach any commanded
     position unless an obstacle stops them. In contrast to FRobs_RL, motions have neither a planned path nor a speed
-    limit, goals are tool positions of random joint vectors instead of points that a planner accepts, and the arm can
-    collide.
+    limit, goals are tool positions at random joint positions instead of points that a planner accepts, and the arm can
+    collide with obstacles.
 
     The observation, (dof + 6) float32, consists of the unit vector from the tool to the goal, the goal [m], and the
     joint positions [rad]. If the distance is zero, the unit vector is zero (in FRobs_RL, NaN).
@@ -36,7 +36,7 @@ class ReachLegacy(Reach):
     ``−multiplier_dist_reward`` · distance + ``step_reward``. If a joint is within 1e-4 rad of a limit or beyond the
     limit, ``joint_limits_reward`` is added.
 
-    An episode terminates when the tool reaches the goal, unless the goal moves (``pos_dynamic``).
+    An episode terminates when the tool reaches the goal, unless ``pos_dynamic`` is true and the goal therefore moves.
 
     Args:
         profile: Name of the original task that provides the default values: ``"irb120"``, ``"irb140"``,
@@ -50,8 +50,8 @@ class ReachLegacy(Reach):
         max_joint_pos: Maximum joint positions, one for each joint [rad].
         position_goal_min: Minimum corner of the goal box in the world frame [m].
         position_goal_max: Maximum corner of the goal box in the world frame [m].
-        tolerance_goal_pos: Distance at which the goal counts as reached [m].
-        training: Whether goals are drawn at random. If False, pass goals with ``reset(options={"goal": …})``.
+        tolerance_goal_pos: Distance within which the goal is considered reached [m].
+        training: Whether goals are random. If False, pass goals with ``reset(options={"goal": …})``.
         pos_dynamic: Whether the goal oscillates along each axis about its initial position.
         pos_dynamic_params: Maximum amplitudes ``x_max_amplitude``, … [m] and frequencies ``x_max_freq``, … [Hz] of the
             goal's oscillation.
@@ -59,11 +59,11 @@ class ReachLegacy(Reach):
         multiplier_dist_reward: Penalty per meter of distance to the goal [1/m].
         reached_goal_reward: Reward for a step that reaches the goal.
         joint_limits_reward: Reward for each step that ends with a joint at its limit.
-        limit_margin: Distance from a limit within which a joint counts as being at the limit [rad]. If None, 1e-4 is
-            used, or 0.09 with joint velocity control.
+        limit_margin: Distance from a limit within which a joint is considered to be at the limit [rad]. If None, 1e-4
+            is used, or 0.09 with joint velocity control.
         limits: Joint limits for ``joint_limits_reward``. With ``"reachable"``, the narrower of the robot's and the
             configured limits apply. With ``"configured"``, only ``min_joint_pos`` and ``max_joint_pos`` apply.
-        goals: Distribution of goals in the goal box: ``"reachable"`` for tool positions of random joint vectors, or
+        goals: Distribution of goals in the goal box: ``"reachable"`` for tool positions at random joint positions, or
             ``"box"`` for uniformly distributed goals, which may be out of reach.
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
 
@@ -78,13 +78,13 @@ class ReachLegacy(Reach):
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "reached_goal": "reached_goal_reward if the tool has reached the goal, otherwise 0",
         "distance": "−multiplier_dist_reward · d unless the goal is reached; d is the distance from tool to goal",
-        "step": "step_reward in each step that does not reach the goal",
+        "step": "step_reward for each step that does not reach the goal",
         "joint_limits": "joint_limits_reward if a joint is at one of its limits",
     }
     control_timestep: ClassVar[float] = 0.5
     usual_profile: ClassVar[str] = "irb120"
     _sees_from_shoulder: ClassVar[bool] = False
-    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] distance at which a joint is at its limit, as in FRobs_RL
+    usual_limit_margin: ClassVar[float] = 1e-4  # [rad] same margin as in FRobs_RL
 
     def __init__(
         self,
@@ -146,7 +146,7 @@ class ReachLegacy(Reach):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the terms for the direction to the goal, the goal, and the joint positions.
 
-        If the arm moves over the whole range in one step, it can hit the floor so hard that a light joint briefly
+        If an action moves a joint across its whole range, the arm can hit the floor so hard that a light joint briefly
         exceeds its limit. The observed joint position is then clipped to the bound of the observation space.
         """
         known, ones = super().observation_terms(), np.ones(3)
@@ -238,7 +238,7 @@ def at_limits(joint_positions: Floats, lower: Floats, upper: Floats, margin: flo
         joint_positions: Joint positions, (..., dof) [rad or m].
         lower: Lower limits, broadcastable to (..., dof) [rad or m].
         upper: Upper limits, broadcastable to (..., dof) [rad or m].
-        margin: Distance from a limit within which a joint counts as being at the limit [rad or m].
+        margin: Distance from a limit within which a joint is considered to be at the limit [rad or m].
 
     Returns:
         (...) bool.

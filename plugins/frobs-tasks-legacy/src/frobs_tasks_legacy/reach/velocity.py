@@ -52,7 +52,7 @@ class ReachLegacyVelocity(ReachLegacy):
         return sum(self._reward_terms.values(), np.zeros(self._robot.num_envs))
 
     def is_terminated(self) -> Mask | None:
-        """Return None, because episodes never terminate, whether or not the goal moves."""
+        """Return None, because episodes never terminate, even if the goal does not move."""
         return None
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:

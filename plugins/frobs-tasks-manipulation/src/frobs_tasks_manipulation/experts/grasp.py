@@ -18,7 +18,7 @@ _CLEARANCE = 0.08  # [m] height above the grip position from which the tool move
 _ALIGNED = 0.008  # [m] maximum position error at which the tool is considered aligned
 _LOST = 0.03  # [m] distance between tool and grip position above which the object is considered lost
 _OPENING = 8  # minimum number of control steps for closing or opening the gripper
-_STOPPED = 0.005  # change in the opening per control step below which the fingers must be touching something
+_STOPPED = 0.005  # change in the opening per control step below which the fingers are assumed to touch an object
 
 
 class GraspCube(ToolExpert[TaskT]):

@@ -66,7 +66,10 @@ class InsertPeg(GraspCube[Any]):
         )
 
     def _error(self) -> Floats:
-        """Return the required motion of the peg's lower end, or center if the peg is in the hole, (num_envs, 3) [m]."""
+        """Return the remaining motion of the peg's lower end, (num_envs, 3) [m].
+
+        If the peg is in the hole, the remaining motion of its center is returned instead.
+        """
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]

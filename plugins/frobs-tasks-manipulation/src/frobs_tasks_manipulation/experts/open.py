@@ -17,8 +17,8 @@ _CLEARANCE = 0.1  # [m] height above the handle from which the tool moves down
 _ALIGNED = 0.01  # [m] maximum position error at which the tool is considered aligned
 _LOST = 0.05  # [m] distance between tool and handle above which the handle is considered lost
 _CLOSING = 8  # minimum number of control steps for closing the gripper
-_STOPPED = 0.005  # change in the opening per control step below which the fingers must be touching the handle
-_ARRIVED, _LEFT = 0.3, 0.8  # multiples of the tolerance below which to release, and above which to grip again
+_STOPPED = 0.005  # change in the opening per control step below which the fingers are assumed to touch the handle
+_ARRIVED, _LEFT = 0.3, 0.8  # error, in tolerances, below which to release and above which to grip again
 _STEP = 0.03  # [m] distance along the handle's path between the handle and the command
 
 

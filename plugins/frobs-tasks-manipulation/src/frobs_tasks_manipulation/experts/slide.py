@@ -28,7 +28,7 @@ _LONGEST = 40  # maximum number of control steps in a push
 _BRAKING, _BACK = 3, 0.1  # the tool moves back after a push: number of control steps, and distance [m]
 _RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
 _GRAVITY = 9.81  # [m/s²]
-_STILL = 0.02  # [m/s] speed below which the puck is considered at rest
+_STILL = 0.02  # [m/s] speed below which the puck is considered to be at rest
 _FORWARD = np.array([1.0, 0.0, 0.0])
 _HORIZONTAL = np.array([1.0, 1.0, 0.0])
 
@@ -37,8 +37,8 @@ class SlidePuck(ToolExpert[Any]):
     """Expert that pushes the puck with both fingertips until the puck is fast enough to slide to the goal.
 
     The gripper must be half open, which requires the controller ``gripper_delta`` or ``gripper_position``. The arm
-    requires the controller ``tcp_delta_pose`` with ``interpolate=True``. Otherwise, the tool's speed oscillates, and
-    the puck separates from the tool too early.
+    requires the controller ``tcp_delta_pose`` with ``interpolate=True``. Without interpolation, the tool's speed
+    oscillates, and the puck separates from the tool too early.
     """
 
     task: Slide

@@ -48,8 +48,8 @@ class ToolExpert(Expert, Generic[TaskT]):
         self._arm, self._gripper = controllers.get(f"{robot.name}/{arm}"), controllers.get(f"{robot.name}/{tool.group}")
         if tuple(getattr(self._arm, "axes", ())[:3]) != ("x", "y", "z"):
             raise ConfigurationError(
-                "the expert requires a controller that moves the tool along the axes of the world; choose "
-                "'tcp_delta_pose' for the arm."
+                "the expert requires a controller that moves the tool along the world axes; choose 'tcp_delta_pose' "
+                "for the arm."
             )
         self._columns, self._width = _columns(controllers)
         self._arm_columns = self._columns[f"{robot.name}/{arm}"][:3]
@@ -87,7 +87,7 @@ class ToolExpert(Expert, Generic[TaskT]):
 
     def _gripper_action(self, opening: Floats) -> Floats:
         max_delta = getattr(self._gripper, "max_delta", None)
-        if max_delta is None:  # the action is the opening itself, or its sign opens or closes the gripper
+        if max_delta is None:  # the action specifies the opening, or its sign opens or closes the gripper
             return 2.0 * opening - 1.0
         # A gripper that holds an object is commanded to close further, so that it keeps squeezing.
         wanted = np.where(opening <= 0.0, -1.0, opening)

@@ -128,7 +128,7 @@ def summary(found: Evaluation) -> dict[str, object]:
         name, worst = min(found.success_by_octant.items(), key=lambda item: item[1].success_rate)
         facts["worst_octant"] = f"{percent(worst.success_rate)}  ({name}: {worst.episodes:,} episodes)"
     if found.tracking_error is not None:
-        facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on average, in the second half of the episodes"
+        facts["tracking_error"] = f"{1e3 * found.tracking_error:.1f} mm on average over the second half of each episode"
     facts["reward"] = f"{number(found.mean_reward)} per episode"
     facts["length"] = f"{number(found.mean_length)} steps per episode"
     facts["episodes"] = f"{found.episodes:,}" + (f", after {found.steps:,} steps of training" if found.steps else "")

@@ -67,8 +67,8 @@ def export(
             "kind": "bundle",
             "size": f"{found.path.stat().st_size / 1e3:,.0f} kB",
             "trained": f"{found.steps:,} steps",
-            "difference": f"at most {found.max_difference:.1e} from the actions of the trained policy, "
-            f"on {found.observations} observations",
+            "difference": f"at most {found.max_difference:.1e} between the actions of the exported and the trained "
+            f"policy on {found.observations} observations",
             "latency": str(latency),
         }
     )

@@ -28,7 +28,7 @@ def collect_outcomes(
 
     Args:
         names: Names of the jobs.
-        start: Function that runs the jobs, and calls its argument with the index and the progress of a job.
+        start: Function that runs the jobs, and reports the index and the progress of a job to a given callback.
         if_interrupted: Message of the KeyboardInterrupt that is raised if the user presses Ctrl-C.
 
     Returns:

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 
 _RUN_OR_ID = (
     "Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or "
-    "--expert: a "
-    "Gymnasium environment ID."
+    "--expert: a Gymnasium environment ID."
 )
 
 RunOrId = Annotated[Path, typer.Argument(metavar="RUN", show_default=False, help=_RUN_OR_ID)]
@@ -36,7 +35,7 @@ ModelPath = Annotated[
         "--model",
         metavar="FILE",
         show_default=False,
-        help="Use this trained model, a file in its library's own format, instead of a run.",
+        help="Use this trained model instead of a run. The file has the format of the library that trained the model.",
     ),
 ]
 
@@ -72,9 +71,8 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Open the --model file even if this executes code from the file, or a bundle even if it names files, "
-        "modules or "
-        "wrappers to import. Use this flag only if you trust the author of the file.",
+        help="Open the --model file even if loading it executes code from the file, or a bundle even if it refers to "
+        "files, modules or wrappers to import. Use this flag only if you trust the author of the file.",
     ),
 ]
 

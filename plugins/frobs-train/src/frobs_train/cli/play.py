@@ -39,7 +39,9 @@ def play(
             help="Write an MP4 video to this file instead of opening a window.",
         ),
     ] = None,
-    viewer: Annotated[bool, typer.Option("--viewer", help="Open a window until Ctrl-C. This is the default.")] = False,
+    viewer: Annotated[
+        bool, typer.Option("--viewer", help="Show a window until Ctrl-C is pressed. This is the default.")
+    ] = False,
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes in the --video file.")] = 3,
     randomized: Randomized = False,
     checkpoint: CheckpointName = "newest",

@@ -19,7 +19,7 @@ def plot(
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default="plots/learning_curve.png in the run; for several runs, learning_curves.png next to them",
+            show_default="plots/learning_curve.png in the run or learning_curves.png next to the first of several runs",
             help="PNG file to write.",
         ),
     ] = None,

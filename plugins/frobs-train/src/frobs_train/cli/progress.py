@@ -22,8 +22,8 @@ class TrainingProgress:
     """Context manager that shows the steps, speed, success, reward and remaining time of a training run.
 
     Args:
-        headline: Description of the training run. The description is printed only after training has begun, so that
-            only an error message is printed if the input is invalid.
+        headline: Description of the training run. The description is printed once training has begun. If the input is
+            invalid, only the error message is printed.
         total_steps: Total number of environment steps.
 
     Attributes:

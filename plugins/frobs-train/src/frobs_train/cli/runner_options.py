@@ -15,7 +15,7 @@ RunnerName = Annotated[
         "--runner",
         metavar="NAME",
         help="Where to run the jobs. local: one after another in this process; ray: in parallel on a Ray cluster "
-        "(requires the plugin frobs-ray).",
+        "(requires the frobs-ray plugin).",
     ),
 ]
 
@@ -23,7 +23,7 @@ RayAddress = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS",
-        show_default="the variable RAY_ADDRESS, else a new cluster on this machine",
+        show_default="the environment variable RAY_ADDRESS, or else a new cluster on this machine",
         help="With --runner ray: address of the Ray cluster to join, such as 10.0.0.1:6379 or auto.",
     ),
 ]

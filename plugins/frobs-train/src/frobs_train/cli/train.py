@@ -50,8 +50,8 @@ def train(
             metavar="N",
             min=1,
             show_default=False,
-            help="Train N runs with the seeds S, S+1, …, where S is --seed or 0. --run-dir is then the folder for "
-            "all runs.",
+            help="Train N runs with the seeds S, S+1, …, where S is the value of --seed (default 0). --run-dir is then "
+            "the folder for all runs.",
         ),
     ] = None,
     runner: RunnerName = "local",
@@ -105,7 +105,7 @@ def train(
     """
     from frobs_core.registry import find_spec
 
-    find_spec(env_id)  # before torch is imported, so that a typo is reported immediately
+    find_spec(env_id)  # check the ID before importing torch, so that a typo is reported immediately
     from frobs_train import default_run_dir, resolve_config
     from frobs_train import train as train_run
     from frobs_train.cli.train_seeds import train_and_report

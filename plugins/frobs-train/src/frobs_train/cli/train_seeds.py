@@ -21,7 +21,7 @@ def train_and_report(
     """Train with several seeds, and print a table with one row per seed.
 
     Args:
-        config: The configuration. The configured seed is used for the first run and defaults to 0.
+        config: The configuration. The first run uses the configured seed, or 0 if no seed is configured.
         count: Number of seeds.
         runner: Runner that runs the training jobs.
         run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.

@@ -132,8 +132,8 @@ def tune(
     """Search for better training settings.
 
     Each trial trains one run per seed and is scored by evaluating these runs. The best settings are written to a file
-    for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study on which another
-    process is working.
+    for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study that another
+    process is running.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000

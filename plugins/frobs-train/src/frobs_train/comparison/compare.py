@@ -57,10 +57,11 @@ class Comparison:
 
     Attributes:
         metric: ``"success"`` or ``"reward"``.
-        threshold: Target value of the metric, or None. The environment steps until a run reaches this value are
-            counted.
+        threshold: Target value of the metric, or None. The comparison includes the number of environment steps that
+            each run needs to reach this value.
         groups: Groups, ordered by environment and then from best to worst.
-        improvements: Probability of improvement for each pair of groups in the same environment, better group first.
+        improvements: Probability of improvement for each pair of groups in the same environment, with the better group
+            first.
         notes: Caveats about the numbers, for example unfinished runs or runs without an evaluation.
     """
 
@@ -97,9 +98,9 @@ def compare(
     Args:
         runs: One or more runs to compare.
         metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
-        threshold: Target value of the metric. The environment steps until a run reaches this value are counted.
-            Defaults to 0.95 for success and to no threshold for reward.
-        evaluations: Fields of an :class:`frobs_train.Evaluation` for each run folder, which replace the run's newest
+        threshold: Target value of the metric. The comparison includes the number of environment steps that each run
+            needs to reach this value. Defaults to 0.95 for success and to no threshold for reward.
+        evaluations: Fields of an :class:`frobs_train.Evaluation` for each run folder, used instead of the run's newest
             evaluation.
 
     Raises:
@@ -185,7 +186,7 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
             seeds = f"{len(group.runs)} seed{'s' if len(group.runs) > 1 else ''}"
             notes.append(f"{group.label} has only {seeds}; use at least three seeds before you trust a difference.")
         if len({score.seed for score in group.runs}) < len(group.runs):
-            notes.append(f"{group.label}: runs with the same seed are not independent samples.")
+            notes.append(f"{group.label}: several runs have the same seed, so they are not independent samples.")
     for score in scores:
         if score.steps < score.total_steps:
             notes.append(f"{score.run} is unfinished: {score.steps:,} of {score.total_steps:,} steps.")
@@ -193,8 +194,8 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     if training:
         which = "no run was" if len(training) == len(scores) else f"{_names(training)} not"
         notes.append(
-            f"{which} evaluated, so the last tenth of the training run is used instead, in which the policy explores; "
-            "run 'frobs evaluate' to measure the policy without exploration."
+            f"{which} evaluated, so the result is the mean over the last tenth of training, during which the policy "
+            "explores; run 'frobs evaluate' to measure the policy without exploration."
         )
     old = [score for score in scores if score.evaluated_steps is not None and score.evaluated_steps < score.steps]
     notes += [

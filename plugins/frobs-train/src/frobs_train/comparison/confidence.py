@@ -31,8 +31,8 @@ class Estimate:
 def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
     """Return the mean of the middle half of the values along an axis, as float64.
 
-    The lowest and the highest quarter of the values, rounded down to whole values, are dropped, as in SciPy's
-    ``trim_mean`` and in rliable.
+    The lowest and the highest quarter of the values are dropped. As in SciPy's ``trim_mean`` and in rliable, the number
+    of dropped values is rounded down.
     """
     ordered = np.sort(np.moveaxis(np.asarray(values, np.float64), axis, -1), axis=-1)
     count = ordered.shape[-1]
@@ -41,7 +41,7 @@ def interquartile_mean(values: Floats, axis: int = -1) -> Floats:
 
 
 def estimate(strata: Sequence[Floats]) -> Estimate:
-    """Estimate the interquartile mean over all strata, (values,) each, with a stratified bootstrap interval."""
+    """Estimate the interquartile mean over all strata, with a stratified bootstrap interval."""
     return _bootstrap(strata, lambda drawn: interquartile_mean(np.concatenate(drawn, axis=-1)))
 
 
@@ -57,7 +57,7 @@ def band(curves: Floats) -> tuple[Floats, Floats, Floats]:
         curves: One curve per seed, (seeds, points).
 
     Returns:
-        The interquartile mean, the lower bound and the upper bound, (points,) each.
+        The interquartile mean, the lower bound and the upper bound, as arrays of shape (points,).
     """
     curves = np.asarray(curves, np.float64)
     rng = np.random.default_rng(_SEED)
@@ -89,6 +89,6 @@ def _resamples(arrays: Sequence[Floats]) -> Iterator[list[Floats]]:
 
 
 def _wins(first: Floats, second: Floats) -> Floats:
-    """Return the fraction of value pairs in which the first value is larger, (…,). Ties count as one half."""
+    """Return the fraction of value pairs in which the first value is larger, counting ties as one half."""
     difference = first[..., :, None] - second[..., None, :]
     return np.asarray(((difference > 0) + 0.5 * (difference == 0)).mean(axis=(-2, -1)))

@@ -30,7 +30,7 @@ _MOST = 3
 def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """Group runs by environment, algorithm and all settings except the seed.
 
-    Settings that do not affect learning are ignored, too. Each key of the result is the label of a group. A label
+    Settings that do not affect learning are also ignored. Each key of the result is the label of a group. A label
     consists of the environment, the algorithm, and the settings that distinguish the group from other groups with the
     same environment and algorithm, for example ``"CartPole-v1 · PPO · learning_rate=0.001"``.
     """

@@ -20,21 +20,21 @@ _LAST_PART = 0.1
 _POINTS = 200
 
 Columns = Mapping[str, Floats]
-"""Log of a run: a mapping from column names to values, (rows,) each."""
+"""Log of a run: a mapping from column names to arrays of shape (rows,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunScore:
-    """Result of one run. All step counts are environment steps."""
+    """Result of one run. All step counts are in environment steps."""
 
     run: Path
     seed: int
     final: float  # final value of the metric
     source: Literal["evaluation", "training"]  # origin of ``final``
-    evaluated_steps: int | None  # steps at the time of the evaluation, or None without an evaluation
+    evaluated_steps: int | None  # steps at the time of the evaluation, or None if not evaluated
     steps: int
     total_steps: int
-    steps_to_threshold: float | None  # based on the smoothed metric, or None if never reached
+    steps_to_threshold: float | None  # based on the smoothed metric; None if the threshold is never reached
     seconds: float  # training time [s]
     steps_per_second: float
 
@@ -64,8 +64,8 @@ def score_run(
         run: The run.
         columns: Log of the run.
         metric: ``"success"`` or ``"reward"``.
-        threshold: Target value of the metric, or None. The environment steps until the run reaches this value are
-            counted.
+        threshold: Target value of the metric, or None. The result includes the number of environment steps that the run
+            needs to reach this value.
         found: Fields of the evaluation from which the result is taken. Defaults to the newest evaluation.
 
     Raises:

@@ -22,4 +22,7 @@ def advise_controller(config: RunConfig) -> str | None:
     }
     if steps[own] >= steps[chosen]:
         return None
-    return f"'--controller {own}' learns faster: it needs {steps[own]:,} steps, and '{chosen}' needs {steps[chosen]:,}."
+    return (
+        f"'--controller {own}' learns faster: it needs {steps[own]:,} steps, whereas '{chosen}' needs "
+        f"{steps[chosen]:,}."
+    )

@@ -131,6 +131,6 @@ def _picture(env: gym.Env[Any, Any]) -> Frame:
     except gym.error.Error as error:  # a package that the environment requires for rendering is missing
         raise RunError(f"cannot render: {error}") from error
     if not isinstance(frame, np.ndarray) or frame.ndim != 3 or frame.shape[2] != 3:
-        raise RunError(f"{env.spec.id if env.spec else env} does not render an RGB image; record another environment.")
+        raise RunError(f"{env.spec.id if env.spec else env} does not render RGB images; choose another environment.")
     # yuv420p requires an even height and width: repeat the last row or column if the size is odd.
     return np.pad(frame, ((0, frame.shape[0] % 2), (0, frame.shape[1] % 2), (0, 0)), mode="edge")

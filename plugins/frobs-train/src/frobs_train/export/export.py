@@ -19,8 +19,8 @@ from frobs_train.runs.policy import load_policy
 from frobs_train.runs.run import Run
 
 TOLERANCE = 1e-5
-"""Largest accepted difference between actions scaled to [−1, 1], and largest relative difference between tied
-scores.
+"""Largest accepted difference between actions scaled to [−1, 1]. Scores are considered tied if their relative
+difference is at most this value.
 """
 
 _ENVS, _STEPS = 8, 32  # 256 observations
@@ -101,10 +101,10 @@ def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any,
 
 
 def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) -> float:
-    """Return the largest difference between two batches of actions, (n, …) each.
+    """Return the largest difference between two batches of actions.
 
-    Actions in a Box are scaled to [−1, 1]. For discrete actions, the difference is 2 if the batches contain different
-    actions whose scores, (n, choices), are not tied, and 0 otherwise.
+    Actions in a Box are scaled to [−1, 1]. For discrete actions, the difference is 2 if any two actions differ and
+    their scores are not tied, else 0. The array of scores has the shape (n, choices).
     """
     if isinstance(space, gym.spaces.Box):
         half = np.maximum((space.high.astype(float) - space.low) / 2.0, np.finfo(np.float32).tiny)

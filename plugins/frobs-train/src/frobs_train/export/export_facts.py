@@ -29,7 +29,7 @@ from frobs_train.runs.versions import versions
 
 _SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*( (AND|OR|WITH) [A-Za-z0-9][A-Za-z0-9.+-]*)*")
 _PARTS = ("task", "robot", "controller", "simulator")
-_CURVE = 60  # points of a learning curve, enough for a small plot
+_CURVE = 60  # number of points in a learning curve, enough for a small plot
 _NO_LICENSE = "No license was given for this policy; ask its author before you distribute it.\n"
 
 

@@ -131,7 +131,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
 
 
 def read_columns(run: Path) -> dict[str, Floats]:
-    """Return the columns of a run's log by name, (rows,) each.
+    """Return the columns of a run's log by name, as arrays of shape (rows,).
 
     Raises:
         RunError: The log has no rows yet, or is damaged.
@@ -144,7 +144,7 @@ def read_columns(run: Path) -> dict[str, Floats]:
 
 
 def smooth(values: Floats, weights: Floats, window: float = 0.04) -> Floats:
-    """Return the weighted moving mean of a column, (rows,).
+    """Return the weighted moving mean of a column, as an array of shape (rows,).
 
     The window spans the fraction ``window`` of all rows. NaN values are ignored. A result is NaN if its window contains
     only NaN values.

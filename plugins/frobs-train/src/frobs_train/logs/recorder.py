@@ -41,7 +41,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 
     Args:
         env: A vector environment with same-step autoreset.
-        on_episodes: Called with the finished episodes in each step in which an episode ends.
+        on_episodes: Called with the finished episodes after each step in which an episode ends.
         recipe: Recipe from which algorithms can make additional environments in other processes, or None if unknown.
 
     Attributes:

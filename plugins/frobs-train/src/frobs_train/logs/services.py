@@ -29,7 +29,8 @@ SERVICES: Mapping[str, str] = {
     "wandb": "frobs_train.logs.wandb_logger:WandbLogger",
     "mlflow": "frobs_train.logs.mlflow_logger:MlflowLogger",
 }
-"""Logger classes by service name, which is used in the setting ``log`` and is also the required module's name."""
+"""Logger classes by service name. The setting ``log`` uses these names, and each service's Python module has the same
+name."""
 
 Row = tuple[int, Mapping[str, float]]
 """A row of the log: its number of environment steps, and its finite values by column name."""

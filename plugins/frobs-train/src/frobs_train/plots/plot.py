@@ -20,7 +20,7 @@ from frobs_train.runs.run import Run
 
 @dataclass(frozen=True)
 class _Curves:
-    """Log of one run, with raw and smoothed columns, (rows,) each."""
+    """Log of one run, with raw and smoothed columns of shape (rows,)."""
 
     run: Run
     columns: dict[str, Floats]
@@ -119,7 +119,7 @@ def _draw(axis: Any, members: Sequence[_Curves], name: str, color: str, label: s
     if len(members) == 1:
         axis.plot(members[0][STEPS], scale * members[0][name], color=color, alpha=0.25, linewidth=0.8)
         smooth = members[0].smooth(name)
-        known = np.isfinite(smooth)  # no episode ended in the other rows
+        known = np.isfinite(smooth)  # a smoothed value is NaN if no episode ended in its window
         axis.plot(members[0][STEPS][known], scale * smooth[known], color=color, linewidth=2.0, label=label)
         return
     steps = np.unique(np.concatenate([member[STEPS] for member in members]))

@@ -92,7 +92,7 @@ def _draw_curves(axis: Any, found: Comparison, groups: Sequence[Group], colors: 
 
 
 def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Group]], colors: dict[str, str]) -> None:
-    """Draw one row for each group. With several environments, the environment names are headings."""
+    """Draw one row for each group. If there are several environments, their names are shown as headings."""
     dress(axis)
     scale, row = _scale(found), 0
     ticks: list[tuple[int, str, str]] = []
@@ -107,7 +107,7 @@ def _draw_finals(axis: Any, found: Comparison, environments: dict[str, list[Grou
     axis.set_ylim(row - 0.4, -0.6)
     axis.set_yticks([place for place, _, _ in ticks], [name for _, name, _ in ticks])
     for label, (_, _, color) in zip(axis.get_yticklabels(), ticks, strict=True):
-        label.set_color(color)  # the colored labels are also the legend of the curves
+        label.set_color(color)  # the colored labels also serve as the legend of the curves
     axis.grid(visible=False, axis="y")
     if found.metric == "success":
         least = min(score.final for group in found.groups for score in group.runs)

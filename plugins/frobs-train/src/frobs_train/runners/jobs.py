@@ -15,7 +15,7 @@ from frobs_train.runs.expert_run import ExpertRun
 from frobs_train.runs.run import Run
 from frobs_train.training.train import train
 
-_PROCESS_MEMORY = 2**30  # memory [B] of Python, the libraries and a hundred environments
+_PROCESS_MEMORY = 2**30  # memory [B] used by Python, the libraries and a hundred environments
 
 PolicyKind = Literal["run", "pretrained", "expert"]
 """Source of a policy: a run folder or bundle, the trained policy of an environment ID, or the ID's expert."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from frobs_core.errors import CheckpointError
 
 NAME = "checksums.json"
-"""Name of the file that lists the checksums. A checkpoint folder with this file is complete."""
+"""Name of the file that lists the checksums. A checkpoint folder is complete if it contains this file."""
 
 
 def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None = None) -> Path:

@@ -16,7 +16,8 @@ from frobs_train.runs.run import Run
 def copy_run(source: Path, target: Path) -> None:
     """Copy the files needed to continue a run to a new folder. Checkpoint files are hard-linked.
 
-    Weights & Biases and MLflow treat the copy as a new run, because the copy later logs different rows.
+    The copy starts new runs in Weights & Biases and MLflow, because its later log rows differ from those of the
+    original run.
     """
     left_out = {LOCK, *(f"{name}.json" for name in SERVICES)}
     target.mkdir(parents=True)

@@ -89,7 +89,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     except FileNotFoundError:
         return None, ()
     except (OSError, ValueError, KeyError, TypeError, ConfigurationError) as error:
-        raise RunError(f"{path} cannot be read: {error}; remove this file to use config.yaml unchanged.") from error
+        raise RunError(f"{path} cannot be read: {error}; remove this file to use config.yaml instead.") from error
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:

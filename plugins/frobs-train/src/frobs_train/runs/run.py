@@ -178,7 +178,10 @@ class Run:
         try:
             write_history(self.path, self.config, self.changes)
         except OSError as error:
-            raise RunError(f"the configuration of {self.path} cannot be written: {error.strerror}.") from error
+            raise RunError(
+                f"the configuration of {self.path} cannot be written: {error.strerror}; free some space, or make the "
+                "folder writable."
+            ) from error
         self.edited = None
 
     def evaluations(self) -> list[dict[str, Any]]:

@@ -63,7 +63,7 @@ class RunContext:
     exact: bool  # whether the snapshot contains the environment's complete state
     evaluation: TrainingEvaluation | None = None
     callbacks: Sequence[TrainingCallback] = ()
-    tell: Callable[[Progress], bool | None] | None = None  # receives the progress after each row; False ends training
+    tell: Callable[[Progress], bool | None] | None = None  # called after each row; returning False ends training
 
 
 class RunMonitor:

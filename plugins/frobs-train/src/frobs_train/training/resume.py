@@ -68,7 +68,7 @@ def resume(
         TrainingInterrupt: Ctrl-C or SIGTERM was received.
     """
     path = run.path if isinstance(run, Run) else Path(run)
-    Run.open(path)  # if this fails, no lock file is created
+    Run.open(path)  # check the folder first, so that no lock file is created in a folder that is not a run
     with RunLock(path):
         run = Run.open(path)
         checkpoints.clean(run.path / "checkpoints")
@@ -79,7 +79,7 @@ def resume(
         done = 0 if state is None else state.steps
         if config.steps < min(done, run.config.steps):
             raise ParameterValueError(
-                "steps", config.steps, f"above {done:,}, the number of steps that {run.path} has already taken"
+                "steps", config.steps, f"at least {done:,}, the number of steps that {run.path} has already taken"
             )
         if steps is None and config == run.config and state is not None and state.stopped is not None:
             _log.warning(

@@ -19,8 +19,8 @@ from frobs_train.logs.recorder import FROM_PATH
 _WITHOUT = "to train without reset_from, pass --set reset_from=null"
 
 _AT_FRONT = 0.5
-"""Fraction of the episodes on the path that begin at the front. All other episodes on the path begin between the front
-and the end of the path."""
+"""Probability that an episode on the path begins at the front. Otherwise, the episode begins between the front and the
+end of the path."""
 
 _EPISODES = 50
 """Number of episodes that must have begun at the front before the front can move."""
@@ -59,8 +59,8 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         self._base, self._config = base, config
         self._path, self._rows = _expert_path(base, config.states, seed)
         self.front = config.states - 1
-        self._state = np.full(base.num_envs, -1)  # state in which each episode began, or -1 if not on the path
-        self._episodes = self._successes = 0  # numbers of episodes that began at the front, since the last check
+        self._state = np.full(base.num_envs, -1)  # start state of each episode, or -1 if the start is not on the path
+        self._episodes = self._successes = 0  # numbers of finished and successful episodes that began at the front
         base.call_after_reset(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
@@ -123,8 +123,8 @@ def _expert_path(
     """Run the expert for one episode in each environment.
 
     Returns:
-        Concatenated snapshots, (states · num_envs, …) each, and the indices of the environments in which the expert
-        succeeded.
+        Concatenated snapshots, as arrays of shape (states · num_envs, …), and the indices of the environments in which
+        the expert succeeded.
 
     Raises:
         RunError: The task has no expert, or the expert does not support the controllers or never succeeds.
@@ -137,7 +137,7 @@ def _expert_path(
         raise RunError(f"reset_from needs a task with an expert; {_WITHOUT}.")
     env.reset(
         seed=seed, options={"reset_mask": np.ones(env.num_envs, np.bool_)}
-    )  # a reset with a mask does not shorten (stagger) the first episodes
+    )  # with a mask, reset() does not shorten (stagger) the first episodes
     steps = int(env.max_episode_steps)
     taken = np.linspace(0, steps - 1, states).astype(int)
     snapshots = []

@@ -16,7 +16,7 @@ class RunSeeds:
     environment: int  # in [0, 2³⁰)
     algorithm: int  # in [0, 2³¹)
     evaluation: int  # in [2³⁰, 2³¹), never used in training
-    validation: int  # in [2³⁰, 2³¹), for choosing the best policy on separate episodes
+    validation: int  # in [2³⁰, 2³¹), for evaluations that select the best policy during training
 
 
 def spread_seed(seed: int) -> RunSeeds:

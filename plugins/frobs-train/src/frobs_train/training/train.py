@@ -26,9 +26,9 @@ def train(
 ) -> Run:
     """Train a policy, and write one run folder.
 
-    The folder is created only after the environments and the algorithm, so that invalid input leaves no files behind.
-    In the main thread, Ctrl-C and SIGTERM stop training with a checkpoint at the next point from which training can
-    resume exactly. For algorithms that collect rollouts, this point is the end of the current rollout.
+    The folder is created after the environments and the algorithm have been built, so that invalid input leaves no
+    files behind. In the main thread, Ctrl-C and SIGTERM stop training with a checkpoint at the next point from which
+    training can resume exactly. For algorithms that collect rollouts, this point is the end of the current rollout.
 
     Args:
         config: Configuration from :func:`frobs_train.resolve_config`.

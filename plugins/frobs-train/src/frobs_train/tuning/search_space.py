@@ -31,7 +31,7 @@ class Dimension(BaseModel):
         log: Whether numbers are drawn uniformly on a logarithmic scale.
         step: Distance between allowed numbers, or None to allow all numbers.
         choices: Possible values of a choice, which can be any YAML values.
-        prefix: Text before a number, such as ``lin_`` for a learning rate that decreases linearly to 0.
+        prefix: Text that precedes a number, such as ``lin_`` for a learning rate that decreases linearly to 0.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -48,23 +48,23 @@ class Dimension(BaseModel):
     def _check(self) -> Dimension:
         if self.type == "choice":
             if self.choices is None or self.low is not None or self.high is not None:
-                raise ValueError("a choice must have 'choices', and neither 'low' nor 'high'")
+                raise ValueError("a dimension of type choice requires 'choices' and does not accept 'low' or 'high'")
             return self
         if self.low is None or self.high is None or self.choices is not None:
-            raise ValueError(f"a number of type {self.type} must have 'low' and 'high', and no 'choices'")
+            raise ValueError(f"a dimension of type {self.type} requires 'low' and 'high' and does not accept 'choices'")
         if not self.low <= self.high:
             raise ValueError(f"low = {self.low:g} is greater than high = {self.high:g}")
         if self.log and (self.low <= 0 or self.step is not None):
-            raise ValueError("with 'log', 'low' must be positive and 'step' must be omitted")
+            raise ValueError("if 'log' is true, 'low' must be positive and 'step' must be omitted")
         if self.type == "int" and any(value is not None and value % 1 for value in (self.low, self.high, self.step)):
-            raise ValueError("the bounds and the step of an int must be whole numbers")
+            raise ValueError("the 'low', 'high' and 'step' of a dimension of type int must be whole numbers")
         return self
 
     def draw(self, trial: optuna.Trial, key: str) -> Any:
         """Draw a value for an Optuna trial."""
         if self.type == "choice":
             assert self.choices is not None
-            texts = {_text(value): value for value in self.choices}  # an Optuna storage supports only scalars
+            texts = {_text(value): value for value in self.choices}  # Optuna can store only scalar choices
             return texts[trial.suggest_categorical(key, list(texts))]
         assert self.low is not None
         assert self.high is not None
@@ -85,7 +85,7 @@ class Dimension(BaseModel):
         return self._bounded(float(rng.uniform(self.low, self.high)))
 
     def vary(self, value: Any, rng: np.random.Generator) -> Any:
-        """Return a value near another value: a neighboring choice, or a number that is 20 % smaller or larger."""
+        """Return a value near ``value``: a neighboring choice, or a number that is about 20 % smaller or larger."""
         if self.type == "choice":
             assert self.choices is not None
             at = self.choices.index(value) + int(rng.choice([-1, 1]))
@@ -121,7 +121,7 @@ class Dimension(BaseModel):
 
 
 SearchSpace = Mapping[str, Dimension]
-"""Dimensions of a search, by dotted key of the run configuration, as in ``--set``."""
+"""Dimensions of a search. The keys are dotted keys of the run configuration, as accepted by ``--set``."""
 
 
 def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> SearchSpace:
@@ -132,8 +132,8 @@ def load_space(record: AlgorithmRecord, file: Path | str | None = None) -> Searc
         raise MissingSettingError(
             f"algorithm '{record.name}'",
             "a search space",
-            "pass one with --space FILE: a line such as "
-            "'algorithm_config.learning_rate: {type: float, low: 1e-5, high: 1e-2, log: true}' for each setting",
+            "pass a file with --space FILE that contains, for each setting, a line such as "
+            "'algorithm_config.learning_rate: {type: float, low: 1e-5, high: 1e-2, log: true}'",
         )
     package, _, path = record.search_space.partition(":")
     return read_space(load_yaml_text(resources.files(package).joinpath(path).read_text("utf-8"), f"{package}/{path}"))

@@ -22,7 +22,7 @@ SAMPLERS = ("tpe", "gp", "random")
 
 PRUNERS = ("median", "halving", "hyperband", "population", "none")
 """Methods that stop unpromising trials: median rule, successive halving, Hyperband, population, or none. ``population``
-replaces unpromising trials by variants of better trials, and is supported only by cluster runners."""
+replaces unpromising trials with variants of better trials, and is supported only by cluster runners."""
 
 REPORTS = 20
 """Number of reports that each run sends to the pruner, at equal step intervals."""
@@ -194,8 +194,8 @@ def _sampler(name: str) -> optuna.samplers.BaseSampler:
         return samplers.RandomSampler()
     if name == "gp":
         return samplers.GPSampler()
-    # The constant liar strategy keeps parallel processes from trying the same settings. The sampler has no seed,
-    # because all processes would use the same seed.
+    # The constant liar strategy keeps parallel processes from trying the same settings. The sampler is not seeded,
+    # because otherwise all processes would draw the same settings.
     return samplers.TPESampler(multivariate=True, constant_liar=True)
 
 

@@ -55,7 +55,7 @@ class Search:
         metric: ``"success"`` or ``"reward"``. Defaults to success if the environment reports it, else to reward.
         sampler: Method that chooses settings: ``tpe``, ``gp`` or ``random``.
         pruner: Method that stops unpromising trials: ``median``, ``halving``, ``hyperband`` or ``none``. The runner
-            ``ray`` also supports ``population``, which replaces unpromising trials by variants of better trials.
+            ``ray`` also supports ``population``, which replaces unpromising trials with variants of better trials.
     """
 
     environment: str | None = None

@@ -13,7 +13,7 @@ from gymnasium.envs.registration import EnvSpec
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_devkit.testing.checks import NotApplicable, expect
 
-_WORSE = 0.2  # tolerated decrease of the mean reward: untrained policies reach −0.5, the best 0, the worst below −1
+_WORSE = 0.2  # tolerated decrease of the mean reward, which is −0.5 before training, and 0 for the best policy
 _OBSERVATIONS = 256
 
 
@@ -34,7 +34,7 @@ class Aim(gym.Env[Any, Any]):
         return self._show(), {}
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Return the next number and the reward of the action for the previous number."""
+        """Return the next number, and the reward of the action that was chosen for the previous number."""
         reward = float(self.rewards(self._shown[None], np.asarray(action)[None])[0])
         return self._show(), reward, False, False, {}
 

@@ -137,7 +137,7 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
         raise NotApplicable("the algorithm's record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
-    if len(told.steps) < 2:  # with a single report, no training follows the predictions
+    if len(told.steps) < 2:  # if there is only one report, no training follows the predictions
         total = subject.enough
         trained = subject.train(total)[0]
     with closing(subject.make_env()) as env:
@@ -166,7 +166,7 @@ def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
 def _extreme_observations(space: gym.Space[Any]) -> Any:
     """Return four corners of a flat observation space, (4, k), or None for other spaces.
 
-    The corners are far from the observations during training.
+    The corners are far from the observations that occur during training.
     """
     if not isinstance(space, gym.spaces.Box) or len(space.shape) != 1:
         return None

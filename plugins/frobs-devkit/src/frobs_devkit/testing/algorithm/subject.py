@@ -132,7 +132,7 @@ class AlgorithmUnderTest:
 
     @property
     def enough(self) -> int:
-        """Number of environment steps for at least four iterations, estimated from a first training run."""
+        """Number of environment steps that give at least four iterations, estimated from a first training run."""
         told = [0, *self.trained[1].steps]
         return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
 

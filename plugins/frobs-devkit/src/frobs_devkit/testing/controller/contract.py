@@ -50,10 +50,10 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                 actions = [bound.constant(value) for value in (0.0, 1.0, -1.0)]
                 commands.append([np.array(bound.controller.apply(action)) for action in actions])
         except ConfigurationError as error:
-            raise NotApplicable(f"it only controls some groups: {error}") from error
+            raise NotApplicable(f"the controller does not support this joint group: {error}") from error
     for straight, reversed_ in zip(*commands, strict=True):
         tolerance = 1e-9 * max(1.0, float(np.abs(straight).max()))
-        expect_close(straight[..., ::-1], reversed_, tolerance, "command of a group in reverse order")
+        expect_close(straight[..., ::-1], reversed_, tolerance, "commands of a joint group in reverse order")
 
 
 def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
@@ -65,10 +65,12 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                 if not isinstance(space, gym.spaces.Box) or space.low.size != len(names):
                     raise NotApplicable("the action does not have one element for each joint")
                 if all(joint.type is JointType.PRISMATIC for joint in bound.robot.joints):
-                    raise NotApplicable("all joints are prismatic, so they may be the axes of a Cartesian motion")
+                    raise NotApplicable(
+                        "all joints are prismatic, so action elements may be Cartesian directions instead of joints"
+                    )
                 moved = [_moved_columns(bound, number) for number in range(len(names))]
         except ConfigurationError as error:
-            raise NotApplicable(f"it only controls some groups: {error}") from error
+            raise NotApplicable(f"the controller does not support this joint group: {error}") from error
         if sorted(moved) != [[column] for column in range(len(names))]:
             raise NotApplicable("the elements of an action do not correspond one-to-one to the joints")
         for number, [column] in enumerate(moved):
@@ -101,7 +103,7 @@ def commands_have_their_shape(subject: ControllerUnderTest) -> None:
 
 
 def info_has_its_shape(subject: ControllerUnderTest) -> None:
-    """``info`` returns the same keys in each step, each with an array of finite numbers of shape (num_envs,)."""
+    """``info`` returns the same keys at every step, each with an array of finite numbers of shape (num_envs,)."""
     if subject.record.load().info is Controller.info:
         raise NotApplicable("the controller reports no info keys")
     with subject.bind() as bound:
@@ -111,7 +113,7 @@ def info_has_its_shape(subject: ControllerUnderTest) -> None:
             told = bound.controller.info()
             expect(
                 known in (None, set(told)),
-                f"info() returned the keys {sorted(told)}, but {sorted(known or ())} in an earlier step; the keys "
+                f"info() returned the keys {sorted(told)}, but {sorted(known or ())} at an earlier step; the keys "
                 "must not change.",
             )
             known = set(told)
@@ -146,7 +148,7 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         middle = (space.low.astype(np.float64) + space.high) / 2.0
         for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
-        # fraction of the change that keeps the action in its space
+        # fraction of max_action_change for which the action stays in its space
         share = np.minimum(0.5, (space.high - middle) / change)
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
@@ -177,7 +179,7 @@ def apply_reads_only(subject: ControllerUnderTest) -> None:
 
 
 def needs_are_capabilities(subject: ControllerUnderTest) -> None:
-    """Each of the record's ``needs`` is an existing capability with a level."""
+    """The record's ``needs`` contains only existing capabilities, each with a level."""
     for capability, level in subject.record.needs.items():
         expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
         expect(
@@ -230,7 +232,7 @@ def snapshots_continue(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         for action in bound.actions(subject.count(9), seed=8):
             bound.step(action)
-        # the controller's snapshot must already be a copy
+        # not copied here, because the controller's snapshot must already be a copy
         state = deepcopy(bound.simulation.snapshot()), bound.controller.snapshot()
         expect_rows(state[1], NUM_ENVS, "snapshot()")
         actions = bound.actions(subject.count(9), seed=9)

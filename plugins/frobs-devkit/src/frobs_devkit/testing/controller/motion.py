@@ -47,8 +47,8 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
             commands.append((bound.step(action), bound.robot.joint_positions.copy()))
     expect(
         difference(*commands) is not None,
-        "the first command of an episode is the same for opposite actions, so the command belongs to the previous "
-        "step. Return the command for the action of the current call.",
+        "the first command of an episode is the same for opposite actions, so the controller uses the action of the "
+        "previous step; it must use the action of the current step.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Checks of an environment's public API: third-party checkers, spec, keyword arguments and other processes."""
+"""Checks of an environment's public API: third-party checkers, spec, keyword arguments and use in other processes."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def close_twice(subject: EnvUnderTest) -> None:
             env.close()
         except Exception as error:
             raise CheckFailure(
-                f"the second close() raises {type(error).__name__}: {error}; it must have no effect."
+                f"calling close() a second time raises {type(error).__name__}: {error}; the second call must have no "
+                "effect."
             ) from error
 
 

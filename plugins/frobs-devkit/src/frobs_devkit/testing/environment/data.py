@@ -97,7 +97,7 @@ def observation_elements_vary(subject: EnvUnderTest) -> None:
         expect(
             not constant,
             f"observation{path}: {len(constant)} of {rows[0].size} elements are constant over {over}, at the indices "
-            f"{constant[:8]}; remove these elements, which carry no information.",
+            f"{constant[:8]}; remove these elements, because they carry no information.",
         )
 
 
@@ -146,11 +146,12 @@ def _expect_own_memory(observations: Iterator[Any], whose: str) -> None:
                 shares = before is not None and np.may_share_memory(before, leaf)
                 expect(
                     not shares,
-                    f"{whose} returns arrays that share memory in two steps (observation{path}); return a copy.",
+                    f"{whose} returns observations of different steps that share memory (observation{path}); return a "
+                    "copy.",
                 )
         kept = [*kept[-3:], (observation, deepcopy(observation))]
         for old, copy in kept[:-1]:
-            expect_same(copy, old, f"{whose} overwrites an observation that it returned in an earlier step")
+            expect_same(copy, old, f"{whose} overwrites an observation that it returned at an earlier step")
 
 
 def _expect_member(space: gym.Space[Any], observation: Any, when: str) -> None:

@@ -37,7 +37,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
-                # delayed results would only depend on these identical actions
+                # results that are delayed by one step depend only on these identical actions
                 for before in draw_actions(space, 2, seed):
                     env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
@@ -46,10 +46,17 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             same_reward += steps[0][1] == steps[1][1]
     if same_observation == 6 and isinstance(space, gym.spaces.Discrete) and space.n == 1:
         raise Inconclusive("there is only one action")
-    expect(same_observation < 6, "the observation of a step does not depend on its action; is it delayed by one step?")
+    expect(
+        same_observation < 6,
+        "the observation of a step does not depend on its action; check whether the observation is delayed by one "
+        "step.",
+    )
     if len(rewards) <= 2:
         raise NotApplicable(f"the rewards have only {len(rewards)} different values, too few to detect a delay")
-    expect(same_reward < 6, "the reward of a step does not depend on its action; is it delayed by one step?")
+    expect(
+        same_reward < 6,
+        "the reward of a step does not depend on its action; check whether the reward is delayed by one step.",
+    )
 
 
 def ends_have_their_reason(subject: EnvUnderTest) -> None:
@@ -108,12 +115,12 @@ def info_keys_have_their_prefix(subject: EnvUnderTest) -> None:
         infos = [env.reset(seed=0)[1], *(env.step(action)[4] for action in draw_actions(env.action_space, 3, seed=0))]
     for info in infos:
         odd = [key for key in info if not key.startswith("frobs/") and key not in _FOREIGN]
-        expect(not odd, f"the info contains the keys {odd}; keys of FRobs must begin with 'frobs/'.")
+        expect(not odd, f"the info contains the keys {odd}; the keys of FRobs environments must begin with 'frobs/'.")
 
 
 def _expect_reached(reached: int) -> None:
     if not reached:
-        raise Inconclusive("no episode lasted to the time limit")
+        raise Inconclusive("no episode reached the time limit")
 
 
 def _expect_reason(env: Any, terminated: bool, step: int, info: dict[str, Any]) -> None:

@@ -34,7 +34,11 @@ def time_advances(subject: EnvUnderTest) -> None:
                 if terminated or truncated:
                     break
         fps = env.metadata.get("render_fps")
-        expect(fps == round(1 / dt), f"metadata['render_fps'] is {fps}, but a step takes {dt} s.")
+        expect(
+            fps == round(1 / dt),
+            f"metadata['render_fps'] is {fps}; expected the rounded value of 1 / control_timestep, where "
+            f"control_timestep is {dt} s.",
+        )
 
 
 def step_needs_reset(subject: EnvUnderTest) -> None:
@@ -51,20 +55,20 @@ def step_needs_reset(subject: EnvUnderTest) -> None:
                 break
     with closing(subject.make_vec(2, AutoresetMode.DISABLED)) as batch:
         actions = draw_actions(batch.action_space, _LONGEST, seed=4)
-        _expect_raises(ResetNeededError, batch, actions[0], "a step of the batch before the first reset")
+        _expect_raises(ResetNeededError, batch, actions[0], "a step of a batch before the first reset")
         batch.reset(seed=4)
         for action in actions:
             _, _, terminated, truncated, _ = batch.step(action)
             if (terminated | truncated).any():
-                _expect_raises(ResetNeededError, batch, action, "a step of the batch after an episode's end")
+                _expect_raises(ResetNeededError, batch, action, "a step of a batch after the end of an episode")
                 return
     raise Inconclusive(f"no episode ended in {_LONGEST} steps")
 
 
 def bad_actions_refused(subject: EnvUnderTest) -> None:
-    """Actions of the wrong shape, outside a discrete space or not finite raise InvalidActionError.
+    """An action that has the wrong shape, is not finite or is outside a discrete space raises InvalidActionError.
 
-    A rejected action has no other effect.
+    A rejected action does not affect later observations.
     """
     subject.require_pause()
     with closing(subject.make()) as wrapped:
@@ -85,7 +89,7 @@ def bad_actions_refused(subject: EnvUnderTest) -> None:
         _expect_raises(InvalidActionError, batch, actions[:2], "a batch of 2 actions for 3 environments")
         if np.asarray(actions).dtype.kind == "f":
             actions[1] = np.nan
-            _expect_raises(InvalidActionError, batch, actions, "a batch of actions with NaN in one of them")
+            _expect_raises(InvalidActionError, batch, actions, "a batch in which one action contains NaN")
 
 
 def reset_options_hold(subject: EnvUnderTest) -> None:
@@ -107,7 +111,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             seen |= changes is not None
             expect(
                 changes is not False,
-                f"reset(options={{'{name}': …}}) has no effect, but the task declares '{name}'.",
+                f"reset(options={{'{name}': …}}) has no effect, but the task declares the option '{name}'.",
             )
         goals = [_goal(env.reset(seed=seed)[0]) for seed in (0, 1)]
         if "goal" in understood and goals[0] is not None and observes_truly(env, "desired_goal"):
@@ -115,7 +119,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
             expect_close(goals[1], found, 1e-6, "desired_goal after reset(options={'goal': …})")
             seen = True
     if not seen:
-        raise NotApplicable("the task supports neither 'joint_positions' nor 'goal'")
+        raise NotApplicable("the task has no reset option that this check can test")
 
 
 def options_hold_by_row(subject: EnvUnderTest) -> None:
@@ -126,7 +130,9 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
         tried = {name: _two_values(single, name) for name in inside(single).task.reset_options}
         given = {name: values for name, values in tried.items() if values is not None}
         if not given:
-            raise Inconclusive("no tested value is accepted for any reset option")
+            raise Inconclusive(
+                "the check found no reset option with two accepted values that make episodes begin differently"
+            )
         with closing(subject.make_vec(3, AutoresetMode.DISABLED)) as batch:
             for name, (one, other) in given.items():
                 batch.reset(seed=0)
@@ -134,12 +140,14 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
                 found = batch.reset(options={name: np.stack([one, other, one]), "reset_mask": mask})[0]
                 single.reset(seed=1)
                 wanted = single.reset(options={name: other})[0]
-                what = f"environment 1 of 3, reset alone with options={{'{name}': …}}"
-                expect_same(wanted, row(found, 1), f"{what}, compared with a single one with row 1 of the option")
+                what = f"environment 1 of a batch of 3, reset alone with options={{'{name}': …}}"
+                expect_same(
+                    wanted, row(found, 1), f"{what}, compared with a single environment reset with row 1 of the option"
+                )
 
 
 def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
-    """Return two accepted values of an option that make episodes begin differently, or None if the search fails."""
+    """Return two accepted values of an option that make episodes begin differently, or None if none are found."""
     accepted: list[tuple[Any, Any]] = []
     for seed in (1, 2):
         goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
@@ -149,7 +157,7 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
         for value in deepcopy([*([] if goal is None else [goal]), *marks, tool, joints]):
             try:
                 begun = deepcopy(env.reset(seed=0, options={name: value})[0])
-            except (FrobsError, ValueError):  # wrong shape, or out of reach
+            except (FrobsError, ValueError):  # the value has the wrong shape or is out of reach
                 continue
             if all(np.shape(value) == np.shape(one) and difference(begun, seen) for one, seen in accepted):
                 accepted.append((value, begun))
@@ -179,7 +187,7 @@ def _changes_the_beginning(env: Any, name: str) -> bool | None:
     for value in (*values, np.full(2, 0.3), _some_joint_positions(robot), 0.3):
         try:
             begun = begin(0, {name: value})
-        except (FrobsError, ValueError):  # wrong shape, or out of reach
+        except (FrobsError, ValueError):  # the value has the wrong shape or is out of reach
             continue
         return difference(plain, begun) is not None
     return None
@@ -190,14 +198,17 @@ def _goal(observation: Any) -> Any:
 
 
 def _some_joint_positions(robot: Any) -> Any:
-    """Return joint positions near home and within the limits, (dof,)."""
+    """Return joint positions near the home position and within the joint limits, (dof,)."""
     off_home = robot.home[0] + 0.05 * np.where(np.arange(robot.dof) % 2, 1.0, -1.0)
     return np.clip(off_home, robot.position_lower[0], robot.position_upper[0])
 
 
 def _bad_actions(space: gym.Space[Any]) -> dict[str, Any]:
     if isinstance(space, gym.spaces.Discrete):
-        return {"an action above the space": int(space.start + space.n), "an action below it": int(space.start - 1)}
+        return {
+            "an action above the range of the discrete space": int(space.start + space.n),
+            "an action below the range of the discrete space": int(space.start - 1),
+        }
     assert space.shape is not None
     bad: dict[str, Any] = {
         "an action with an extra dimension": np.zeros((*space.shape, 1), space.dtype),

@@ -15,7 +15,7 @@ from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, requi
 
 
 def actions_move_their_joints(subject: EnvUnderTest) -> None:
-    """Each part of an action affects only its own joint group, and joints without a controller stay at home."""
+    """Each action part affects only its joint group, and joints without a controller keep their home positions."""
     with closing(subject.make()) as env:
         require_ours(env)
         control, space = inside(env).control, env.action_space
@@ -41,7 +41,8 @@ def actions_move_their_joints(subject: EnvUnderTest) -> None:
             columns = slice(start, start + controller.action_space.shape[0])
             start = columns.stop
             changed = set()
-            for value in (0.5, -0.5):  # a joint at its limit, such as an open gripper's, moves in only one direction
+            # a joint at its limit, such as a finger joint of an open gripper, can move in only one direction
+            for value in (0.5, -0.5):
                 action = np.zeros(space.shape)
                 action[columns] = value
                 changed |= {joint for joint, command in commands(action).items() if command != rest[joint]}
@@ -78,5 +79,5 @@ def terms_fill_their_columns(subject: EnvUnderTest) -> None:
                 width = sum(len(term.low) for term in observations.terms.values() if term.key == key and term.is_vector)
                 expect(
                     width in (0, len(part)),
-                    f"the observation '{key}' has {len(part)} columns, but its terms have {width} columns.",
+                    f"the observation '{key}' has {len(part)} columns, but its terms fill {width} columns.",
                 )

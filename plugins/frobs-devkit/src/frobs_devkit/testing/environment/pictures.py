@@ -32,7 +32,7 @@ def render_draws(subject: EnvUnderTest) -> None:
             env.reset(seed=0)
             picture = env.render()
             _expect_picture(picture, _SIZE if ours else None)
-            expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that renders every step")
+            expect_same_play(expected, play(_Rendering(env), 14, actions), "an environment that renders at every step")
     except (CapabilityError, RenderingUnavailableError, gym.error.DependencyNotInstalled) as error:
         raise Inconclusive(str(error)) from error
 

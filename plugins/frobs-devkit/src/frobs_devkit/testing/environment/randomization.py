@@ -28,13 +28,13 @@ _PHYSICS: Mapping[str, Mapping[str, Any]] = {
 
 @after("disabled_equals_single")
 def randomized_equals_single(subject: EnvUnderTest) -> None:
-    """With everything randomized, batched and single environments are identical, even after masked resets."""
+    """With all randomization enabled, batched and single environments are identical, even after masked resets."""
     vector.disabled_equals_single(_randomize_everything(subject))
 
 
 @after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
-    """With everything randomized, a restored batch continues exactly, and a seeded reset discards all history."""
+    """With all randomization enabled, a restored batch continues exactly, and a seeded reset discards all history."""
     randomized = _randomize_everything(subject)
     state.snapshot_continues(randomized)
     seeding.reset_forgets_history(randomized)

@@ -37,7 +37,7 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
         raise NotApplicable("the environment does not report success")
     expect(
         len(told) == len(steps),
-        f"the info contains 'is_success' in {len(told)} of {len(steps)} steps; it must contain 'is_success' in every "
+        f"the info contains 'is_success' in {len(told)} of {len(steps)} steps; it must contain 'is_success' at every "
         "step.",
     )
     for value in told:
@@ -122,7 +122,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         with suppress(FrobsError, ValueError, TypeError):  # the achieved goal may not be a valid desired goal
             steps += _steps(env, {"goal": steps[-1][0]["achieved_goal"].astype(np.float64)}, _NEAR_STEPS)
         if not observes_truly(env, "achieved_goal", "desired_goal"):
-            raise NotApplicable("the goals are observed with noise or delay, but the reward uses the true ones")
+            raise NotApplicable("the goals are observed with noise or delay, but the reward uses the true goals")
         compute = getattr(env.unwrapped, "compute_reward", None)
         if compute is None:
             raise CheckFailure(
@@ -148,7 +148,8 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         if is_ours(env) and inside(env).task.reward_type == "sparse":
             expect(
                 (there == 0.0).all() and np.isin(rewards, (-1.0, 0.0)).all(),
-                "a sparse reward must be 0 if the goal is reached and −1 otherwise, as hindsight replay expects.",
+                "a sparse reward must be 0 if the goal is reached and −1 otherwise, as hindsight experience replay "
+                "expects.",
             )
 
 
@@ -172,7 +173,7 @@ def approaching_pays(subject: EnvUnderTest) -> None:
             if far is not None and not far[1]:
                 break
         else:
-            raise Inconclusive("the task accepts no goal in the opposite direction of the motion")
+            raise Inconclusive("the task accepts no goal in the direction opposite to the motion")
     steps = min(len(near[0]), len(far[0]))
     totals = sum(near[0][:steps]), sum(far[0][:steps])
     expect(
@@ -183,7 +184,7 @@ def approaching_pays(subject: EnvUnderTest) -> None:
 
 
 def _path(env: Any, action: Any) -> tuple[Any, Any, Any]:
-    """Hold an action, and return the action and the goal or tool positions before and after the motion, (k,) each."""
+    """Hold an action; return the action and the achieved goals or tool positions before and after the motion."""
     observation, _ = env.reset(seed=5)
     start = achieved_goal(env, observation)
     for _ in range(_PATH):

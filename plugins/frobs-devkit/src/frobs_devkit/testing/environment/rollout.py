@@ -89,7 +89,7 @@ def expect_same_transition(a: Transition, b: Transition, what: str) -> None:
     expect(ends[0] == ends[1], f"{what}: (terminated, truncated) is {ends[1]} instead of {ends[0]}.")
     expect_same(_without_clocks(a.info), _without_clocks(b.info), f"{what}: the info")
     if a.reset_observation is not None:
-        expect_same(a.reset_observation, b.reset_observation, f"{what}: the observation of the reset that follows")
+        expect_same(a.reset_observation, b.reset_observation, f"{what}: the observation of the next reset")
 
 
 def _without_clocks(info: Mapping[str, Any]) -> dict[str, Any]:

@@ -23,8 +23,8 @@ def same_seed_repeats(subject: EnvUnderTest) -> None:
     with closing(subject.make()) as env, closing(subject.make()) as other:
         actions = draw_actions(env.action_space, 130, seed=5)
         expected = play(env, 42, actions)
-        expect_same_play(expected, play(other, 42, actions), "the same seed in a second environment")
-        expect_same_play(expected, play(env, 42, actions), "the same seed again")
+        expect_same_play(expected, play(other, 42, actions), "episodes with the same seed in a second environment")
+        expect_same_play(expected, play(env, 42, actions), "episodes with the same seed in the same environment")
 
 
 def seeds_differ(subject: EnvUnderTest) -> None:

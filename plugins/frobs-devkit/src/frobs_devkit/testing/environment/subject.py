@@ -92,7 +92,7 @@ def inside(env: Any) -> Any:
 
 
 def observes_truly(env: Any, *keys: str) -> bool:
-    """Return whether the given keys of a dictionary observation are free of noise and delay."""
+    """Return whether the given keys of a dictionary observation are observed without noise or delay."""
     randomization = getattr(env.unwrapped, "randomization", None)
     return randomization is None or not randomization.observed_keys & set(keys)
 

@@ -49,7 +49,7 @@ def next_step_equals_single(subject: EnvUnderTest) -> None:
     The step that resets an environment ignores its action, and returns reward 0 without termination or truncation.
     """
     singles = _play_singles(subject)
-    position = [0] * NUM_ENVS  # current step of each environment in its own recording
+    position = [0] * NUM_ENVS  # index of each environment's current step in its recording
     ended: list[Transition | None] = [None] * NUM_ENVS
     with closing(subject.make_vec(NUM_ENVS, AutoresetMode.NEXT_STEP)) as env:
         singles.expect_first(env.reset(seed=_SEED)[0])
@@ -180,8 +180,8 @@ def _play_singles(subject: EnvUnderTest) -> _Singles:
 def _expect_masked(info: Mapping[str, Any], key: str, i: int, expected: bool, what: str) -> None:
     mask = info.get(f"_{key}")
     there = mask is not None and bool(mask[i])
-    expect(there == expected, f"{what}: info has {'a' if there else 'no'} '{key}' for it, but its episode "
-           f"{'ended' if expected else 'did not end'}.")  # fmt: skip
+    expect(there == expected, f"{what}: the info contains {'a' if there else 'no'} '{key}' for this environment, but "
+           f"the episode {'ended' if expected else 'did not end'}.")  # fmt: skip
 
 
 def _transition(

@@ -102,7 +102,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
 
 
 def tcp_is_the_tool(subject: RobotUnderTest) -> None:
-    """If a link with a tool name is fixed to the tool center point's link, the origins of both links coincide."""
+    """If a link with a typical tool name is fixed to the tool center point's link, both links have the same origin."""
     robot, model = subject.robot, subject.model
     tcp = robot.tcp or default_tcp(model)
     if usual_rank(tcp) or robot.base == "wheeled":
@@ -162,7 +162,7 @@ def moving_links_touch(subject: RobotUnderTest) -> None:
 
 
 def _expect_none(findings: Iterable[Finding], *codes: str) -> None:
-    """Raise CheckFailure if any finding with one of the codes is more severe than a note."""
+    """Raise CheckFailure if any finding with one of the given codes is more severe than a note."""
     odd = [one for one in findings if one.code in codes and one.severity is not Severity.NOTE]
     expect(not odd, "; ".join(f"{one.about}: {one.problem}; {one.advice}" for one in odd) + ".")
 
@@ -191,7 +191,7 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
 
 
 def parts_exist(subject: RobotUnderTest) -> None:
-    """Base, friction and differential drive have valid values and refer to existing links and joints."""
+    """The base, friction and differential drive settings are valid and refer to existing links and joints."""
     robot, model = subject.robot, subject.model
     expect(
         robot.base in ("fixed", "floating", "wheeled"),
@@ -204,7 +204,11 @@ def parts_exist(subject: RobotUnderTest) -> None:
     drive = robot.differential_drive
     if drive is not None:
         unknown = [joint for joint in (*drive.left, *drive.right) if joint not in model.joint_names]
-        expect(drive.left and drive.right and not unknown, f"differential_drive names {unknown or 'no wheel'}.")
+        expect(
+            drive.left and drive.right and not unknown,
+            "differential_drive must list existing joints as left and right wheels, but it lists "
+            f"{unknown or 'no wheel'}.",
+        )
         numbers = (drive.separation, drive.wheel_radius, drive.max_linear_velocity, drive.max_angular_velocity)
         accelerations = [a for a in (drive.max_linear_acceleration, drive.max_angular_acceleration) if a is not None]
         expect(
@@ -248,7 +252,7 @@ def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float |
 
 
 def end_effectors_attach(subject: RobotUnderTest) -> None:
-    """A tool that is attached to an arm keeps its mass, home, tool center point, and open and closed positions."""
+    """A tool attached to an arm keeps its mass, home position, tool center point, and open and closed positions."""
     tool, model = subject.robot, subject.model
     if not tool.end_effectors or tool.groups or model.format != "urdf":
         raise NotApplicable("the robot is not a tool that can be attached to an arm")

@@ -35,7 +35,7 @@ def frames_agree(subject: RobotUnderTest) -> None:
 
 
 def home_is_held(subject: RobotUnderTest) -> None:
-    """Under gravity, a robot that is commanded to home stays there for 1 s, and a wheeled robot does not move."""
+    """Under gravity, a robot holds its commanded home position for 1 s, and a wheeled robot does not move."""
     with subject.build() as (sim, robot):
         if subject.robot.base == "floating":
             raise NotApplicable("a floating base falls")
@@ -79,7 +79,7 @@ def joints_follow(subject: RobotUnderTest) -> None:
                 )
                 continue
             expect_close(command[0, joint], robot.joint_positions[0, joint], _SAG,
-                         f"joint '{name}' 1 s after it was commanded {step:+.2g} off home")  # fmt: skip
+                         f"position of joint '{name}' 1 s after a command to move {step:+.2g} from home")  # fmt: skip
 
 
 def wheels_drive_as_described(subject: RobotUnderTest) -> None:
@@ -132,7 +132,7 @@ def home_is_free(subject: RobotUnderTest) -> None:
         overlaps = sim.overlaps()
     if overlaps is not None:
         found = [f"{overlap.first} and {overlap.second}" for overlap in overlaps]
-        expect(not found, f"at home these links overlap: {'; '.join(found)}.")
+        expect(not found, f"in the home position, these links overlap: {'; '.join(found)}.")
         return
     assert subject.simulator is not None
     if subject.simulator.capabilities.get("contacts", Level.UNSUPPORTED) == Level.UNSUPPORTED:
@@ -148,4 +148,4 @@ def home_is_free(subject: RobotUnderTest) -> None:
         robot.command(robot.home.copy())
         sim.step(1)
         touching = [name for name in contacts if sim.contact(name)[0]]
-        expect(not touching, f"at home these links touch: {'; '.join(touching)}.")
+        expect(not touching, f"in the home position, these links touch: {'; '.join(touching)}.")

@@ -26,7 +26,7 @@ class RobotUnderTest:
 
     @cached_property
     def robot(self) -> Robot:
-        """The robot's description. The first check loads it, so a broken entry point leads to a failed check."""
+        """The robot's description, loaded during the first check so that a broken entry point fails this check."""
         return self.source if isinstance(self.source, Robot) else self.source.load()
 
     @property

@@ -56,7 +56,7 @@ def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
             expect_close(np.tile(wanted, (n, 1)), found, 1e-6, f"{name} of a ball at reset")
         sim.step(100)
         flown = np.array(TILTED.pos) + 100 * TIMESTEP * np.array(_TWIST[0])
-        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball with a twist in the scene [m]")
+        expect_close(np.tile(flown, (n, 1)), ball.pose[0], 1e-6, "position of a ball that starts with a twist [m]")
         mask = np.arange(n) == 0
         ball.write_twist(np.array([[0.0, 1.0, 0.5]]), np.array([[-1.0, 0.0, 4.0]]), mask)
         for name, wanted, written, found in zip(
@@ -128,7 +128,7 @@ def attachments_hold(subject: SimulatorUnderTest) -> None:
                 expect_same_pose(expected[what], found, subject.tolerance("attachments", 1e-3, 0.01), what)
         expect(
             (np.abs(robot.joint_positions[:, 1]) > 0.2).all(),
-            "the table with the attached body did not follow its command to turn.",
+            "the table with the attached body did not turn as commanded.",
         )
         speed = np.linalg.norm(sim.bodies["ball"].twist[0], axis=1)
         expect(
@@ -187,7 +187,9 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
             origins = np.tile([[0.0, 2.0, 2.0], [1.1, 2.1, 2.0], [2.0, 2.0, 2.0]], (n, 1, 1))
             found = sim.rays(origins, np.tile([0.0, 0.0, -1.0], (n, 3, 1)), 5.0)
     tolerance = max(1e-3, subject.tolerance("rays"))
-    expect_close(np.tile([1.8, 1.8, 2.0], (n, 1)), found, tolerance, "rays down to a box, a mesh and the floor [m]")
+    expect_close(
+        np.tile([1.8, 1.8, 2.0], (n, 1)), found, tolerance, "lengths of rays down to a box, a mesh and the floor [m]"
+    )
 
 
 @verifies("contacts")

@@ -38,7 +38,7 @@ def contacts_of_robots_are_told(subject: SimulatorUnderTest) -> None:
 
 @verifies("contacts")
 def contacts_can_ignore(subject: SimulatorUnderTest) -> None:
-    """A contact with any object excludes exactly the floor, bodies and robots that ``ignore`` lists."""
+    """A contact with any object excludes only the floor, bodies and robots that are listed in ``ignore``."""
     contacts = {
         "anything": Contact(first="robot/left_wheel"),
         "except the floor": Contact(first="robot/left_wheel", ignore=("floor",)),

@@ -194,7 +194,7 @@ def snapshots_hold_all(subject: SimulatorUnderTest) -> None:
 def rows_of_a_single(subject: SimulatorUnderTest) -> None:
     """A simulation of one environment returns arrays with one row and accepts masks."""
     if subject.num_envs == 1:
-        raise NotApplicable("the simulator supports only one environment, which all other checks test")
+        raise NotApplicable("the simulator supports only one environment, so the other checks already test this case")
     with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):
         expect(robot.joint_positions.shape == (1, 2), f"joint_positions is {robot.joint_positions.shape}, not (1, 2).")
         sim.step(2)

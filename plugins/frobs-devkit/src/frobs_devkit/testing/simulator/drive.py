@@ -106,9 +106,9 @@ def wheels_roll(subject: SimulatorUnderTest) -> None:
 
 
 def _require_steps(subject: SimulatorUnderTest) -> None:
-    """Raise NotApplicable if the simulator is paced, because paced runs differ in their physics steps."""
+    """Raise NotApplicable if the simulator is paced, because its physics steps then differ between runs."""
     if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced, so runs differ in their physics steps")
+        raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
 
 
 def _expect_law(

@@ -17,7 +17,7 @@ _TOLERANCE = 1e-8
 
 
 def joints_are_the_files(subject: SimulatorUnderTest) -> None:
-    """Joint names, order, home, limits and gains match the robot's files, with one row for each environment."""
+    """Joint names, order, home position, limits and gains match the robot's files, with one row per environment."""
     with subject.build() as (sim, robot):
         model = robot.model
         expect(robot.joint_names == model.joint_names, f"joint_names is {robot.joint_names}, not {model.joint_names}.")

@@ -24,7 +24,7 @@ _BROKEN = {"cut_off.stl": bytes(80) + b"\xff\xff\xff\x00" + bytes(500), "no_numb
 
 
 def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
-    """``translation`` lists each kind of model element and describes how elements that are not kept are treated."""
+    """``translation`` lists each kind of model element, and describes how an element is approximated or dropped."""
     cls = subject.record.load()
     for robot in (ARM, LIFT, ROVER, GRIPPER, PILE):
         model = model_of(robot.model)

@@ -56,8 +56,8 @@ def the_world_moves_on_by_itself(subject: SimulatorUnderTest) -> None:
         moved = float(np.abs(robot.joint_positions - before).max())
         expect(
             moved > 0.1,
-            f"the joints moved by only {moved:.3f} in 0.3 s without a step, on the way to a target at +0.5; the "
-            "world must not wait for steps.",
+            f"the joints moved by only {moved:.3f} in 0.3 s between two steps, although they were commanded to move by "
+            "0.5; the world must not wait for steps.",
         )
 
 

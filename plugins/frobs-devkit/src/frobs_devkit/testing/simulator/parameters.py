@@ -199,7 +199,7 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
 
 @verifies("randomize_gains")
 def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
-    """Drives keep their targets when their gains change, and hold home with the new gains after resets."""
+    """Drives keep their targets when their gains change, and hold the home position with new gains after resets."""
     with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         told = robot.home + 0.2

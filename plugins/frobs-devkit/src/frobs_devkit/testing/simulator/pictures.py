@@ -23,7 +23,7 @@ _SIZE = (48, 64)
 
 @verifies("cameras")
 def pictures_are_true(subject: SimulatorUnderTest) -> None:
-    """A red box has the correct place, color and segmentation number, and a rolled camera rotates the image."""
+    """A red box has the correct position, color and segmentation ID, and a rolled camera rotates the image."""
     cameras = {"front": _CAMERA, "rolled": _ROLLED}
     with subject.build(bodies={"wall": WALL, "red": _RED}, cameras=cameras, num_threads=1) as (sim, _):
         mask = np.arange(sim.num_envs) == 0
@@ -53,8 +53,8 @@ def pictures_are_true(subject: SimulatorUnderTest) -> None:
             numbers = drawn["segmentation"][..., 0]
             (values, counts) = np.unique(numbers[red], return_counts=True)
             own = values[counts.argmax()]
-            expect(counts.max() >= 0.7 * red.sum(), f"the red box has several numbers in the segmentation: {values}.")
-            expect(own != numbers[24, 32], f"the red box and the wall have the same number in the segmentation, {own}.")
+            expect(counts.max() >= 0.7 * red.sum(), f"the red box has several segmentation IDs: {values}.")
+            expect(own != numbers[24, 32], f"the red box and the wall have the same segmentation ID, {own}.")
 
 
 @verifies("cameras")

@@ -116,5 +116,6 @@ def close_twice(subject: SimulatorUnderTest) -> None:
             sim.close()  # the end of the block closes the simulation again
     except Exception as error:
         raise CheckFailure(
-            f"the second close() raises {type(error).__name__}: {error}; it must have no effect."
+            f"calling close() a second time raises {type(error).__name__}: {error}; the second call must have no "
+            "effect."
         ) from error

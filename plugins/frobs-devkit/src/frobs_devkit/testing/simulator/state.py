@@ -81,7 +81,7 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
         expect_close(robot.home[0], robot.joint_positions[0], near, "joint_positions of the reset environment")
         expect_close(np.zeros(2), robot.joint_velocities[0], near, "joint_velocities of the reset environment")
         expect_close(0.0, sim.time[0], 0.0, "time of the reset environment [s]")
-        if not subject.record.is_paced:  # a paced simulator does not move bodies back
+        if not subject.record.is_paced:  # a reset of a paced simulator does not move bodies
             place = np.array(BALL.pose.pos)
             expect_close(place, sim.bodies["ball"].pose[0][0], 1e-12, "position of the ball after its reset [m]")
         sim.reset()

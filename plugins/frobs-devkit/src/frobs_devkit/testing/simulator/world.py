@@ -135,7 +135,8 @@ def contacts_are_told(subject: SimulatorUnderTest) -> None:
             expect(not told[0], "a contact is reported for a ball in the air.")
             expect(
                 told[1:].all(),
-                f"contacts of environments are mixed up: {told}; only the ball of environment 0 is in the air.",
+                f"contacts are reported for the wrong environments: {told}; only the ball of environment 0 is in the "
+                "air.",
             )
             expect_close(0.0, sim.contact_force("landed")[0], 0.0, "contact_force of a ball in the air [N]")
         with expect_raises(UnknownNameError, "contact('no_such_contact')"):

@@ -14,12 +14,12 @@ __all__ = [
 
 
 def roscpp_initialize(args: Sequence[str]) -> None:
-    """Do nothing, because there is no C++ node. Each commander starts a ROS node if the process has none."""
+    """Do nothing, because this stand-in has no C++ node. Each commander starts a ROS node if the process has none."""
     del args
 
 
 def roscpp_shutdown() -> None:
-    """Do nothing, because there is no C++ node."""
+    """Do nothing, because this stand-in has no C++ node."""
 
 
 def __getattr__(name: str) -> object:

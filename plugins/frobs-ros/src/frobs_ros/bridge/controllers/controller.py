@@ -97,7 +97,7 @@ class Controller(Component):
         self._next_ns = world.time_ns
 
     def stop(self, world: World) -> None:
-        """Release the joints, leaving the current position, zero velocity or zero effort as their targets."""
+        """Release the joints, and set their targets to the current position, zero velocity or zero effort."""
         if self.interface is not None:
             for column in self.columns.tolist():
                 self.model.drive.set_mode(column, self.model.drive.modes[column], self.robot)

@@ -17,7 +17,7 @@ from frobs_ros.errors import ControllerError
 class DiffDriveController(Driving, Controller):
     """Controller that follows twists from ``cmd_vel`` and publishes odometry on ``odom`` and as a transform.
 
-    The parameters ``wheel_separation`` and ``wheel_radius`` are required, although ros_control can also derive both
+    The parameters ``wheel_separation`` and ``wheel_radius`` are required, whereas ros_control can also derive both
     values from the robot's file.
 
     Args:

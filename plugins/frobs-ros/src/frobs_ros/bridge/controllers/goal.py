@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.errors import UnknownNameError
-from frobs_ros.errors import TrajectoryError
+from frobs_ros.errors import TrajectoryError, TrajectoryJointsError
 
 
 @dataclass(frozen=True)
@@ -19,10 +19,11 @@ class Points:
 
     Attributes:
         start: Start of the trajectory in simulated time [s], or None to start immediately.
-        times: (m,) increasing, nonnegative times since the start [s].
-        positions: (m, k) [rad or m]
-        velocities: (m, k) [rad/s or m/s], or None if the message contains no velocities.
-        accelerations: (m, k) [rad/s² or m/s²], or None if the message contains no accelerations or no velocities.
+        times: Increasing, nonnegative times since the start, (m,) [s].
+        positions: Joint positions, (m, k) [rad or m].
+        velocities: Joint velocities, (m, k) [rad/s or m/s], or None if the message contains no velocities.
+        accelerations: Joint accelerations, (m, k) [rad/s² or m/s²], or None if the message lacks accelerations or
+            velocities.
     """
 
     start: float | None
@@ -38,7 +39,7 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
     Args:
         trajectory: Message that contains at least one trajectory point.
         joints: Names of the controller's joints, in the column order of the returned arrays.
-        held: (k,) positions to use for joints that the message omits [rad or m].
+        held: Positions to use for joints that the message omits, (k,) [rad or m].
         partial: Whether the message may omit joints.
 
     Raises:
@@ -51,10 +52,7 @@ def read_points(trajectory: Any, joints: Sequence[str], held: Floats, partial: b
             raise UnknownNameError("joint of this controller", name, joints)
     missing = [name for name in joints if name not in names]
     if (missing and not partial) or len(set(names)) != len(names):
-        raise TrajectoryError(
-            f"the trajectory names the joints {', '.join(names)}, but the controller has the joints "
-            f"{', '.join(joints)}; name each joint once."
-        )
+        raise TrajectoryJointsError(names, joints)
     times = np.array([point.time_from_start.to_sec() for point in trajectory.points])
     if (np.diff(times) <= 0.0).any() or times[0] < 0.0:
         raise TrajectoryError(

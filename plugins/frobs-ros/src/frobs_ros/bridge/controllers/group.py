@@ -78,7 +78,7 @@ class Commanded(Controller):
 
 
 class Regulated(Commanded):
-    """Controller that follows position or velocity commands with a PID loop in every physics step.
+    """Controller that follows position or velocity commands with a PID loop at every physics step.
 
     For a single joint, the parameter ``pid`` contains the gains, and the topic ``state`` is published. For a group, the
     parameter ``<joint>/pid`` contains the gains of each joint.
@@ -114,7 +114,7 @@ class Regulated(Commanded):
         self._message = JointControllerState
 
     def most_steps(self, world: World) -> int | None:
-        """Return 1, because the controller requires the state in each physics step."""
+        """Return 1, because the controller requires the state at each physics step."""
         return 1
 
     def start(self, world: World) -> None:

@@ -118,7 +118,7 @@ class ControllerManager(Component):
                 if joint in owners:
                     raise ControllerError(
                         name,
-                        f"the joint '{joint}' is also claimed by controller '{owners[joint]}'; stop one of them.",
+                        f"the joint '{joint}' is also claimed by controller '{owners[joint]}'; stop one of the two.",
                     )
                 owners[joint] = name
         for name in dict.fromkeys(ending):

@@ -1,4 +1,4 @@
-"""PID controller for several joints that uses the parameters of ros_control."""
+"""PID controller for several joints, with the same parameters as in ros_control."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Pid:
         Args:
             error: (k,) target minus value.
             error_rate: (k,) time derivative of the error.
-            timestep: [s] since the last call.
+            timestep: Time since the last call [s].
         """
         self._sum = self._sum + error * timestep
         integral = self.i * self._sum
         limited = np.where(self.clamp > 0.0, np.clip(integral, -self.clamp, self.clamp), integral)
-        # Limit the stored sum, too, so that the integral term does not wind up.
+        # Also limit the stored sum, to prevent integral windup.
         self._sum = np.divide(limited, self.i, out=np.zeros_like(limited), where=self.i != 0.0)
         command: Floats = self.p * error + limited + self.d * error_rate
         return command

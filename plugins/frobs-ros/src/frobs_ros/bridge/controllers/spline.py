@@ -12,9 +12,9 @@ class Spline:
 
     Args:
         times: (m,) [s], increasing; m ≥ 1.
-        positions: (m, k) [rad or m]
-        velocities: (m, k) [rad/s or m/s], or None for linear segments.
-        accelerations: (m, k) [rad/s² or m/s²], or None for linear or cubic segments.
+        positions: Joint positions, (m, k) [rad or m].
+        velocities: Joint velocities, (m, k) [rad/s or m/s], or None for linear segments.
+        accelerations: Joint accelerations, (m, k) [rad/s² or m/s²], or None for linear or cubic segments.
     """
 
     def __init__(

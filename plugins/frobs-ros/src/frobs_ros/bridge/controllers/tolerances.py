@@ -49,7 +49,7 @@ class Tolerances:
     def updated(self, joints: Sequence[str], goal: Any) -> Tolerances:
         """Return a copy of the tolerances with the changes that a FollowJointTrajectoryGoal requests.
 
-        For a joint, 0 keeps the current tolerance, and a negative value disables the check.
+        For each joint, a tolerance of 0 keeps the current tolerance, and a negative tolerance disables the check.
         """
         path, end, speed = self.path.copy(), self.goal.copy(), self.goal_velocity.copy()
         for tolerance in goal.path_tolerance:

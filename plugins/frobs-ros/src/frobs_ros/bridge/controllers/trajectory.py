@@ -20,6 +20,7 @@ from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.controllers.tolerances import Tolerances
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import NANO, World
+from frobs_ros.errors import TrajectoryJointsError
 
 LOG = logging.getLogger("frobs.bridge")
 
@@ -93,10 +94,10 @@ class TrajectoryController(Controller):
         else:
             try:
                 points = read_points(goal.trajectory, self.joints, self._held, self._partial)
+            except (UnknownNameError, TrajectoryJointsError) as error:
+                code, text = Result.INVALID_JOINTS, str(error)
             except FrobsError as error:
                 text = str(error)
-                names_joints = isinstance(error, UnknownNameError) or "names the joints" in text
-                code = Result.INVALID_JOINTS if names_joints else Result.INVALID_GOAL
             else:
                 if points.start is not None and points.start + points.times[-1] < self._now:
                     code, text = Result.OLD_HEADER_TIMESTAMP, "the trajectory ends in the past"
@@ -130,7 +131,7 @@ class TrajectoryController(Controller):
         super().stop(world)
 
     def most_steps(self, world: World) -> int | None:
-        """Return 1 if a PID controller requires the state in each physics step, and None otherwise."""
+        """Return 1 if a PID controller requires the state at each physics step, and None otherwise."""
         return None if self._pid is None else 1
 
     def before(self, world: World, steps: int) -> None:

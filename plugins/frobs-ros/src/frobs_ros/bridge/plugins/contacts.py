@@ -18,7 +18,7 @@ from frobs_ros.bridge.plugins.drive import topic
 from frobs_ros.bridge.world import World
 from frobs_ros.errors import GazeboElementError
 
-_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes in each physics step by default
+_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes after each physics step by default
 
 
 class BumperTopic(Component):

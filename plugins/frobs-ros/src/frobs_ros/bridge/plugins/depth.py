@@ -22,7 +22,7 @@ from frobs_ros.bridge.plugins.cameras import CameraTopics, Pixels
 _POINT = np.dtype(
     {"names": ["x", "y", "z", "bgr"], "formats": ["<f4", "<f4", "<f4", "3u1"], "offsets": [0, 4, 8, 16], "itemsize": 32}
 )
-"""Memory layout of a point as in gazebo_ros, with the color in the lower three bytes of a float32."""
+"""Memory layout of a point, which matches gazebo_ros. The color is stored in the lower three bytes of a float32."""
 
 
 class DepthTopics(CameraTopics):

@@ -117,7 +117,7 @@ def _base(
         separation=separation,
         radius=radius,
         linear_acceleration=acceleration or math.inf,
-        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both wheels accelerate at their limit
+        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both wheels at their acceleration limit
         timeout=timeout,
     )
 

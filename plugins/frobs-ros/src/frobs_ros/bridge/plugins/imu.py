@@ -35,7 +35,7 @@ from frobs_ros.bridge.poses import WORLD, Motion, Place
 from frobs_ros.bridge.world import NANO, World
 from frobs_ros.errors import GazeboElementError
 
-_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes in each physics step by default
+_USUAL_RATE = 100.0  # default rate [Hz], whereas Gazebo publishes after each physics step by default
 
 
 @dataclass(frozen=True)

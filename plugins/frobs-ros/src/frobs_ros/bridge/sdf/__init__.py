@@ -1,4 +1,4 @@
-"""Reading of SDF models and worlds. Unsupported elements raise an error that contains the element's name."""
+"""Reads SDF models and worlds. Unsupported elements raise an error that contains the element's name."""
 
 from frobs_ros.bridge.sdf.model import describe_model, describe_sdf
 from frobs_ros.bridge.sdf.world import WorldFile, read_world

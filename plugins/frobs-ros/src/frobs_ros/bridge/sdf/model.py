@@ -157,7 +157,7 @@ def _frictions(link: SdfLink) -> list[float]:
 
 
 def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
-    """Return plugins and sensors in ``<gazebo>`` elements, as in a URDF."""
+    """Return the plugins and sensors in ``<gazebo>`` elements, which is the form that URDF files use."""
     found = []
     for reference, holder, tags in [
         ("", model, ("plugin",)),

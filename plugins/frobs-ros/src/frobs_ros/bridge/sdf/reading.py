@@ -89,7 +89,7 @@ def place_of(element: Element) -> Place:
     for attribute in ("frame", "relative_to"):
         if pose.get(attribute, "").strip():
             pose.refuse(
-                f"the attribute {attribute}='{pose.get(attribute)}' is not supported; write the pose relative to the "
+                f"the attribute {attribute}='{pose.get(attribute)}' is not supported; specify the pose relative to the "
                 "parent element."
             )
     x, y, z, roll, pitch, yaw = numbers_of(element, "pose", "0 0 0 0 0 0")

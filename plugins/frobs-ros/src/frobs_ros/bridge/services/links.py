@@ -126,8 +126,8 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     kept = np.array([found[key] for key in _INERTIA])
     if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
         return failed(
-            "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia scales "
-            "with the mass: set com, gravity_mode and inertia to the values that get_link_properties returns"
+            "SetLinkProperties: nothing was set. Only the mass can be changed, which scales the inertia by the "
+            "same ratio; set com, gravity_mode and inertia to the values that get_link_properties returns"
         )
     bridge.world.write_parameter("mass", f"{model.key}/{name}", np.array([request.mass]))
     return done("SetLinkProperties: properties set")
