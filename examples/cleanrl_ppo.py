@@ -25,7 +25,7 @@ envs = gym.make_vec(
     num_envs=NUM_ENVS,
     vectorization_mode="vector_entry_point",
     controller="tcp_delta_position",
-    stagger=True,  # every rollout contains all phases of an episode
+    stagger=True,  # start environments at random step counts, so that every rollout contains all phases of an episode
 )
 observation_size = gym.spaces.flatdim(envs.single_observation_space)
 action_size = gym.spaces.flatdim(envs.single_action_space)

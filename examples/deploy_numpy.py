@@ -1,8 +1,9 @@
 """Export a policy, and run it with NumPy and onnxruntime, as a robot's computer would.
 
-`export_policy` runs on the training machine. `run_policy` imports neither PyTorch nor a simulator. The robot is a
-function that takes an action and returns the next observation. In this example, a simulated arm replaces the robot. The
-script prints the contents of the exported file, and the distance between tool and goal after every tenth action.
+`export_policy` runs on the training machine. `run_policy` imports neither PyTorch nor a simulator. The robot is
+represented by a function that takes an action and returns the next observation. In this example, a simulated arm
+replaces the robot. The script prints the terms of the policy's observation, the distance between tool and goal after
+every tenth action, and the latency of the policy.
 
 Requires: pip install frobs
 
@@ -31,7 +32,7 @@ def export_policy(file: Path) -> None:
 
 
 def run_policy(file: Path, observation: Observation, step: Callable[[NDArray[np.float32]], Observation]) -> None:
-    """Let the policy move a robot for two seconds."""
+    """Control a robot with the policy for two seconds."""
     from frobs_deploy import Policy
 
     policy = Policy(file, control_timestep=0.04)

@@ -1,4 +1,4 @@
-"""Write your own task, and let the conformance kit check it.
+"""Write your own task, and check it with the conformance kit.
 
 The task is to move all joints of an arm to a random posture. The script prints the rewards of a simple controller that
 moves each joint toward its goal. The rewards rise to 0. Then the script prints the results of the conformance kit, in
@@ -46,7 +46,7 @@ class CopyPosture(Task):
         return {"difference": ObservationTerm(read=self.difference, low=-far, high=far, unit="rad")}
 
     def reward(self, context: StepContext) -> Floats:
-        """Return the negative mean difference, (num_envs,)."""
+        """Return the negative mean absolute difference, (num_envs,)."""
         return np.asarray(-np.abs(self.difference()).mean(axis=1))
 
     def is_success(self) -> Mask:

@@ -28,7 +28,7 @@ def network(inputs: int, outputs: int) -> nn.Sequential:
 
 
 class Actor(GaussianMixin, Model):
-    """Gaussian policy, whose standard deviation does not depend on the observation."""
+    """Gaussian policy whose standard deviation does not depend on the observation."""
 
     def __init__(self, **spaces: Any) -> None:
         Model.__init__(self, **spaces)

@@ -27,9 +27,9 @@ envs = gym.make_vec(
     num_envs=NUM_ENVS,
     vectorization_mode="vector_entry_point",
     controller="tcp_delta_position",
-    stagger=True,  # every rollout contains all phases of an episode
+    stagger=True,  # start environments at random step counts, so that every rollout contains all phases of an episode
 )
-env = GymWrapper(envs)  # its batches also contain is_success from the info of each step
+env = GymWrapper(envs)  # the wrapper's batches also contain is_success from the info of each step
 env.set_seed(0)
 
 

@@ -24,7 +24,7 @@ _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
 def rows_of(mask: Mask | None) -> Mask | slice:
-    """Return an array index that selects the environments of ``mask``, or all environments if ``mask`` is None."""
+    """Return an array index for the environments selected by ``mask``, or for all environments if ``mask`` is None."""
     return slice(None) if mask is None else mask
 
 

@@ -1,4 +1,4 @@
-"""Simulator capabilities, and a check that a simulator meets the requirements of tasks and controllers."""
+"""Capabilities of simulators, and a check that a simulator supports all capabilities that an environment requires."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Level(IntEnum):
-    """Support level of a capability. A higher level also satisfies lower requirements."""
+    """Support level of a capability. A level also satisfies requirements for lower levels."""
 
     UNSUPPORTED = 0
     APPROXIMATE = 1
@@ -30,7 +30,7 @@ CAPABILITIES: Mapping[str, str] = {
     "teleport": "joint states and poses can be written",
     "pause": "simulated time advances only during a step",
     "batched": "one call steps many environments (at level approximate: only a few, each in its own engine instance)",
-    "real_time": "the simulation runs continuously, and a step waits for it (a paced simulator)",
+    "real_time": "the simulation runs continuously, and each step waits for one control timestep (a paced simulator)",
     "spawn": "the scene can change while the simulation runs",
     "drive": "joint drives follow the core's drive law at the physics rate",
     "contacts": "contacts between named bodies are detected over the whole control step",
@@ -38,7 +38,7 @@ CAPABILITIES: Mapping[str, str] = {
     "wrench": "forces and torques on bodies",
     "force_torque": "force-torque sensors in robot joints",
     "attachments": "bodies and links can be attached to each other",
-    "cameras": "pictures: rgb, depth, segmentation",
+    "cameras": "images: rgb, depth, segmentation",
     "randomize_mass": "masses per environment",
     "randomize_friction": "friction per environment",
     "randomize_size": "scene body sizes per environment",

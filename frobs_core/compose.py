@@ -1,4 +1,4 @@
-"""Construction of environments from names. This is the only module that connects the registry with environments."""
+"""Construction of environments from names. This is the only module that connects the registry to the environments."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def _log_losses(engine: type[Simulation], placement: Placement) -> None:
     lost += [note.text for note in model.notes if note.rule == "physics-settings"]
     if lost:
         text = (
-            "robot '%s' moves differently than its model file specifies: %s. Run 'frobs doctor robot %s' for details."
+            "robot '%s' does not move exactly as its model file specifies: %s. Run 'frobs doctor robot %s' for details."
         )
         _log.warning(text, placement.robot.name, "; ".join(lost), model.path)
 

@@ -1,4 +1,4 @@
-"""Configuration of an environment, which contains all keywords that ``gym.make(id, ...)`` accepts."""
+"""Environment configuration, which contains all keywords that ``gym.make(id, ...)`` accepts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Controllers of an environment. A single action moves the joint groups of all robots."""
+"""Combines the controllers of an environment, so that a single action moves the joint groups of all robots."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class RobotControl:
         return self._join(self._commands)
 
     def update(self) -> Floats:
-        """Return the command for all joints in the next physics step, (num_envs, dof)."""
+        """Return the command for all joints for the next physics step, (num_envs, dof)."""
         self._physics_step += 1
         return self._join(
             [
@@ -108,7 +108,7 @@ class RobotControl:
         )
 
     def _join(self, commands: list[Floats]) -> Floats:
-        """Join the commands of all groups, each (num_envs, dof) or (num_envs, 1 or decimation, dof)."""
+        """Combine the commands of all groups, each of shape (num_envs, dof) or (num_envs, 1 or decimation, dof)."""
         whole = self._held
         if commands and commands[0].ndim == 3:
             rows = max(command.shape[1] for command in commands)
@@ -125,9 +125,9 @@ def _at(command: Floats, physics_step: int) -> Floats:
 class Control:
     """All controllers of an environment.
 
-    The action space joins the controllers' action spaces, in the order of the robots and their joint groups. Boxes are
-    joined into one Box, and Discrete spaces into a MultiDiscrete. If there is only one controller, its action space is
-    used unchanged.
+    The action space combines the controllers' action spaces, in the order of the robots and their joint groups. Boxes
+    are combined into one Box, and Discrete spaces into a MultiDiscrete. If there is only one controller, its action
+    space is used unchanged.
 
     Args:
         robots: Controllers of each robot, by robot name.
@@ -142,7 +142,7 @@ class Control:
         last_commands: Latest command that :meth:`update` sent to each robot, by robot name, (num_envs, dof).
 
     Raises:
-        IncompatibleSpaceError: The action spaces cannot be joined.
+        IncompatibleSpaceError: The action spaces cannot be combined.
     """
 
     def __init__(self, robots: Mapping[str, RobotControl]) -> None:
@@ -197,7 +197,7 @@ class Control:
     def max_action_change(self) -> Floats | None:
         """Largest action change per control step that the joints can follow.
 
-        The value is None if a controller's actions are not joint positions.
+        The value is None if the actions of any controller are not joint positions.
         """
         changes = [controller.max_action_change for controller in self.controllers.values()]
         known = [change for change in changes if change is not None]
@@ -224,7 +224,7 @@ def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
     """Return the combined action space of all controllers.
 
     Raises:
-        IncompatibleSpaceError: The spaces are neither all one-dimensional Boxes nor all Discrete spaces that start at
+        IncompatibleSpaceError: The spaces are not all one-dimensional Boxes, and not all Discrete spaces that start at
             0.
     """
     boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]

@@ -27,7 +27,7 @@ def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, sta
         stacklevel: Stack level of the code that uses the deprecated part. Level 2 is the caller of the function that
             calls ``warn_deprecated``.
     """
-    text = f"{what} is deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
+    text = f"{what} has been deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
     warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)
 
 

@@ -1,4 +1,4 @@
-"""The environments' control loop, and the Gymnasium environment with a single instance."""
+"""Control loop for any number of environments, and the Gymnasium class for a single environment."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class Loop:
         num_envs: ≥ 1.
 
     Attributes:
-        context: Data about the latest step, which the task reads.
+        context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
-        after_reset: Function that is called after a reset with the mask of the reset environments, before they are
-            observed, or None.
+        after_reset: Function that is called after each reset and before the first observation, with the mask of the
+            reset environments. None if no function is registered.
         discrete: Whether the action space is not a Box.
     """
 
@@ -92,7 +92,7 @@ class Loop:
         return batched
 
     def begin(self, mask: Mask | None, options: Mapping[str, Any]) -> Observation:
-        """Begin an episode in the environments of ``mask``, and return the observation of all environments."""
+        """Begin an episode in the environments selected by ``mask``, and return the observation of all environments."""
         self.rng.begin_episode(mask)
         if self.randomization is not None:
             self.randomization.begin_physics(self.rng, mask)
@@ -103,7 +103,7 @@ class Loop:
         self.added_terms.reset(self.rng, mask)
         if self.after_reset is not None:
             self.after_reset(mask)
-        if not self._checked_terms:  # not checked earlier, because terms may have no values before the first reset
+        if not self._checked_terms:  # checked only now, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
         observation = self._observe()
@@ -131,14 +131,14 @@ class Loop:
             context.commands.update(self.control.last_commands)
         else:
             self.simulation.step(self.decimation)
-        task.advance(context)  # updates the task's quantities, which the following calls read
+        task.advance(context)  # computes the quantities that the task's methods below use
         if self.added_terms.stateful:
             self.added_terms.advance(rng)
         observation = self._degrade(rng, self._observe())
         reward = task.reward(context)
         terminated = self._is_terminated(task)
         info = {"is_success": task.is_success()}
-        for part, report, keys in self._reports:  # must follow the reward, because the reports include the reward terms
+        for part, report, keys in self._reports:  # follows task.reward(), because the reports include reward terms
             for name, values in report(part).items():
                 info[keys[name]] = values
         return observation, reward, terminated, self.simulation.diverged, info
@@ -156,7 +156,7 @@ class Loop:
             part.restore({key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)})
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Restore the n environments of ``mask`` from the snapshot's ``rows``, (n,), but keep their random streams."""
+        """Restore the n environments selected by ``mask``, except their random streams, from ``rows`` of a snapshot."""
         for name, part in self._stateful().items():
             if part is self.rng:
                 continue
@@ -179,7 +179,7 @@ class Loop:
 
 
 def _put_rows(array: np.ndarray[Any, Any], mask: Mask, rows: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return a copy of an array (num_envs, …) in which the rows of ``mask`` are replaced."""
+    """Return a copy of an array (num_envs, …) in which the rows selected by ``mask`` are replaced."""
     shape = np.maximum(array.shape[1:], rows.shape[1:])
     changed = widened(array, shape)
     changed[mask] = widened(rows, shape)
@@ -232,7 +232,7 @@ class RobotEnv(gym.Env[Any, Any]):
         robot: Handle of the first controlled robot.
         controller: Controller of the first controlled robot's first joint group.
         observations: Observation terms, with their columns and units.
-        step_context: Data about the latest step, which the task reads.
+        step_context: Data about the latest step, for use by the task.
         randomization: The randomization with its current values, or None if nothing is randomized.
 
     Raises:
@@ -270,7 +270,7 @@ class RobotEnv(gym.Env[Any, Any]):
         """Begin an episode.
 
         Args:
-            seed: Seed for all subsequent random numbers, or None to continue with the next episode of the last seed.
+            seed: Seed for all subsequent random numbers, or None to continue the current random sequence.
             options: Values for the task's ``reset_options``, for example ``{"goal": (3,), "joint_positions": (dof,)}``.
 
         Returns:

@@ -59,7 +59,7 @@ def nearest(name: str, available: Iterable[str]) -> str | None:
 
 
 _MOST_NAMES = 5
-"""Maximum number of names in an error message, which lists the most similar names."""
+"""Maximum number of names that an error message lists. The most similar names are listed."""
 
 
 def _suggestion(name: str, available: Sequence[str]) -> str:
@@ -249,7 +249,7 @@ class ConflictingOptionsError(ConfigurationError):
 
 
 class CommandLineError(ConfigurationError):
-    """A command-line argument cannot be used.
+    """A command-line argument is invalid.
 
     Args:
         argument: The option or argument, such as ``"--args"``.
@@ -575,7 +575,7 @@ class CheckpointError(RunError):
 
 
 class UntrustedFileError(FrobsError):
-    """Opening the file would execute code in the file, import modules, or open other files.
+    """Opening the file would execute code that it contains, import modules, or open other files.
 
     Args:
         path: The file.

@@ -1,8 +1,8 @@
 """Hooks that a plugin may implement.
 
-Five hooks provide the main kinds of records. Three hooks provide abilities, sensor types and physical parameters.
-A plugin is a module that is registered as an entry point in the group ``frobs``. Hooks are called once, when plugins
-are loaded, and never while an environment is being stepped.
+Five hooks provide the main kinds of records: simulators, robots, controllers, tasks and algorithms. Three more hooks
+provide abilities, sensor types and physical parameters. A plugin is a module that is registered as an entry point in
+the group ``frobs``. Hooks are called once, when plugins are loaded, and never while an environment is being stepped.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
             return [ControllerRecord(name="joint_position", summary="…",
                                      entry_point="frobs_controllers.joint_position:JointPosition")]
 
-    Do not write a generator, because generators raise their errors only during iteration.
+    Do not write the hook as a generator, because a generator raises errors only when it is iterated.
     """
 
 

@@ -33,7 +33,7 @@ class ObservationTerm:
         scale: Suggested scale factor for learning algorithms. After scaling, a change that matters for the task is
             about 1.
         key: Key in a dictionary observation. Vectors with the same key are concatenated in the order of the terms.
-        dtype: ``"float32"`` for vectors. Images may have other data types and require a separate key.
+        dtype: ``"float32"`` for vectors. An image may have another data type, and needs its own key.
         imperfect: Whether the term reads a sensor that has its own noise, delay or other imperfections. For such terms,
             ``randomize`` rejects additional noise and delays.
         view: Camera settings of an image, which are stored in exported policies: name of the ``camera``, the fields of
@@ -132,7 +132,7 @@ class Observations:
                 )
 
     def describe(self) -> list[dict[str, Any]]:
-        """Return the name, first and last column, unit and suggested scale of each vector under ``"observation"``."""
+        """Return the name, first and last column, unit and suggested scale of each term under ``"observation"``."""
         return [
             {
                 "name": name,

@@ -16,8 +16,8 @@ def plain(value: Any, *, for_yaml: bool = False) -> Any:
 
     Args:
         value: Value to convert, which may contain arrays, dataclasses, enumerations and paths at any depth.
-        for_yaml: Whether to keep non-finite numbers and objects of other types, so that a YAML dumper can write the
-            numbers and reject the objects. Otherwise, non-finite numbers become None, and other objects become strings.
+        for_yaml: Whether to keep non-finite numbers and objects of other types. A YAML dumper can then write the
+            numbers and reject the objects. If False, non-finite numbers become None, and other objects become strings.
     """
     if isinstance(value, Enum):
         return str(value)

@@ -63,7 +63,7 @@ class RandomSource:
     """Streams of random numbers for ``num_envs`` environments.
 
     A number depends on the environment's seed, episode and step, on the stream's name, and on the number of previous
-    draws from this stream in the same step.
+    draws from this stream at the same step.
 
     Args:
         num_envs: ≥ 1.
@@ -79,12 +79,12 @@ class RandomSource:
         self._seeds: Words = np.zeros(num_envs, np.uint64)
         self._episodes: Words = np.zeros(num_envs, np.uint64)
         self._begun: Words = np.zeros(num_envs, np.uint64)  # value of the clock at the start of the episode
-        self._draws: dict[str, Words] = {}  # number of draws from each stream in the step ``_drawn_at``
+        self._draws: dict[str, Words] = {}  # number of draws from each stream at step ``_drawn_at``
         self._drawn_at = 0
         self._keys: dict[str, Words] = {}
 
     def seed(self, seeds: Sequence[int] | Words, mask: Mask | None = None) -> None:
-        """Set the seeds (modulo 2⁶⁴) of the n environments of ``mask``.
+        """Set the seeds (modulo 2⁶⁴) of the n environments selected by ``mask``.
 
         The episode numbers of these environments restart at 0.
 

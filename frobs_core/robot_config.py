@@ -62,8 +62,8 @@ class RobotConfig:
         differential_drive: Differential drive of a robot whose description does not define one, as a mapping with the
             fields of :class:`~frobs_core.interfaces.DifferentialDrive`. With this setting, the base is wheeled, and all
             links on the floor except the wheels slide without friction.
-        pose: Base pose in the world: ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the task's
-            pose.
+        pose: Base pose in the world frame, ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the
+            task's pose.
     """
 
     robot: str | Robot = ""
@@ -154,7 +154,7 @@ class RobotConfig:
         return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
 
     def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
-        """Return the robot description adapted to the scene, and the base pose in the world.
+        """Return the robot description adapted to the scene, and the base pose in the world frame.
 
         If this configuration does not set ``pose``, a movable base starts at the root pose defined by its model file,
         relative to the base pose that the task defines. If there is a floor, the base is moved vertically so that its
@@ -219,7 +219,7 @@ class RobotConfig:
         return found
 
     def base_pose(self, default: Pose) -> Pose:
-        """Return the base pose in the world.
+        """Return the base pose in the world frame.
 
         Raises:
             UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.

@@ -130,15 +130,15 @@ class AlgorithmRecord(Record):
         action_spaces: Supported Gymnasium action spaces, such as ``"Box"`` and ``"Discrete"``.
         tuned: Tuned configuration files in the form ``"package:path.yaml"``, by environment ID.
         search_space: Default search space for ``frobs tune``, as ``"package:path.yaml"``, or an empty string.
-        config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting
-            that identifies files of a format, and each value is a ``"module:function"``. The function receives the
-            file's mapping, the algorithm's name and the path. The function returns run configuration keys and a
-            one-line message about settings without an equivalent.
+        config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting by
+            which a file of the format is recognized, and each value names a function as ``"module:function"``. The
+            function receives the mapping read from the file, the algorithm's name and the path. The function returns
+            run configuration keys and a one-line message about settings without an equivalent.
         model_files: File formats of trained models for ``frobs evaluate --model``. Each key is a file suffix
-            (``".zip"``), and each value is a ``"module:function"``. The function receives the path, the environment's
-            observation space and action space, the algorithm's name or None, and whether the file is trusted. The
-            function returns an object that has the spaces and the ``predict`` method of an algorithm, and the number of
-            environment steps for which the model was trained.
+            (``".zip"``), and each value names a function as ``"module:function"``. The function receives the path, the
+            environment's observation space and action space, the algorithm's name or None, and whether the file is
+            trusted. The function returns an object that has the spaces and the ``predict`` method of an algorithm, and
+            the number of environment steps for which the model was trained.
         exact_resume: Whether a training run that is saved, loaded and continued produces the same result as an
             uninterrupted run. If this field is False, a message is shown when a run is resumed.
         reproducible: Whether two training runs with the same seed produce the same result. Algorithms that learn while

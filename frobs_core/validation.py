@@ -74,9 +74,9 @@ def finite(name: str, value: Any, unit: str = "") -> float:
     """Return the value if it is a finite number.
 
     Args:
-        name: Name of the parameter, for the message.
+        name: Name of the parameter, used in the error message.
         value: Value of the parameter.
-        unit: Unit of the parameter, for the message.
+        unit: Unit of the parameter, used in the error message.
 
     Raises:
         ConfigurationError: The value is not a finite number.
@@ -150,9 +150,9 @@ def number_list(name: str, value: Any, count: int | None = None) -> tuple[float,
     """Return the value if it is a list of finite numbers.
 
     Args:
-        name: Name of the parameter, for the message.
+        name: Name of the parameter, used in the error message.
         value: Value of the parameter.
-        count: Required number of elements, or None for any number except 0.
+        count: Required number of elements, or None to accept any non-empty list.
 
     Raises:
         ConfigurationError: The value is not a list of finite numbers or has the wrong length.
@@ -197,7 +197,7 @@ def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """Return the pydantic model in a type annotation or its arguments, or None."""
+    """Return the first pydantic model in a type annotation, including its arguments, or None."""
     from pydantic import BaseModel
 
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -206,7 +206,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Remove the keys that pydantic inserts for union members, but keep the first key that is not in the settings."""
+    """Return an error's keys without those that pydantic adds for unions, up to the first key that is missing."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

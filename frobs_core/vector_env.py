@@ -40,7 +40,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         max_episode_steps: Number of control steps before truncation, or None for no time limit.
         autoreset_mode: Autoreset mode: same-step, next-step or disabled.
         stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that the
-            episodes do not all reach the time limit in the same step.
+            episodes do not all reach the time limit at the same step.
         keywords: Fields of :class:`frobs_core.config.EnvConfig`. All other keywords are passed to the task.
 
     Attributes:
@@ -108,7 +108,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
         Args:
             seed: With an integer s, environment *i* is seeded with s + i. A list must contain one seed for each
-                environment. With None, each environment continues with the next episode of its last seed.
+                environment. With None, each environment continues its current random sequence.
             options: Values for the task's ``reset_options``, either one value for all environments or one row per
                 environment. The additional option ``"reset_mask"``, (num_envs,) bool, selects the environments to
                 reset.
@@ -150,7 +150,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return mask
 
     def _reset_info(self, mask: Mask) -> dict[str, Any]:
-        """Return the reset info for the environments of ``mask``."""
+        """Return the reset info for the environments selected by ``mask``."""
         if self.randomization is None:
             return {}
         drawn: dict[str, Any] = {}
@@ -240,7 +240,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         return observation, reward, terminated, truncated, info
 
     def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
-        """Reset the environments of ``mask`` and insert their first observations into ``observation``."""
+        """Reset the environments selected by ``mask`` and insert their first observations into ``observation``."""
         self._elapsed[mask] = 0
         fresh = self._loop.begin(mask, {})
         self._ended = self._none.copy()
@@ -284,7 +284,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._seeded = True
 
     def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
-        """Restore some environments from rows of a snapshot, but keep their random streams.
+        """Restore some environments from rows of a snapshot, without changing their random streams.
 
         Args:
             mask: Mask that selects n environments, (num_envs,) bool.
@@ -309,7 +309,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-    merged = rows.copy()  # ``rows`` is still used as the final observation
+    merged = rows.copy()  # the unmodified ``rows`` are still used as the final observation
     merged[mask] = fresh[mask]
     return merged
 

@@ -131,7 +131,7 @@ def load_yaml_value(text: str, name: str) -> Any:
     """Read one YAML value, as in ``--set key=value``.
 
     Args:
-        text: The YAML text. An empty text is read as null.
+        text: The YAML text. Empty text is read as null.
         name: Name of the value in error messages.
 
     Raises:
@@ -217,7 +217,7 @@ class _Builder:
             if key in result:
                 first = result.origins[key][1]
                 raise self._error(
-                    key_node, f"the key '{key}' is already set in line {first}; remove one of the two entries"
+                    key_node, f"the key '{key}' is already set on line {first}; remove one of the two entries"
                 )
             result[key] = self.build(value_node)
             result.origins[key] = (self._path, _line(key_node))

@@ -101,7 +101,7 @@ class CrossEntropy(Algorithm):
         episode_start: np.ndarray[Any, Any] | None = None,
         deterministic: bool = True,
     ) -> tuple[Any, None]:
-        """Act with the mean of the distribution, or with a random sample for each observation."""
+        """Return the actions of the mean network if deterministic, otherwise of random networks."""
         seen = np.asarray(observation, np.float64)  # (n, k)
         weights = np.broadcast_to(self._mean, (len(seen), self._num_weights))
         if not deterministic:  # uses a separate generator, because predictions must not affect training
@@ -195,7 +195,7 @@ class CrossEntropy(Algorithm):
         }
 
     def _act(self, weights: np.ndarray[Any, Any], observation: np.ndarray[Any, Any]) -> Any:
-        """Return actions, with a separate network for each observation: weights (n, weights), observation (n, k)."""
+        """Return the actions of a separate network for each observation: weights (n, weights), observation (n, k)."""
         values, start = observation, 0
         for index, (rows, columns) in enumerate(self._layers):
             layer = weights[:, start : start + rows * columns].reshape(-1, rows, columns)
@@ -228,7 +228,7 @@ def _space_from_json(told: Mapping[str, Any]) -> gym.Space[Any]:
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Provide the algorithm. This function is the plugin. A packaged plugin avoids heavy imports at the top level."""
+    """Provide the algorithm. This function is the plugin. A packaged plugin should avoid heavy top-level imports."""
     return [
         AlgorithmRecord(
             name=CrossEntropy.name,

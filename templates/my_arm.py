@@ -9,9 +9,9 @@ from frobs_core.interfaces import Robot
 MY_ARM = Robot(
     model=str(Path(__file__).with_name("my_arm.urdf.xacro")),
     name="my_arm",
-    home={"shoulder": 0.0, "elbow": 0.3},  # [rad] initial joint positions of an episode; joints you omit are at 0
-    tcp="tool0",  # the tool center point, used by tasks
-    # gains=DriveGains(stiffness=…, damping=…): by default, each joint is critically damped for the inertia it moves
+    home={"shoulder": 0.0, "elbow": 0.3},  # [rad] initial joint positions of an episode; joints you omit start at 0
+    tcp="tool0",  # Tasks use this link as the tool center point.
+    # By default, each joint is critically damped. To change this, add gains=DriveGains(stiffness=…, damping=…).
 )
 
 if __name__ == "__main__":  # python my_arm.py checks the robot

@@ -20,7 +20,7 @@ from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rota
 
 
 def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
-    """Convert vectors (num_envs, 3) from the world to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
+    """Convert world-frame vectors (num_envs, 3) to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
@@ -80,7 +80,7 @@ class MyDrive(Task):
         self._terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode in the n environments of the mask: rotate the robot and choose a goal."""
+        """Begin an episode in the n environments selected by the mask: rotate the robot and choose a goal."""
         rows = rows_of(mask)
         heading = rng.uniform("heading", -np.pi, np.pi, mask=mask)  # (n,) [rad]
         self._robot.write_base_pose(
@@ -102,7 +102,7 @@ class MyDrive(Task):
         self._measure()
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the goal in the robot's frame, its distance, and the forward and angular velocities: 5 numbers."""
+        """Return 5 numbers: the goal in the robot's frame, its distance, and the forward and angular velocity."""
         bound = np.full(2, _BOUND)
 
         def velocity() -> Floats:
@@ -134,11 +134,11 @@ class MyDrive(Task):
         return self._terms
 
     def is_terminated(self) -> Mask:
-        """Return which robots are at the goal, (num_envs,) bool. Reaching the goal ends the episode."""
+        """Return whether each robot is at its goal, (num_envs,) bool. Reaching the goal ends the episode."""
         return self.is_success()
 
     def is_success(self) -> Mask:
-        """Return which robots are at the goal now, (num_envs,) bool."""
+        """Return whether each robot is at its goal now, (num_envs,) bool."""
         return self._distance <= self.tolerance
 
     def markers(self) -> Sequence[Marker]:

@@ -89,7 +89,7 @@ class World:
         return {"robots": robots, "bodies": {name: (*body.pose, *body.twist) for name, body in sim.bodies.items()}}
 
     def run(self, connection: Connection) -> None:
-        """Step in real time, handling requests in between, until the connection closes."""
+        """Step in real time, and handle requests between the steps, until the connection closes."""
         due = time.monotonic()
         while True:
             for name, rows in self._rows.items():
@@ -147,7 +147,7 @@ class PacedRobot(RobotHandle):
         self._ask("command", self.name, values[0] if values.ndim == 3 else values)
 
     def check_rows(self, decimation: int) -> None:
-        """Raise SimulationError unless the last command fits the step."""
+        """Raise SimulationError if the last command has too few or too many rows for the step."""
         given, self._rows_given = self._rows_given, None
         if given not in (None, decimation):
             raise SimulationError(
@@ -170,7 +170,7 @@ class PacedBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (1, 3) [m] and quat_wxyz (1, 4) in the world."""
+        """pos (1, 3) [m] and quat_wxyz (1, 4) in the world frame."""
         return read_only(self.state[0]), read_only(self.state[1])
 
     @property
@@ -301,7 +301,7 @@ if __name__ == "__main__" and len(sys.argv) == 2:  # the process of the world
     sys.exit()
 
 
-if __name__ == "__main__":  # python my_paced_simulator.py checks the claims of its record
+if __name__ == "__main__":  # python my_paced_simulator.py checks the capabilities that its record declares
     from frobs_devkit.testing import check_simulator, run_checks
 
     for result in run_checks(check_simulator(RECORD)).results:

@@ -21,7 +21,7 @@ from frobs_core.rotations import quat_conjugate, quat_rotate
 
 _POSTURES = 8192  # number of random postures; those above the floor provide the goals, so every goal is reachable
 _FLOOR_CLEARANCE = 0.05  # [m] minimum height of a posture above the floor
-_OUTERMOST = 2.5  # [%] of the goals omitted at each end of each axis, because only a stretched arm reaches them
+_OUTERMOST = 2.5  # [%] of the positions are omitted at each end of each axis, because only a stretched arm reaches them
 
 
 def distance_to(goal: Floats, position: Floats) -> Floats:
@@ -30,7 +30,7 @@ def distance_to(goal: Floats, position: Floats) -> Floats:
 
 
 def seen_from(quat_wxyz: Floats, vector: Floats) -> Floats:
-    """Convert vectors (num_envs, 3) from the world to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
+    """Convert world-frame vectors (num_envs, 3) to a frame with the orientation ``quat_wxyz`` (num_envs, 4)."""
     return quat_rotate(quat_conjugate(quat_wxyz), vector)
 
 
@@ -45,7 +45,7 @@ class MyReach(Task):
     Args:
         tolerance: Distance at which the goal is reached [m].
         precision_weight: Weight of the reward term for the last few centimeters.
-        start_noise: Maximum deviation of each joint from home at the start of an episode [rad or m].
+        start_noise: Maximum deviation of each joint from its home position at the start of an episode [rad or m].
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense", "sparse")
@@ -76,7 +76,7 @@ class MyReach(Task):
         self._terms: dict[str, Floats] = {}
 
     def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
-        """Begin an episode in the n environments of the mask: place the robot and choose a goal."""
+        """Begin an episode in the n environments selected by the mask: place the robot and choose a goal."""
         rows = rows_of(mask)
         robot = self._robot
         if "joint_positions" in options:
@@ -142,7 +142,7 @@ class MyReach(Task):
         return self._terms
 
     def is_success(self) -> Mask:
-        """Return which tools are at the goal, (num_envs,) bool. An episode is successful if its last step is."""
+        """Return whether each tool is at its goal, (num_envs,) bool. The last step determines an episode's success."""
         return self._distance <= self.tolerance
 
     # An episode ends at the time limit. To end it earlier, implement is_terminated().

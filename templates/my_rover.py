@@ -10,7 +10,7 @@ MY_ROVER = Robot(
     model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
     name="my_rover",
     base="wheeled",  # the base moves freely in the world
-    tcp="base_link",  # the tool center point, used by tasks
+    tcp="base_link",  # Tasks use this link as the tool center point.
     # Wheels follow a velocity, not a position. With much more damping, the tires slip or oscillate at larger timesteps.
     gains=DriveGains(stiffness=0.0, damping=0.2),
     differential_drive=DifferentialDrive(
@@ -21,8 +21,8 @@ MY_ROVER = Robot(
         max_linear_velocity=0.8,  # [m/s] for an action of 1
         max_angular_velocity=2.5,  # [rad/s]
     ),
-    friction={"front_foot": 0.0, "back_foot": 0.0},  # the feet slide without friction
-    # sensors={"scan": Lidar(frame="base_link", …)}: a task reads them with frobs_core.sensors.Sensors
+    friction={"front_foot": 0.0, "back_foot": 0.0},  # The feet slide without friction.
+    # To add a lidar, set sensors={"scan": Lidar(frame="base_link", …)}; tasks read it with frobs_core.sensors.Sensors.
 )
 
 if __name__ == "__main__":  # python my_rover.py checks the robot

@@ -1,8 +1,8 @@
 """The simulator moves robots and bodies. It uses only NumPy: each joint moves independently, and nothing collides.
 
-Each joint follows the drive law exactly, including gravity, for the inertia that the joint moves in the home position.
-Joints do not affect each other, so the record claims ``drive: approximate``. Bodies and floating bases fly. Contacts,
-rays, wrenches and rendering are not supported, and the inherited methods of
+Each joint follows the drive law exactly, including gravity, but with a constant inertia: the inertia that the joint
+moves in the home position. Joints do not affect each other, so the record claims ``drive: approximate``. Bodies and
+floating bases fly. Contacts, rays, wrenches and rendering are not supported, and the inherited methods of
 :class:`frobs_core.interfaces.Simulation` raise an error.
 
 Arrays are batched: (num_envs, …).
@@ -57,7 +57,7 @@ class FreeBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world."""
+        """pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4) in the world frame."""
         return read_only(self.pos), read_only(self.quat)
 
     @property
@@ -159,7 +159,7 @@ class JointRobot(RobotHandle):
             self._root.step(seconds, gravity)
 
     def _drive(self, target: Floats, seconds: float, weight: Floats) -> None:
-        """Advance by one physics step, applying the drive law. Damping is implicit, except for saturated joints."""
+        """Advance by one physics step with the drive law. Damping is implicit unless a joint is saturated."""
         kd = self._active_damping
         effort = self._factor * target - self._active_stiffness * self._q - kd * self._v
         implicit = np.where(np.abs(effort) > self.effort_limit, 0.0, kd) + self._friction
@@ -215,9 +215,9 @@ class MySimulator(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """List how each element of a robot's model file is simulated, as ``frobs doctor robot`` shows it."""
+        """Return how each element of a robot's model file is simulated, for the output of ``frobs doctor robot``."""
         table = dict.fromkeys(_KEPT.split(), (Treatment.KEPT, ""))
-        table["inertias"] = Treatment.APPROXIMATED, "only the inertia that each joint carries at home"
+        table["inertias"] = Treatment.APPROXIMATED, "each joint keeps the inertia that it moves in the home position"
         return translate(model, table, others=(Treatment.DROPPED, "ignored, because joints move independently"))
 
     @property
@@ -252,7 +252,7 @@ class MySimulator(Simulation):
         self._time += decimation * self.physics_timestep
 
 
-if __name__ == "__main__":  # python my_simulator.py checks the claims of its record
+if __name__ == "__main__":  # python my_simulator.py checks the capabilities that its record declares
     from frobs_core.capabilities import Level
     from frobs_core.specs import SimulatorRecord
     from frobs_devkit.testing import check_simulator, run_checks

@@ -31,8 +31,8 @@ def test_values_come_as_they_are_written() -> None:
     ("text", "line", "words"),
     [
         pytest.param("a:\n\tb: 1\n", 2, "tab", id="tab"),
-        pytest.param("a: 1\nb: 2\na: 3\n", 3, "is already set in line 1", id="duplicate key"),
-        pytest.param("a:\n  b: 1\n  b: 1\n", 3, "is already set in line 2", id="nested duplicate key"),
+        pytest.param("a: 1\nb: 2\na: 3\n", 3, "is already set on line 1", id="duplicate key"),
+        pytest.param("a:\n  b: 1\n  b: 1\n", 3, "is already set on line 2", id="nested duplicate key"),
         pytest.param("- 1\n- 2\n", 1, "does not have a mapping", id="list"),
         pytest.param("hello", 1, "does not have a mapping", id="text"),
         pytest.param("", None, "is empty", id="empty"),

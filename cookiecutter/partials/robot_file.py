@@ -26,6 +26,6 @@ from frobs_core.interfaces import Robot
 {% else %}
     home={},  # [rad or m] initial joint positions; an omitted joint starts at 0 or at the middle of its limits
 {% endif %}
-    tcp={{ robot.tcp | literal }},  # link that tasks use as the tool center point
-    # gains=DriveGains(stiffness=…, damping=…): by default, each joint is critically damped for the inertia it moves
+    tcp={{ robot.tcp | literal }},  # Tasks use this link as the tool center point.
+    # By default, each joint is critically damped. To change this, add gains=DriveGains(stiffness=…, damping=…).
 )

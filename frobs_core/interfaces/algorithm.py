@@ -124,8 +124,8 @@ class Algorithm(ABC):
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return actions for a batch of observations, and the next state of a recurrent policy.
 
-        Predictions, deterministic or random, affect neither the learned parameters nor the random generators used in
-        training.
+        Predictions, whether deterministic or random, affect neither the learned parameters nor the random generators
+        used in training.
         """
 
     @abstractmethod
@@ -219,8 +219,8 @@ class Algorithm(ABC):
         ``"observation/<key>"``. Recurrent policies have the additional inputs ``"state/0"``, ``"state/1"``, …, which
         are floats and initially zero, and ``"episode_start"``, (batch,) bool. The output is named ``"action"`` and
         contains actions from the action space. For discrete actions, the additional output ``"scores"``, (batch,
-        choices) float, contains the scores of all choices, of which the highest is chosen. Recurrent policies have the
-        additional outputs ``"next_state/0"``, ``"next_state/1"``, …
+        choices) float, contains the scores of all choices; the policy selects the choice with the highest score.
+        Recurrent policies have the additional outputs ``"next_state/0"``, ``"next_state/1"``, …
 
         Raises:
             ConfigurationError: The algorithm cannot be exported, or a package that the export needs is not installed.

@@ -45,11 +45,11 @@ class Body:
     which are treated as solids of uniform density.
 
     Attributes:
-        geometry: The body's only shape, for collision and rendering. A mesh collides as its convex hull, or as a set of
-            convex pieces if it is ``decomposed``.
+        geometry: The body's only shape, for collision and rendering. Collisions of a mesh are computed for its convex
+            hull, or for a set of convex pieces if the mesh is ``decomposed``.
         shapes: The body's shapes, as an alternative to ``geometry``.
-        pose: Pose in the world at reset.
-        twist: Linear velocity of the body's origin [m/s] and angular velocity [rad/s] in the world, at reset.
+        pose: Pose in the world frame at reset.
+        twist: Linear velocity of the body's origin [m/s] and angular velocity [rad/s] in the world frame, at reset.
         mass: [kg]
         density: [kg/m³], instead of ``mass``.
         center_of_mass: Position of the center of mass in the body's frame [m].

@@ -16,7 +16,7 @@ class BodyHandle(ABC):
     @property
     @abstractmethod
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
 
     @property
     @abstractmethod
@@ -27,7 +27,7 @@ class BodyHandle(ABC):
         """Teleport the body and set its velocity to 0.
 
         Args:
-            pos: Position of the body's origin in the world, (n, 3) [m].
+            pos: Position of the body's origin in the world frame, (n, 3) [m].
             quat_wxyz: Orientation, (n, 4), or None to keep the current orientation.
             mask: The environments to change.
 

@@ -108,7 +108,7 @@ class Controller(ABC):
         return None
 
     def snapshot(self) -> Snapshot:
-        """Return the internal state that affects ``apply``, without the simulation's state."""
+        """Return the internal state that affects ``apply``, excluding the simulation's state."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -131,6 +131,7 @@ class ControllerWrapper(Controller):
     def __init__(self, inner: Controller) -> None:
         self.inner = inner
         self.command_mode, self.rate = inner.command_mode, inner.rate  # type: ignore[misc] # ClassVars, set per instance
+
         # The environment calls optional methods only if a controller overrides them, so delegate by assignment.
         self.bind_scene, self.update, self.info = inner.bind_scene, inner.update, inner.info  # type: ignore[method-assign]
 

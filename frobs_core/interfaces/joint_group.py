@@ -71,7 +71,7 @@ class JointGroup(ABC):
     @property
     @abstractmethod
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the robot's root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the robot's root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
 
     @property
     @abstractmethod
@@ -80,7 +80,7 @@ class JointGroup(ABC):
 
     @abstractmethod
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world.
+        """Return the pose of a link in the world frame.
 
         Args:
             frame: Name of a link, or ``"tcp"``.
@@ -165,7 +165,7 @@ class JointSubset(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the robot's root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the robot's root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self._whole.base_pose
 
     @property
@@ -179,7 +179,7 @@ class JointSubset(JointGroup):
         return stiffness[:, self.columns], damping[:, self.columns]
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, at the current or given positions of the group's joints."""
+        """Return the pose of a link in the world frame, at the current or given positions of the group's joints."""
         whole = self._whole
         if joint_positions is None:
             return whole.frame_pose(self.frame_name(frame))

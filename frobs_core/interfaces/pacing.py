@@ -1,4 +1,4 @@
-"""The clock of a paced simulator, which counts missed deadlines."""
+"""A clock for paced simulators that counts missed deadlines."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from frobs_core.arrays import Floats
 
 
 class Pacer:
-    """Clock that synchronizes simulation steps with the time of the world and counts missed deadlines.
+    """Clock that synchronizes simulation steps with an external clock and counts missed deadlines.
 
     A step's deadline is the end of the previous step plus the step's own duration. A step that is called before its
     deadline returns at that deadline. A step that is called too late returns at the next deadline in the future. The
     first step after :meth:`restart` cannot miss a deadline.
 
     Args:
-        clock: Function that returns the world's time [s].
-        sleep: Function that waits for a given duration in the world's time [s].
+        clock: Function that returns the time of the external clock [s].
+        sleep: Function that waits for a given duration on the external clock [s].
 
     Attributes:
         time: Time from the start of the first step after a restart to the end of the latest step, (1,) [s].

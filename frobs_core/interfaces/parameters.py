@@ -47,7 +47,7 @@ class WrittenParameters(ABC):
     Args:
         placements: The robots of the scene.
         scene: The rest of the scene.
-        robots: Handles of the robots. The caller may fill this mapping after constructing this object.
+        robots: Handles of the robots. The caller may fill the mapping after constructing the object.
         num_envs: ≥ 1.
 
     Attributes:

@@ -91,7 +91,7 @@ class Robot:
             the limits exclude 0.
         tcp: Link that serves as the tool center point, or None for the last link of the longest chain.
         gains: Gains of the drive law. If None, critically damped gains are computed from the robot's inertia.
-        base: ``"fixed"``, or ``"floating"`` or ``"wheeled"`` for a base that moves freely in the world.
+        base: ``"fixed"`` for a base that cannot move, or ``"floating"`` or ``"wheeled"`` for a base that moves freely.
         sensors: Sensors, by name.
         differential_drive: Differential drive of the robot, or None if the robot has no such drive.
         self_collision: Whether non-adjacent links collide with each other.
@@ -144,8 +144,8 @@ class Robot:
             tool: Description of the tool as a robot without joint groups. If the description includes an end effector,
                 that end effector defines the tool center point and the open and closed positions.
             name: Name of the end effector and its joint group, and prefix for all names in the tool's model.
-            pos: Position of the tool's root link in ``link`` [m].
-            rpy: Orientation of the tool's root link in ``link`` [rad].
+            pos: Position of the tool's root link relative to ``link`` [m].
+            rpy: Orientation of the tool's root link relative to ``link`` [rad].
 
         Raises:
             UnknownNameError: The arm has no link with this name.

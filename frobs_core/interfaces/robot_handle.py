@@ -120,7 +120,7 @@ class RobotHandle(JointGroup):
         return next(iter(modes), CommandMode.POSITION)
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and hold the current positions, zero velocity or zero effort.
+        """Change the command mode and, depending on the mode, hold the current positions, zero velocity or zero effort.
 
         Args:
             mode: One mode for all joints, or one mode for each joint.
@@ -199,7 +199,7 @@ class RobotHandle(JointGroup):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self.base is not None:
             return self.base.pose
         n = self.num_envs
@@ -216,7 +216,7 @@ class RobotHandle(JointGroup):
         """Teleport the root link. A fixed base can also be teleported.
 
         Args:
-            pos: (n, 3) [m] in the world.
+            pos: (n, 3) [m] in the world frame.
             quat_wxyz: Unit quaternions, (n, 4).
             mask: The environments to change.
 
@@ -245,7 +245,7 @@ class RobotHandle(JointGroup):
     # Handles for engines that compute kinematics themselves override these methods.
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, at the current or given joint positions."""
+        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         pos, quat = self.model.frame_pose(self.frame_name(frame), self.joint_positions)
@@ -253,7 +253,7 @@ class RobotHandle(JointGroup):
         return base_pos + quat_rotate(base_quat, pos), quat_multiply(base_quat, quat)
 
     def planned_frame_pose(self, frame: str, joint_positions: Floats) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world at given joint positions, (k, dof) [rad or m]."""
+        """Return the pose of a link in the world frame at given joint positions, (k, dof) [rad or m]."""
         pos, quat = self.model.frame_pose(self.frame_name(frame), joint_positions)
         base = np.broadcast_to(np.array(self._start.quat_wxyz), quat.shape)
         return quat_rotate(base, pos) + np.array(self._start.pos), quat_multiply(base, quat)
@@ -274,7 +274,7 @@ class RobotHandle(JointGroup):
 
         Args:
             link: Name of the link.
-            point: (num_envs, 3) [m] in the world.
+            point: (num_envs, 3) [m] in the world frame.
 
         Returns:
             The Jacobian, (num_envs, 6, dof), with lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5.
@@ -307,7 +307,7 @@ class RobotHandle(JointGroup):
         raise CapabilityError.lacking(self, "rays")
 
     def lidar_rays(self, name: str) -> tuple[Lidar, Floats, Floats]:
-        """Return a lidar and its rays' origins [m] and directions in the world, (num_envs, rays, 3) each.
+        """Return a lidar and its rays' origins [m] and directions in the world frame, (num_envs, rays, 3) each.
 
         Raises:
             UnknownNameError: The robot has no lidar with this name.
@@ -316,7 +316,7 @@ class RobotHandle(JointGroup):
         if lidar is None:
             raise UnknownNameError("lidar", name, self.robot.lidars)
         pos, quat = self.frame_pose(lidar.frame)
-        if self.num_envs == 1:  # Python floats are faster here, with the same rounding
+        if self.num_envs == 1:  # Python floats are faster here and round in the same way
             ahead, left = np.array(_xy_axes(*quat[0].tolist())).reshape(2, 1, 1, 3)
         else:
             ahead, left = np.array(_xy_axes(*quat.T)).reshape(2, 3, self.num_envs, 1).transpose(0, 2, 3, 1)

@@ -33,7 +33,7 @@ class Contact:
     Attributes:
         first: First side of the contact.
         second: Second side of the contact.
-        ignore: Bodies that ``"*"`` excludes. This field may be set only if ``second`` is ``"*"``. If a contact ignores
+        ignore: Bodies that ``"*"`` excludes. ``ignore`` may be set only if ``second`` is ``"*"``. If a contact ignores
             any bodies, its force is not available.
     """
 
@@ -59,7 +59,7 @@ class Camera:
     """A camera that is fixed in the world, to a robot's link or to a scene body.
 
     Attributes:
-        pos: Position [m] in ``frame``, or in the world if ``frame`` is None.
+        pos: Position relative to ``frame`` [m], or in the world frame if ``frame`` is None.
         target: Point that the camera looks at, in the same frame [m].
         fov_y: Vertical field of view [deg].
         frame: ``"robot/link"`` or the name of a scene body, or None for the world.
@@ -79,7 +79,7 @@ class Marker:
     """A sphere that is rendered but does not collide.
 
     Attributes:
-        pos: (num_envs, 3) [m] in the world.
+        pos: (num_envs, 3) [m] in the world frame.
         radius: [m]
         rgba: Color, each component in [0, 1].
         name: Meaning of the marker. Viewers such as RViz show and hide markers by name.
@@ -98,7 +98,7 @@ class Placement:
     Attributes:
         robot: Description of the robot.
         model: Parsed model file of the robot.
-        pose: Pose of the base in the world at reset.
+        pose: Pose of the base in the world frame at reset.
         command_mode: Command mode of the drives: one for all joints, or a mapping by joint name. Omitted joints use
             position commands.
     """
@@ -124,7 +124,7 @@ class Placement:
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
 
     def start_pose(self, link: str) -> Floats:
-        """Return the pose of a link in the world at reset, (7,): position [m] and quat_wxyz."""
+        """Return the pose of a link in the world frame at reset, (7,): position [m] and quat_wxyz."""
         home = home_positions(self.model, self.robot.home)
         pos, quat = self.model.frame_pose(link, home[None])
         return compose(pose_array(self.pose), np.concatenate([pos[0], quat[0]]))
@@ -189,7 +189,7 @@ class Prop:
 
     Attributes:
         model: Model file of the prop, as in :class:`~frobs_core.interfaces.Robot`.
-        pose: Pose of the prop's root link in the world at reset.
+        pose: Pose of the prop's root link in the world frame at reset.
         base: ``"fixed"`` or ``"floating"``.
         home: Joint positions at reset by joint name [rad or m]. Omitted joints rest at 0, or at the middle of their
             limits if the limits exclude 0.
@@ -241,9 +241,9 @@ class Scene:
         robots: Additional robots without controllers, by name.
         props: Articulated objects without a controller, by name.
         attachments: Bodies and links that are fixed to each other, by name.
-        robot_pose: Base pose of the controlled robot in the world.
-        robot_poses: Base poses of the controlled robots in the world, by robot name, if there are several controlled
-            robots.
+        robot_pose: Base pose of the controlled robot in the world frame.
+        robot_poses: Base poses of the controlled robots in the world frame, by robot name, if there are several
+            controlled robots.
     """
 
     floor: bool = True
@@ -304,7 +304,7 @@ class Scene:
         for name in self.props:
             if name in robots or name in self.bodies:
                 raise SceneError(
-                    f"prop '{name}'", "has the same name as a robot or body of the scene; choose another name."
+                    f"prop '{name}'", "has the same name as a robot or body in the scene; choose another name."
                 )
         return robots | {name: prop.placement(name) for name, prop in self.props.items()}
 
@@ -321,7 +321,7 @@ class Scene:
         return _relative_pose(self._start(attachment.first, robots), self._start(attachment.second, robots))
 
     def _start(self, side: str, robots: Mapping[str, Placement]) -> Floats:
-        """Return the pose of a body or link in the world at reset, (7,)."""
+        """Return the pose of a body or link in the world frame at reset, (7,)."""
         if side in self.bodies:
             return pose_array(self.bodies[side].pose)
         robot, _, link = side.partition("/")
@@ -354,7 +354,7 @@ class Scene:
                     )
         for name, camera in self.cameras.items():
             if camera.frame is not None and camera.frame not in links and camera.frame not in self.bodies:
-                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
+                raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body in the scene.")
             if camera.up is not None and not np.any(np.cross(camera.up, np.subtract(camera.pos, camera.target))):
                 raise SceneError(
                     f"camera '{name}'", f"has the up vector {camera.up}, which is parallel to the viewing direction."
@@ -363,7 +363,7 @@ class Scene:
             for side in (attachment.first, attachment.second):
                 if side not in links and side not in self.bodies:
                     raise SceneError(
-                        f"attachment '{name}'", f"refers to '{side}', which is not a body or link of the scene."
+                        f"attachment '{name}'", f"refers to '{side}', which is not a body or link in the scene."
                     )
             second = self.bodies.get(attachment.second)
             if attachment.first == attachment.second or (second is not None and not second.is_free):

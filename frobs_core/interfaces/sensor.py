@@ -138,7 +138,7 @@ class Lidar(Sensor):
         angle_max: Angle of the last ray [rad], or None to space the rays evenly over 360 degrees.
         range_min: Minimum reading [m]. A ray that hits a closer object reads as ``range_min``.
         range_max: Maximum reading [m]. A ray that hits a farther object, or nothing, reads as ``range_max``.
-        offset: Origin of the rays in ``frame`` [m].
+        offset: Origin of the rays relative to ``frame`` [m].
     """
 
     type_name: ClassVar[str] = "lidar"
@@ -251,14 +251,14 @@ class Bumper(Sensor):
 
 @dataclass(frozen=True, kw_only=True)
 class Imu(Sensor):
-    """An inertial measurement unit for angular velocity [rad/s] and specific force [m/s²], both (3,) in ``frame``.
+    """An inertial measurement unit: angular velocity [rad/s] and specific force [m/s²] in ``frame``, (3,) each.
 
     Specific force is acceleration minus gravity, so it points up at rest. The acceleration is averaged over the control
     step by dividing the change in the sensor's velocity by the step's duration. After a reset, the acceleration is 0.
     If a sample is lost, the previous sample is kept.
 
     Attributes:
-        offset: Position of the sensor in ``frame`` [m].
+        offset: Position of the sensor relative to ``frame`` [m].
     """
 
     type_name: ClassVar[str] = "imu"
@@ -291,7 +291,7 @@ class ForceTorque(Sensor):
     The sensor is in the joint above ``frame``, and its axes and origin are those of ``frame``. A reading includes the
     weight and inertia of ``frame`` and of everything beyond it, and is not tared. Readings are averaged over the
     physics steps of the control step. After a reset, the reading is 0 until the next step. If ``frame`` is fixed to its
-    parent and carries no mass, the sensor is in the next joint above that carries mass. If a sample is lost, the
+    parent and carries no mass, the sensor is in the nearest joint above it that carries mass. If a sample is lost, the
     previous sample is kept.
     """
 

@@ -42,7 +42,7 @@ class BareEngine(Protocol):
         """Advance by ``decimation`` physics steps."""
 
     def rays(self, origins: Floats, directions: Floats, max_range: float) -> None:
-        """Cast rays with the arguments of :meth:`Simulation.rays`, and discard the result."""
+        """Cast rays with the arguments of :meth:`Simulation.rays` and discard the result."""
 
 
 class Simulation(ABC):
@@ -128,7 +128,7 @@ class Simulation(ABC):
 
     @property
     def diverged(self) -> Mask | None:
-        """Mask of the environments in which the engine has failed since their reset, or None if it has never failed."""
+        """Mask of the environments in which the engine has failed since their last reset, or None if it never failed."""
         return None
 
     @abstractmethod
@@ -245,8 +245,8 @@ class Simulation(ABC):
         """Cast rays and return the distances to the objects that they hit.
 
         Args:
-            origins: Start points in the world, (num_envs, k, 3) [m].
-            directions: Unit vectors in the world, (num_envs, k, 3).
+            origins: Start points in the world frame, (num_envs, k, 3) [m].
+            directions: Unit vectors in the world frame, (num_envs, k, 3).
             max_range: Maximum range of the rays [m].
 
         Returns:
@@ -261,7 +261,7 @@ class Simulation(ABC):
 
         Args:
             names: Names of k scene bodies.
-            pos: Positions of the bodies' origins in the world, (n, k, 3) [m].
+            pos: Positions of the bodies' origins in the world frame, (n, k, 3) [m].
             quat_wxyz: Orientations, (n, k, 4), or None to keep the current orientations.
             mask: The environments to change.
 
@@ -368,7 +368,7 @@ class Simulation(ABC):
         raise CapabilityError.lacking(self, "cameras")
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap] | None:
-        """Return the pairs of overlapping links of a robot in the first environment, by decreasing depth.
+        """Return the pairs of overlapping links of a robot in the first environment, deepest overlap first.
 
         Pairs for which the engine disables collisions, such as neighboring links, are not reported.
 

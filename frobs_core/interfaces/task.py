@@ -33,8 +33,9 @@ class Task(ABC):
     ``is_terminated`` and ``is_success``, in this order. During a reset, the environment calls ``reset`` and reads the
     observation terms.
 
-    Do not multiply (num_envs, k) arrays by a matrix (``@``, ``dot``), and do not compute statistics over environments.
-    Such operations would make the results of a vector environment differ from those of single environments.
+    Do not multiply (num_envs, k) arrays by a matrix (``@``, ``dot``), and do not compute statistics across
+    environments. Such operations would make the results of a vector environment differ from those of single
+    environments.
 
     Attributes:
         reward_types: Valid values of ``reward_type``, the first of which is the default.
@@ -129,7 +130,7 @@ class Task(ABC):
         return ()
 
     def snapshot(self) -> Snapshot:
-        """Return the state that the task stores between steps, without the simulation's state."""
+        """Return the state that the task stores between steps, excluding the simulation's state."""
         return {}
 
     def restore(self, snapshot: Snapshot) -> None:

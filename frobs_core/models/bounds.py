@@ -75,7 +75,7 @@ def mesh_points(path: Path) -> Floats:
     """
     vertices = np.concatenate([part.vertices for part in read_mesh(path)])
     kept = np.zeros((0, 3))
-    for start in range(0, len(vertices), _CHUNK):  # keep the farthest points of each chunk and of all previous chunks
+    for start in range(0, len(vertices), _CHUNK):  # keep the farthest points among this chunk and all previous chunks
         part = np.concatenate([kept, vertices[start : start + _CHUNK]])
         kept = part[np.unique((part @ _DIRECTIONS.T).argmax(axis=0))]
     return kept
@@ -148,7 +148,7 @@ def lowest_points(model: RobotModel, joint_positions: npt.ArrayLike, quat_wxyz: 
     Args:
         model: Model of the robot.
         joint_positions: (dof,) [rad or m]
-        quat_wxyz: Orientation of the root link in the world, (4,), scalar first.
+        quat_wxyz: Orientation of the root link in the world frame, (4,), scalar first.
     """
     upward = matrix_from_quat(np.asarray(quat_wxyz, float))[2]  # the world's z axis in the root's frame
     positions = np.asarray(joint_positions, float)[None]

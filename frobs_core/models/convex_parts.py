@@ -18,7 +18,7 @@ _SETTINGS = {
     "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
     "max_convex_hull": 64,  # maximum number of pieces
     "resolution": 1000,  # number of sample points for measuring the concavity
-    "mcts_nodes": 10,  # half of CoACD's default, like mcts_iterations, to save half of the time
+    "mcts_nodes": 10,  # half of CoACD's default, as for mcts_iterations, to halve the computation time
     "mcts_iterations": 60,
     "seed": 0,
 }
@@ -26,7 +26,7 @@ _CACHED_AS = ".convex-parts-1"  # version of the settings, which is part of the 
 
 
 def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
-    """Return the parts whose convex hulls are the collision shapes: a decomposed mesh's pieces, or the whole mesh.
+    """Return the parts whose convex hulls serve as collision shapes: decomposed pieces or the whole mesh.
 
     The pieces depend only on the file's content, so they are the same in every simulator. The pieces are cached.
 

@@ -86,7 +86,7 @@ def default_tcp(model: RobotModel) -> str:
         rank = (actuated, usual_rank(link.name), len(path))
         if best is None or rank > best[0]:
             best = (rank, link.name)
-    assert best is not None  # a model has at least one link
+    assert best is not None  # every model has at least one link
     return best[1]
 
 
@@ -106,8 +106,8 @@ def _is_named(link: str, name: str) -> bool:
 def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz: float = BANDWIDTH) -> DriveGains:
     """Return drive gains that make each joint at least critically damped if it moves alone.
 
-    The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, in the
-    home position and in many other postures within the limits. The joint is critically damped at this inertia and
+    The gains are Kp = I·ω² and Kd = 2·I·ω, with ω = 2π·bandwidth. I is the largest inertia that the joint moves, over
+    the home position and many other postures within the limits. The joint is critically damped at this inertia and
     overdamped at smaller inertias. I includes neither the coupling between joints nor the armatures.
 
     A drive that reaches its effort limit brakes too late, and a drive whose Kd is large compared to the current inertia
@@ -149,9 +149,9 @@ def composite_inertia(model: RobotModel, joint_positions: npt.ArrayLike) -> dict
         joint_positions: (dof,) [rad or m]
 
     Returns:
-        Inertias by joint name: the inertia about the joint's axis, at least 10⁻³ [kg·m²], or for prismatic joints the
-        moved mass, at least 0.1 [kg]. A mimic joint's inertia is multiplied by the square of the joint's multiplier,
-        and added to the inertia of the followed joint.
+        Inertias by joint name: for revolute joints, the inertia about the joint's axis [kg·m²], at least 10⁻³; for
+        prismatic joints, the moved mass [kg], at least 0.1. The inertia of a mimic joint is multiplied by the square of
+        its multiplier and added to the inertia of the joint that it follows.
     """
     row = _inertias(model, np.asarray(joint_positions, float)[None])[0]
     return dict(zip(model.joint_names, row.tolist(), strict=True))
@@ -202,7 +202,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
         if leader is None:
             continue
         pos, quat = poses[joint.child]
-        axis = quat_rotate(quat, np.array(joint.axis))  # the joint's motion does not change its axis
+        axis = quat_rotate(quat, np.array(joint.axis))  # moving the joint does not change its axis
         if joint.type == JointType.PRISMATIC:
             carried: Floats | float = mass[joint.child]
         else:
@@ -218,7 +218,7 @@ def _inertias(model: RobotModel, joint_positions: Floats) -> Floats:
 
 
 def _position(model: RobotModel, joint: Joint, joint_positions: Floats) -> Floats:
-    """Return the positions of one joint, (n, 1) [rad or m], which are 0 for a joint that does not move."""
+    """Return the positions of one joint, (n, 1) [rad or m], or zeros if the joint does not move."""
     leader = model.leader(joint)
     if leader is None:
         return np.zeros((len(joint_positions), 1))

@@ -45,7 +45,7 @@ ELEMENTS: Mapping[str, str] = {
     "sites": "points of interest on a body",
     "cameras": "cameras in the file",
     "lights": "lights in the file",
-    "world_geoms": "shapes of the world, such as a floor",
+    "world_geoms": "shapes that belong to the world, such as a floor",
     "options": "settings of the engine: timestep, gravity, solver",
     "unknown_elements": "elements that the format does not define",
 }
@@ -62,7 +62,7 @@ PHYSICAL = frozenset(
         "equalities",
     ]
 )
-"""Kinds of elements that affect a robot's motion, so a simulator that ignores them changes the motion."""
+"""Kinds of elements that affect a robot's motion: the robot moves differently in a simulator that ignores them."""
 
 _BESIDE = {  # children of a URDF's <robot> that do not belong to a link or joint
     "transmission": "transmissions",

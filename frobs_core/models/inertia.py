@@ -37,7 +37,7 @@ def read_inertials(links: Mapping[str, Element], joints: Sequence[Joint], notes:
     """
     inertials = {name: _read(name, element, notes) for name, element in links.items()}
     fixed = {joint.child: joint.parent for joint in joints if joint.type == JointType.FIXED}
-    bodies: dict[str, list[str]] = {}  # names of rigidly connected links, by the first link's name
+    bodies: dict[str, list[str]] = {}  # names of the links in each rigid group, by the name of the group's first link
     for name in links:
         first = name
         while first in fixed:

@@ -20,9 +20,8 @@ MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 class Chain:
     """Moving joints between the root and a link, with all fixed transforms merged into the joints.
 
-    Each joint's frame is rotated so that the joint moves about or along z. An array (7, n), which contains a point [m]
-    and a quaternion, is propagated from the tip to the root. Each joint requires only three products of arrays of
-    length n.
+    Each joint's frame is rotated so that the joint moves about or along z. An array (7, n) of n points [m] and n
+    quaternions is propagated from the tip to the root. Each joint requires only three products of arrays of length n.
 
     Attributes:
         columns: Index of the actuated joint that each of the k joints follows, (k,).
@@ -92,7 +91,7 @@ def forward_kinematics(model: RobotModel, frame: str, joint_positions: npt.Array
 
 
 def _mixing(angle: Floats) -> tuple[Floats, Floats]:
-    """Return the factors by which rotations about z multiply ``state`` and ``state[_SWAP]``, (k, 7, n) each."""
+    """Return the factors, (k, 7, n) each, that multiply ``state`` and ``state[_SWAP]`` in a rotation about z."""
     cosines = np.empty((len(angle), 7, angle.shape[1]))
     sines = np.empty_like(cosines)
     half = 0.5 * angle
@@ -166,7 +165,7 @@ def compose(outer: Floats, inner: Floats) -> Floats:
 
 
 def _turn_z_to(axis: Floats) -> Floats:
-    """Return a quaternion that rotates z to a unit axis. The result is exact for coordinate axes."""
+    """Return a quaternion that rotates the z axis onto a unit vector. The result is exact for coordinate axes."""
     helper = np.eye(3)[(int(np.argmax(np.abs(axis))) + 2) % 3]
     x = np.cross(helper, axis)
     x /= np.sqrt((x * x).sum())

@@ -18,7 +18,7 @@ from frobs_core.models.mesh_files import MAX_BYTES
 
 _VERSION = b"1"  # version of the parser, which is part of the key
 _MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
-_MAX_NAMES = 1_000  # maximum number of other files that are part of the key
+_MAX_NAMES = 1_000  # maximum number of referenced files that the key covers
 _BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
 
 

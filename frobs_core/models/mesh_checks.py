@@ -38,7 +38,7 @@ def check_collada(path: Path, data: bytes) -> None:
     Raises:
         ModelFileError: The check fails.
     """
-    below: dict[str, Counter[str]] = defaultdict(Counter)  # contents of each node, with the number of uses
+    below: dict[str, Counter[str]] = defaultdict(Counter)  # contents of each node, and how often the node uses each
     parts: Counter[str] = Counter()  # number of parts of each geometry
     stack: list[str] = [""]
     parser = expat.ParserCreate()
@@ -74,7 +74,7 @@ def check_collada(path: Path, data: bytes) -> None:
 
 
 def check_obj(path: Path, data: bytes) -> None:
-    """Check the number of materials of an OBJ file.
+    """Check the number of materials in an OBJ file.
 
     Raises:
         ModelFileError: The file has more than :data:`MAX_MATERIALS` materials.
@@ -151,7 +151,7 @@ def _check_instances(path: Path, below: Mapping[str, Mapping[str, int]], parts: 
 
     Args:
         path: The file.
-        below: Nodes and geometries that each node contains, with the number of uses.
+        below: Nodes and geometries that each node contains, and how often it uses each.
         parts: Number of parts of each geometry.
     """
     totals: dict[str, int] = {}

@@ -15,7 +15,7 @@ MAX_BYTES = 256 * 2**20
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNkYPhfDwAChwGA60e6kgAAAABJRU5ErkJggg=="
 )
-"""A PNG file of one pixel that replaces every texture. Textures are not rendered, and a small file may contain a huge
+"""A one-pixel PNG file that replaces every texture. Textures are not rendered, and a small file may contain a huge
 texture.
 """
 

@@ -58,7 +58,7 @@ class MeshPart:
 
 
 def read_mesh(path: Path) -> tuple[MeshPart, ...]:
-    """Read a mesh file, and return one part for each of its colors.
+    """Read a mesh file and return one part for each of its colors.
 
     Raises:
         ModelFileError: The file cannot be read, contains no triangles, is broken or is too large.
@@ -93,7 +93,7 @@ def joined(parts: Iterable[MeshPart]) -> MeshPart:
 
 
 def bounding_box(mesh: Mesh) -> tuple[Floats, Floats]:
-    """Return the minimum and maximum corners of a mesh, (3,) [m] each.
+    """Return the minimum and maximum corners of a mesh's bounding box, (3,) [m] each.
 
     Raises:
         ModelFileError: The mesh file cannot be read.

@@ -121,7 +121,7 @@ class _MjcfReader:
             self.notes.add(
                 "root-pose",
                 top,
-                "a movable base starts at the file's root pose; a fixed base starts at the scene's pose",
+                "a movable base starts at the root pose in the file; a fixed base starts at the pose in the scene",
             )
         self._body(top, None, _IDENTITY, None)
         inertials = compiled_inertials(document.compiler, self.inertials)
@@ -208,7 +208,7 @@ class _MjcfReader:
         Args:
             body: The body.
             parent: Name of the parent link, or None for the root.
-            frame: Frame in the parent link to which the body's pose is relative, (7,).
+            frame: Reference frame of the body's pose, expressed in the parent link, (7,).
             childclass: Default class of the body's contents.
         """
         name = body.required("name")
@@ -364,7 +364,7 @@ class _MjcfReader:
     def _passive_joints(self) -> tuple[str, ...]:
         """Return the names of the joints without a drive, and add a note.
 
-        These joints stay at position 0, which is redefined as their position in the file's initial pose. A joint has a
+        These joints keep their position in the file's initial pose, and this position is redefined as 0. A joint has a
         drive if an actuator acts on the joint itself, on the joint's leader, or on one of the joint's followers.
         """
         if not self.efforts:
@@ -406,8 +406,8 @@ class _MjcfReader:
             offset, multiplier, *rest = coefficients[:5]
             if leader is None or any(rest) or element.get("active", "true") != "true":
                 text = (
-                    f"only the engine evaluates the equality constraint on joint '{follower}', which is not treated "
-                    "as a mimic joint"
+                    f"joint '{follower}' is not treated as a mimic joint, because only the engine evaluates its equality "
+                    "constraint"
                 )
                 self.notes.add("engine-equality", element, text)
                 continue

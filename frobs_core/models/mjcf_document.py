@@ -1,4 +1,4 @@
-"""An MJCF document with resolved includes, defaults, compiler settings and absolute file paths."""
+"""An MJCF document whose includes, defaults, compiler settings and file paths are resolved."""
 
 from __future__ import annotations
 

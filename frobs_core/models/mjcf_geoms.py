@@ -121,7 +121,7 @@ def _geometry(document: MjcfDocument, geom: Element, kind: str, size: Sequence[f
         x, y, z = asset.numbers("scale", 3, "1 1 1")
         return Mesh(Path(asset.required("file")), (x, y, z))
     if "mesh" in geom.attrib:
-        return None  # a primitive that MuJoCo fits to a mesh
+        return None  # MuJoCo fits this primitive to the mesh
     match kind:
         case "box":
             x, y, z = size

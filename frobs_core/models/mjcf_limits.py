@@ -1,4 +1,4 @@
-"""Checks counts, sizes and files in an MJCF document that could exhaust memory or time, before MuJoCo reads it."""
+"""Checks an MJCF document, before MuJoCo reads it, for content that could exhaust memory or take too long to load."""
 
 from __future__ import annotations
 

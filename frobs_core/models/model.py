@@ -135,7 +135,7 @@ class Inertial:
 
     Attributes:
         mass: [kg]
-        origin: Pose of the center of mass and of the inertia's axes in the link's frame.
+        origin: Pose of the inertial frame in the link's frame; the origin is the center of mass.
         inertia: Inertia about the center of mass, (ixx, ixy, ixz, iyy, iyz, izz) [kg·m²].
     """
 

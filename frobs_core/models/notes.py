@@ -27,7 +27,7 @@ class Rule:
 
     Attributes:
         name: Name of the rule, such as ``"impossible-inertia"``.
-        about: Existing or missing content to which the rule applies.
+        about: Content of the file, present or missing, to which the rule applies.
         treatment: Treatment of the element.
         text: Description of the treatment.
         fault: Whether the author of the file should fix the peculiarity. If True, the robot's conformance check fails.

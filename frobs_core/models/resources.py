@@ -22,7 +22,7 @@ def resolve_path(path: str | Path) -> Path:
     """Return the absolute path of a file.
 
     The argument can also be ``"package:relative/path"`` for a file in an installed Python package. An existing file
-    takes precedence, so file paths may contain a colon.
+    takes precedence over a package, so file paths may contain a colon.
 
     Raises:
         ModelFileError: The file or package does not exist. The message suggests similar names.
@@ -73,8 +73,8 @@ class Packages:
     folders.
 
     Args:
-        given: Folder of each package, by package name. A folder can also be ``"package:relative/path"`` in an installed
-            Python package.
+        given: Folder of each package, by package name. A folder in an installed Python package can be specified as
+            ``"package:relative/path"``.
         file: The model file.
     """
 
@@ -92,7 +92,8 @@ class Packages:
             folder = resolve_path(self.given[name])
             if not folder.is_dir():
                 raise ModelFileError(
-                    folder, f"package_paths sets this path for the package '{name}', but the path is not a folder."
+                    folder,
+                    f"package_paths sets the location of the package '{name}' to this path, which is not a folder.",
                 )
             return folder
         searched = self._folders()
@@ -107,7 +108,7 @@ class Packages:
                 return folder
         close = nearest(name, self.given)
         hint = f" Did you mean '{close}', which is in package_paths?" if close else ""
-        places = ", ".join(["package_paths", *map(str, searched), "and any folder above the model file with this name"])
+        places = ", ".join(["package_paths", *map(str, searched), "and any folder of this name above the model file"])
         raise ModelFileError(
             self.file,
             f"the ROS package '{name}' is not found; set its location with package_paths={{'{name}': FOLDER}} or "

@@ -58,7 +58,7 @@ def solid_inertial(
 
 
 def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
-    """Return the volume [m³], the centroid (3,) [m], and the inertia of 1 kg about the centroid, (3, 3) [m²]."""
+    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²]."""
     match geometry:
         case Box((x, y, z)):
             volume, moments = x * y * z, [(y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12]

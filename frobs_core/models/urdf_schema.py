@@ -1,4 +1,6 @@
-"""The URDF elements and attributes that are read. All other elements and attributes are ignored with a note.
+"""The URDF elements and attributes that the reader uses.
+
+All other elements and attributes are ignored, and a note is added for each.
 
 Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. Elements in
 :data:`_LEFT_OUT` are ignored, and the note refers to a rule for this kind of element. All other elements are ignored,

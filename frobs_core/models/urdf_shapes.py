@@ -37,7 +37,7 @@ def read_pose(element: Element) -> Pose:
 
 
 class Shapes:
-    """Reads visual and collision elements, and makes their mesh paths absolute.
+    """Reads visual and collision elements and makes their mesh paths absolute.
 
     Args:
         packages: Locations of ROS packages that contain meshes.

@@ -73,7 +73,7 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
         return ModelFileError(file, reason, seen.line(file, rf"{call}[^>]*\b{re.escape(name)}\s*="))
     if match := re.search(r"Undefined parameters \[([^\]]*)\]", text):
         macro, call = _macro_of(error)
-        reason = f"a call of the macro '{macro}' does not set the required parameters {match[1]}."
+        reason = f"a call to the macro '{macro}' does not set the required parameters {match[1]}."
         return ModelFileError(file, reason, seen.line(file, call))
     return ModelFileError(file, f"xacro: {text}.")
 

@@ -1,7 +1,7 @@
 """Expands xacro files without ROS.
 
-The PyPI package ``xacro`` expands the macros, but its evaluation of expressions and its file access are replaced. Only
-the package's handling of elements, macros and properties is used. Expressions are evaluated by
+The PyPI package ``xacro`` expands the macros, but FRobs replaces its evaluation of expressions and its file access.
+Only the package's handling of elements, macros and properties is used. Expressions are evaluated by
 :class:`frobs_core.models.xacro_expressions.Interpreter`, files are opened by :func:`frobs_core.files.read_limited`, and
 the amount of work is limited. Each expansion starts with new symbol tables, so that no file affects the expansion of
 another file. A file can read environment variables (``$(env …)``) and YAML files.
@@ -153,7 +153,8 @@ class _Expansion:
             # <xacro:include optional="true"> ignores exceptions of this class with this cause
             raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
         self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
-        self._seen.note(file, parse_xml(text, file), text)  # rejects document types and reports the lines of errors
+        # parse_xml rejects document types and reports the line numbers of errors
+        self._seen.note(file, parse_xml(text, file), text)
         document = minidom.parseString(text)
         self._count_copies(document, minidom)
         return document

@@ -1,4 +1,4 @@
-"""The functions, constants and methods without side effects that xacro's documentation allows in expressions.
+"""The side-effect-free functions, constants and methods that xacro's documentation allows in expressions.
 
 ``type``, ``vars``, ``hash``, ``format`` and all methods that modify a value are omitted. Functions that return
 iterators in Python return lists here.
@@ -20,7 +20,7 @@ _MAX_CHOICE = 66  # comb(66, 33) is the largest central binomial coefficient bel
 
 
 def _simple(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a function that does not need the interpreter, because its work depends only on its arguments."""
+    """Wrap a function that does not need the interpreter to count its work, which depends only on its arguments."""
     return lambda _, *args, **keywords: function(*args, **keywords)
 
 

@@ -12,7 +12,7 @@ MAX_WORK = 400_000
 """
 
 MAX_CHARACTERS = 1_000_000
-"""Maximum length of an expression's value, a property or an attribute [characters]."""
+"""Maximum length of the value of an expression, property or attribute [characters]."""
 
 MAX_ITEMS = 100_000
 """Maximum number of values in a list or mapping, including nested values."""

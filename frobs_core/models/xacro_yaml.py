@@ -1,4 +1,4 @@
-"""Loads YAML files in xacro expressions. Only plain data and xacro's units are supported."""
+"""Loads the YAML files that xacro expressions refer to. Only plain data and xacro's units are supported."""
 
 from __future__ import annotations
 

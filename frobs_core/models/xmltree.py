@@ -69,7 +69,7 @@ class Element(ElementTree.Element):
     def numbers(
         self, attribute: str, count: int | None = None, default: str | None = None, limit: float = math.inf
     ) -> tuple[float, ...]:
-        """Return an attribute's numbers, which must be finite and between -``limit`` and ``limit``.
+        """Return the numbers in an attribute, which must be finite and between -``limit`` and ``limit``.
 
         The attribute must contain ``count`` numbers, or at least one number if ``count`` is None. If ``default`` is
         None, the attribute is required.
@@ -93,7 +93,7 @@ class Element(ElementTree.Element):
         return values
 
     def number(self, attribute: str, default: str | None = None, limit: float = math.inf) -> float:
-        """Return an attribute's number, which must be finite and between -``limit`` and ``limit``.
+        """Return the number in an attribute, which must be finite and between -``limit`` and ``limit``.
 
         If ``default`` is None, the attribute is required.
         """
@@ -118,7 +118,8 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     Args:
         text: The XML.
         file: The file, for messages.
-        expanded: Whether macros generated the text, so that its line numbers differ from the line numbers in the file.
+        expanded: Whether macros generated the text, in which case its line numbers differ from the line numbers in the
+            file.
 
     Raises:
         ModelFileError: The text is empty or broken, has a document type, or is nested too deeply.

@@ -36,16 +36,16 @@ _log = logging.getLogger("frobs")
 
 
 class Plugins:
-    """The plugins of a set of distributions, which are loaded when they are first needed.
+    """The plugins of a set of distributions, loaded on first use.
 
     For each broken plugin, the logger ``frobs`` logs one line, and :meth:`reports` returns the details.
 
     Args:
         distributions: Distributions to search, or None to search all installed distributions.
         strict: Whether a broken plugin raises an error, or None to use ``FROBS_STRICT_PLUGINS``.
-        disabled: Entry points, distributions or ``distribution:name`` that must not be imported, or None to use
+        disabled: Entry points, distributions or ``distribution:name`` pairs that must not be imported, or None to use
             ``FROBS_DISABLE_PLUGINS``.
-        slow_seconds: Loading time after which a plugin is reported on stderr [s].
+        slow_seconds: Loading time above which a plugin is reported on stderr [s].
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class Plugins:
         return tuple(f"'{r.name}' of {r.origin}: {r.cause}" for r in self.reports() if r.state != "loaded")
 
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
-        """Return the reports of the plugins that provide each name of a kind, by name and distribution."""
+        """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
         if kind not in RECORDS:
             raise UnknownNameError("kind", kind, RECORDS)
         self.reports()
@@ -234,7 +234,7 @@ class _Watch:
     busy machine.
 
     Args:
-        seconds: Loading time after which a plugin is reported [s].
+        seconds: Loading time above which a plugin is reported [s].
     """
 
     def __init__(self, seconds: float) -> None:
@@ -273,7 +273,7 @@ class _Watch:
 
 
 def warn(line: str) -> None:
-    """Log a warning, or a debug message in a worker process, because its parent has already logged the warning."""
+    """Log a warning. In a worker process, use the debug level, because the parent has already logged the warning."""
     _log.log(logging.DEBUG if multiprocessing.parent_process() else logging.WARNING, "%s", line)
 
 
@@ -284,7 +284,7 @@ def _record(report: PluginReport, kind: str, name: str) -> Record:
 def _refuse_second_offers(
     candidate: Candidate, records: Mapping[str, tuple[Record, ...]], others: Iterable[PluginReport]
 ) -> None:
-    """Reject names that another plugin of the distribution provides, because ``distribution:name`` must be unique."""
+    """Reject names from another plugin of the same distribution, because ``distribution:name`` must be unique."""
     for other in others:
         if other.distribution == candidate.distribution:
             taken = [(kind, record.name) for kind in RECORDS for record in other.records[kind]]

@@ -20,7 +20,7 @@ class Candidate:
         distribution: Name of the pip package that contains the entry point.
         version: Version of the distribution.
         value: Value of the entry point.
-        problem: Reason why the plugin cannot be imported, or empty if there is no problem.
+        problem: Reason why the plugin cannot be imported, or an empty string if it can be imported.
         requirements: Requirements listed in the distribution's metadata.
     """
 

@@ -21,7 +21,7 @@ NO_PLUGINS = "FROBS_NO_PLUGINS"
 """Environment variable that, if set, prevents :mod:`frobs_core` from loading plugins when it is imported."""
 
 GRACE = 10.0
-"""Additional time for the process to start and exit [s]."""
+"""Time for starting and exiting the process, in addition to the time limit [s]."""
 
 _TORCH = "import torch; print(torch.get_num_threads())"
 
@@ -78,12 +78,12 @@ def probe(candidate: Candidate, seconds: float = 30.0) -> Probe:
         hangs = Path(f"{findings}.hangs")
         where = hangs.read_text() if hangs.exists() else ""
         if where or code is None:
-            cause = f"its import did not finish within {seconds:g} s"
+            cause = f"the import did not finish within {seconds:g} s"
             return Probe(
                 state="hanging", cause=cause, traceback=where, import_seconds=seconds, stdout=out_text, stderr=err_text
             )
         died = f"by signal {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
-        cause = f"its import ended the process {died}"
+        cause = f"the import ended the process {died}"
         return Probe(state="crashed", cause=cause, traceback=err_text, stdout=out_text, stderr=err_text)
 
 

@@ -58,7 +58,7 @@ def has_upper_bound(specifier: str) -> bool:
 
 
 def missing(requirements: Iterable[str]) -> list[Missing]:
-    """Return the requirements that are not met, ignoring the requirements of extras."""
+    """Return the requirements that are not met, ignoring requirements that belong to extras."""
     from importlib.metadata import PackageNotFoundError, version
 
     from packaging.requirements import InvalidRequirement, Requirement

@@ -21,7 +21,7 @@ class ActionDelay:
     command mode. Commands are delayed instead of actions, because not every controller has a neutral action.
 
     Args:
-        setting: Setting that defines the number of control steps, which is the same for all robots.
+        setting: Setting that defines the delay in control steps, which is the same for all robots.
         control: The controllers and their robots.
         control_timestep: [s]
 
@@ -41,7 +41,7 @@ class ActionDelay:
         steps = np.zeros(num_envs)
         self.draw = Draw(setting.stream, setting.schedule, whole_steps(setting.distribution), steps, control_timestep)
         depth = int(setting.distribution.high) + 1
-        # Commands from newest to oldest. The third axis has one row, or one row for each physics step.
+        # Commands of each robot, (num_envs, longest delay + 1, 1 or decimation, dof), newest first.
         self._histories: list[Floats] = [np.zeros((num_envs, depth, 1, robot.dof)) for robot in self._robots]
         self._each = np.arange(num_envs)
 

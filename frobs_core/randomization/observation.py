@@ -51,7 +51,7 @@ class ObservedArray:
         self._delays.append(((slice(None), columns), draw))
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-        """Clear the history in the environments of ``mask``, and return the observations of all environments."""
+        """Clear the history of the environments selected by ``mask``, and return all environments' observations."""
         self._history[mask] = self._measure(true, mask)[:, None]
         return self.observed()
 
@@ -119,7 +119,7 @@ class ObservedArrays:
         self._depth = 1 + max((int(setting.distribution.high) for setting in delays), default=0)
         self.arrays: dict[str, ObservedArray] = {}
         self.draws: list[Draw] = []
-        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that do not change within an episode
+        self.constant: dict[str, tuple[Draw, slice]] = {}  # draws that stay constant within an episode
         for setting in noise:
             self._add_noise(setting)
         for setting in delays:
@@ -132,7 +132,7 @@ class ObservedArrays:
         return set(self.arrays)
 
     def begin(self, rng: RandomSource, true: Observation, mask: Mask) -> Observation:
-        """Begin episodes in the environments of ``mask``, and return the observations."""
+        """Begin episodes in the environments selected by ``mask``, and return the observations."""
         for draw in self.draws:
             draw.begin(rng, mask)
         return self._each(true, lambda array, values: array.begin(values, mask))

@@ -29,9 +29,9 @@ _OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
 """Parameters that are randomized only for robots by default."""
 
 _WITHOUT_EFFECT = {
-    ("stiffness", CommandMode.VELOCITY): "velocities, for which the drives use only their damping",
-    ("stiffness", CommandMode.EFFORT): "efforts, for which the drives do not use their gains",
-    ("damping", CommandMode.EFFORT): "efforts, for which the drives do not use their gains",
+    ("stiffness", CommandMode.VELOCITY): "the controller commands velocities, for which the drives use only damping",
+    ("stiffness", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
+    ("damping", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
 }
 
 
@@ -66,7 +66,7 @@ class PhysicalParameter:
         if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
             raise RandomizationError(
                 settings[0].place,
-                f"this setting has no effect, because the controller commands "
+                f"this setting has no effect, because "
                 f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
             )
         units = find_units(simulation, name)
@@ -94,7 +94,7 @@ class PhysicalParameter:
         return [draw for _, _, draw in self._changes]
 
     def begin(self, rng: RandomSource, mask: Mask) -> None:
-        """Draw and write values in the environments of ``mask``, (num_envs,) bool, in which an episode begins."""
+        """Draw and write values for new episodes in the environments selected by ``mask``, (num_envs,) bool."""
         drawn = np.zeros_like(mask)
         for _, _, draw in self._changes:
             drawn |= draw.begin(rng, mask)
@@ -102,7 +102,7 @@ class PhysicalParameter:
             self._write(drawn)
 
     def step(self, rng: RandomSource) -> None:
-        """Draw and write new values in the environments whose interval has elapsed."""
+        """Draw and write new values for the environments whose interval has elapsed."""
         for draw in self._changing:
             drawn = draw.step(rng)
             if drawn is not None:
@@ -124,7 +124,7 @@ class PhysicalParameter:
         return {f"{self._name}/current": self.current.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot. The simulation itself restores the written parameters."""
+        """Restore a snapshot. The simulation's own snapshot restores the values in the engine."""
         self.current[:] = snapshot[f"{self._name}/current"]
 
     def _columns(self, setting: Setting) -> list[int]:

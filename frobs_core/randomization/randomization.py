@@ -1,4 +1,4 @@
-"""The randomization of an environment, with methods for each part of a step."""
+"""Applies an environment's randomization at the start of episodes and at each step."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ def read_schedule(keys: Keys, mapping: Mapping[str, Any], default: When | None) 
     Args:
         keys: Position of the setting.
         mapping: The setting.
-        default: When to draw if neither key is set, or None to draw at each step.
+        default: When to draw if neither ``when`` nor ``every`` is set, or None to draw at each step.
     """
     if "when" in mapping and "every" in mapping:
         raise Problem(keys, "'when' and 'every' cannot be combined; choose one.")

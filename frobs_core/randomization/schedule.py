@@ -1,4 +1,4 @@
-"""Schedules of random draws, and the most recently drawn numbers."""
+"""Schedules for random draws, and numbers that are drawn on a schedule."""
 
 from __future__ import annotations
 
@@ -91,14 +91,22 @@ class Draw:
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw numbers for new episodes in ``mask``, and return the mask of affected environments, (num_envs,) bool."""
+        """Draw numbers for new episodes of the environments selected by ``mask``.
+
+        Returns:
+            Mask of the environments for which numbers were drawn, (num_envs,) bool.
+        """
         rows = mask & (rng.episodes == 0) if self._when is When.START else mask
         if rows.any():
             self._draw(rng, rows)
         return rows
 
     def step(self, rng: RandomSource) -> Mask | None:
-        """Draw the numbers that are due, and return a (num_envs,) bool mask of the affected environments, or None."""
+        """Draw the numbers that are due.
+
+        Returns:
+            Mask of the environments for which numbers were drawn, (num_envs,) bool, or None if there are none.
+        """
         rows = self._all if self._longest == 1 else rng.steps >= self._due
         if rows is not self._all and not rows.any():
             return None

@@ -13,7 +13,7 @@ from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.interfaces import Simulation
 
 ROBOT = "robot"
-"""Name of the environment's robot, which a pattern may omit."""
+"""Name of the environment's robot. Patterns may omit this name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ def find_units(simulation: Simulation, parameter: str) -> list[Unit]:
             for target in [*links, *simulation.bodies, *(["floor"] if parameter == "friction" else [])]:
                 try:
                     unit = _read(simulation, parameter, target, (target,))
-                except (UnknownNameError, ConfigurationError):  # the link does not have this parameter, or is merged
+                except (UnknownNameError, ConfigurationError):  # the link lacks the parameter, or is merged
                     continue
                 if parameter == "friction" or (unit.nominal > 0).all():
                     units.append(unit)

@@ -1,4 +1,4 @@
-"""Readings of a robot's sensors, which are the true values with noise, delay and dropout.
+"""Readings of a robot's sensors: the true values with noise, delay and dropout applied.
 
 A task creates a :class:`Sensors` object in ``bind``, calls the object's methods in its own ``reset`` and ``advance``,
 and reads sensors by name. Users can change the sensors with the environment's keyword ``sensors``::

@@ -13,7 +13,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class BumperInstrument(Instrument):
-    """Instrument that measures whether one of a bumper's links touched something, as 0.0 or 1.0."""
+    """Instrument that reads 1.0 if any of a bumper's links touched something, and 0.0 otherwise."""
 
     def __init__(
         self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
@@ -23,7 +23,7 @@ class BumperInstrument(Instrument):
 
     @classmethod
     def contacts(cls, name: str, sensor: Any, robot: str, scene: Scene) -> Mapping[str, Contact]:
-        """Return one contact for each link. Without a floor, ``"floor"`` is removed from the ignored objects."""
+        """Return one contact for each link. If there is no floor, ``"floor"`` is removed from the ignored objects."""
         there = tuple(side for side in sensor.ignore if side != "floor" or scene.floor)
         return {_contact(name, link, robot): Contact(first=f"{robot}/{link}", ignore=there) for link in sensor.frames}
 

@@ -29,7 +29,7 @@ class Channel:
         self._sensor, self._period = sensor, period
         (self._low, self._high), self._lost = sensor.bounds, sensor.lost
         self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
-        # Divisor that is never 0. Elements without a resolution ignore the quotient.
+        # Divisor that is never 0. Elements without a resolution do not use the result of the division.
         self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
         self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
         self._newest = 0
@@ -37,19 +37,19 @@ class Channel:
 
     @property
     def reading(self) -> Floats:
-        """Sample that arrives in the current step, (num_envs, width)."""
+        """Sample that arrives at the current step, (num_envs, width)."""
         found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
         return found
 
     def due(self, rng: RandomSource) -> Mask:
-        """Return a mask of the environments whose sensor takes a sample in this step, (num_envs,) bool."""
+        """Return a mask of the environments whose sensor takes a sample at this step, (num_envs,) bool."""
         if self._period == 1:
             return self._everywhere
         due: Mask = rng.steps % np.uint64(self._period) == 0
         return due
 
     def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
-        """Take the first sample of an episode in the environments of ``mask``.
+        """Take the first sample of an episode in the environments selected by ``mask``.
 
         Args:
             rng: Random source that was passed to the task's reset.
@@ -86,7 +86,7 @@ class Channel:
         now[due] = sample
 
     def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
-        """Return samples, (n, width), with noise, rounded to the resolution and clipped to the range."""
+        """Add noise to true values, (n, width), round them to the resolution, and clip them to the range."""
         if not self._noise.any() and not self._resolution.any():
             return true
         sample = true
@@ -98,7 +98,7 @@ class Channel:
         return sample if self._lost is None else np.where(true == self._lost, true, sample)
 
     def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
-        """Return samples, (n, width), in which some elements are dropped out at random."""
+        """Replace randomly selected elements of samples, (n, width), with the reading that indicates a dropout."""
         kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
         return np.where(kept, sample, np.asarray(self._lost, np.float64))
 

@@ -7,7 +7,7 @@ from frobs_core.sensors.instrument import Instrument
 
 
 class ForceTorqueInstrument(Instrument):
-    """Instrument that measures the wrench in a joint, in the sensor's frame."""
+    """Instrument that measures the force and torque that a joint transmits, in the sensor's frame."""
 
     def measure(self) -> Floats:
         """Return force [N] and torque [N·m], (num_envs, 6)."""

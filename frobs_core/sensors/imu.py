@@ -24,7 +24,7 @@ class ImuInstrument(Instrument):
         self._offset: Floats = np.tile(np.asarray(imu.offset, np.float64), (robot.num_envs, 1))  # (num_envs, 3)
         self._moved = bool(self._offset.any())
         self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] linear velocity of the sensor in the world frame
-        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] acceleration in the world
+        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] acceleration in the world frame
 
     def reset(self, mask: Mask | None) -> None:
         """Discard the previous velocity, so that the acceleration is 0 after a reset."""
@@ -33,7 +33,7 @@ class ImuInstrument(Instrument):
         self._acceleration[rows] = 0.0
 
     def advance(self) -> None:
-        """Compute the acceleration from the change of velocity over the control step."""
+        """Compute the acceleration from the change in velocity over the control step."""
         velocity = self._measure_velocity()
         self._acceleration = (velocity - self._velocity) / self.control_timestep
         self._velocity = velocity

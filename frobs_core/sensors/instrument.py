@@ -44,7 +44,7 @@ class Instrument(ABC):
         return {}
 
     def reset(self, mask: Mask | None) -> None:
-        """Begin an episode in the environments of ``mask``, after the robot has been placed."""
+        """Begin an episode in the environments selected by ``mask``, after the robot has been placed."""
 
     def advance(self) -> None:
         """Update the instrument after a control step."""

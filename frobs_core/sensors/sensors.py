@@ -23,10 +23,11 @@ class Sensors:
     A task creates a ``Sensors`` object in ``bind``. The task calls :meth:`reset` at the end of its own ``reset``, when
     the robot and the scene are in place, calls :meth:`advance` in its own ``advance``, and includes :meth:`snapshot` in
     its own snapshot. Readings refer to the time of the last :meth:`reset` or :meth:`advance`, so read the sensors
-    before you move any object. An environment in a vector environment reads the same values as a single environment.
+    before you move any object. Each environment of a vector environment reads the same values as a single environment
+    would.
 
     An ideal sensor has no noise, resolution, delay or dropout, and takes a sample at each control step. Such a sensor
-    is measured only when it is read, so an unused sensor costs nothing.
+    is evaluated only when it is read, so an unused sensor takes no computing time.
 
     Args:
         simulation: Simulation to measure in.

@@ -1,4 +1,4 @@
-"""The three wrappers of FRobs_RL, for any Gymnasium environment."""
+"""The three wrappers of FRobs_RL, usable with any Gymnasium environment."""
 
 from frobs_core.wrappers.normalize_action import NormalizeActionWrapper
 from frobs_core.wrappers.normalize_observation import NormalizeObservationWrapper

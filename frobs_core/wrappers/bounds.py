@@ -1,4 +1,4 @@
-"""Bounds of spaces, for the two normalization wrappers."""
+"""Validation of space bounds for the two normalization wrappers."""
 
 from __future__ import annotations
 

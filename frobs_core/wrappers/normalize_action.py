@@ -17,7 +17,7 @@ class NormalizeActionWrapper(gym.ActionWrapper[Any, npt.NDArray[Any], npt.NDArra
     """Wrapper that accepts actions in [−1, 1] and rescales them to the bounds of the environment's action space.
 
     Args:
-        env: The environment to wrap. The wrapper does not change this environment's own action space.
+        env: The environment to wrap. The action space of the wrapped environment itself remains unchanged.
         clip: Whether to clip actions to [−1, 1]. If False, actions outside [−1, 1] are rescaled without clipping.
 
     Raises:

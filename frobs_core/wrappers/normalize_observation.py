@@ -18,7 +18,7 @@ class NormalizeObservationWrapper(
     """Wrapper that scales observations from the environment's bounds to [−1, 1]. Components with low = high become 0.
 
     Args:
-        env: The environment to wrap. The wrapper does not change this environment's own observation space.
+        env: The environment to wrap. The observation space of the wrapped environment itself remains unchanged.
         clip: Whether to clip observations outside the environment's bounds to [−1, 1].
 
     Raises:

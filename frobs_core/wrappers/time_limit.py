@@ -15,7 +15,7 @@ class TimeLimitWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Wrapper that truncates an episode after a number of steps.
 
     The info of an episode's last step contains ``time_limit_reached`` (bool) and ``is_success`` (1.0 or 0.0).
-    ``is_success`` is the environment's own value, even if the limit is reached in the same step, or 0.0 if the
+    ``is_success`` is the environment's own value, even if the limit is reached at the same step, or 0.0 if the
     environment does not report success.
 
     Args:

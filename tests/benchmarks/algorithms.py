@@ -71,12 +71,12 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], episodes: int) -> s
     lines = [
         "# Benchmarks: algorithms",
         "",
-        f"Measured by `tests/benchmarks/algorithms.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}, at commit "
+        f"Measured by `tests/benchmarks/algorithms.py` on {date.today():%d %B %Y}. Machine: {'; '.join(machines)}. Commit: "
         f"{', '.join(commits)}. Each run uses the settings that are tuned for the ID: `frobs train ID --algorithm NAME "
         "--controller NAME --seed S`. Algorithms whose names begin with `sbx_` use JAX; the others use PyTorch. "
-        f"Success is the share of {episodes:,} new goals that the deterministic policy reaches within 5 cm and holds until "
-        f"the end of the episode; the target is {SUCCESS:.0%} for the worst seed. The training time is the median over the "
-        "seeds and includes checkpoints and, in JAX, compilation. `frobs/Irb120ReachGoal-v0` has a sparse reward, so "
+        f"Success is the share of {episodes:,} new goals that the deterministic policy reaches to within 5 cm and holds "
+        f"until the end of the episode; the target is {SUCCESS:.0%} for the worst seed. The training time is the median over the "
+        "seeds and includes writing checkpoints and, with JAX, compiling. `frobs/Irb120ReachGoal-v0` has a sparse reward, so "
         "hindsight experience replay is used.",
         "",
         "| algorithm | ID | controller | seeds | steps | training | success, worst | median | best |",

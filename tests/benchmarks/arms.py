@@ -125,10 +125,10 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Benchmarks: any arm",
         "",
-        f"Written by `tests/benchmarks/arms.py`, {date.today():%d %B %Y}. PPO was trained on each arm from its URDF "
-        f"file alone, with settings that suit any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Success is "
-        f"the share of {episodes:,} episodes of the deterministic policy, each with a new goal from anywhere within the "
-        f"arm's reach, that end with the tool within 5 cm of the goal. The target is at least {wanted}, within {MINUTES} minutes "
+        f"Written by `tests/benchmarks/arms.py` on {date.today():%d %B %Y}. PPO was trained on each arm from its URDF "
+        f"file alone, with settings that suit any arm: `frobs train {ID} --robot FILE --controller NAME --seed 0`. Each "
+        f"policy was evaluated deterministically in {episodes:,} episodes, each with a new goal from anywhere within the arm's "
+        f"reach. Success is the share of episodes that end with the tool within 5 cm of the goal. The target is at least {wanted}, within {MINUTES} minutes "
         "of processor time.",
         "",
         "Processor time is the sum over all threads of the training run."

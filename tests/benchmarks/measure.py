@@ -159,11 +159,13 @@ def report(
     lines = [
         "# Benchmarks: speed",
         "",
-        f"Measured by `make benchmark` on {date.today():%d %B %Y}, on {steps[0]['machine']}, at commit {commit.strip() or 'unknown'}.",
+        f"Measured by `make benchmark` on {date.today():%d %B %Y}. Machine: {steps[0]['machine']}. Commit: "
+        f"{commit.strip() or 'unknown'}.",
         "",
         "## A step",
         "",
-        "All times are medians. The bare engine replays the same states with the same controls, and casts the same rays. A "
+        'All times are medians. In the "bare engine" measurements, the engine replays the same states with the same controls '
+        "and casts the same rays. A "
         "control step of an arm has 20 physics steps of 2 ms, and a control step of the Kobuki has 10 physics steps of 20 ms.",
         "",
         "| environment | controllers | number | step | bare engine | ratio | at most | engine / controller / task / loop / "
@@ -191,9 +193,9 @@ def report(
         "",
         "## A training run",
         "",
-        "PPO is trained with the tuned settings, with a new process for each seed. The training time excludes imports and "
-        "evaluation. Success is the share of 1,000 new goals that the deterministic policy reaches within 5 cm and holds until "
-        "the end of the episode. The worst octant is the octant of the goal box with the lowest success.",
+        "PPO is trained with the tuned settings, in a new process for each seed. The training time excludes imports and "
+        "evaluation. Success is the share of 1,000 new goals that the deterministic policy reaches to within 5 cm and holds until "
+        "the end of the episode. The worst octant is the octant of the goal box with the lowest success rate.",
         "",
         "| controller | seed | steps | training | success | 95 % interval | worst octant |",
         "|---|---:|---:|---:|---:|---|---:|",
@@ -214,8 +216,8 @@ def report(
         "",
         "## The parts of a training run",
         "",
-        f"The table shows the time of each part per 1,000 environment steps, with the tuned settings and after compilation, from "
-        f"`frobs bench {ID} --training --algorithm NAME`. The `sbx_` algorithms use JAX; the others use PyTorch.",
+        f"The table shows the time that each part of training takes per 1,000 environment steps, with the tuned settings and "
+        f"without compilation, as reported by `frobs bench {ID} --training --algorithm NAME`. The `sbx_` algorithms use JAX; the others use PyTorch.",
         "",
         f"| algorithm | {' | '.join(parts)} | steps per second |",
         f"|---|{'---:|' * (len(parts) + 1)}",

@@ -141,8 +141,8 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
     lines = [
         "# Benchmarks: comparison with panda-gym",
         "",
-        f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}, on {machine()}, at commit "
-        f"{current_commit()}. The candidates were trained one after another on the same machine. The tables show the training "
+        f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: "
+        f"{current_commit()}. The candidates in the table were trained one after another on the same machine. The tables show the training "
         f"time, including compilation, until an evaluation on {episodes} new goals first reaches the success rate. Imports "
         "and evaluations are not included.",
         "",
@@ -171,7 +171,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "(stable-baselines3; in JAX: sbx with FRobs's own update) |",
         "",
         "A sparse reward requires hindsight experience replay, and PPO benefits from many cheap environments. Each candidate "
-        "uses the algorithm that suits its task. The figures therefore show how long a user waits, not which algorithm is "
+        "uses the algorithm that suits its task. The times therefore show how long a user waits, not which algorithm is "
         "better.",
     ]
     return "\n".join(lines) + "\n"

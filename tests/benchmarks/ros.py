@@ -398,26 +398,29 @@ def report(
     lines = [
         "# Benchmarks: ROS and Gazebo",
         "",
-        f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}, on {machine()}, at commit {current_commit()}. In the "
+        f"Measured by `tests/benchmarks/ros.py` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: {current_commit()}. In the "
         f"minute before the measurement, an average of {load:.1f} other processes were running or waiting for a processor; on an "
         "idle machine, this number is near 0 and steps are faster.",
         "",
         "## One policy everywhere",
         "",
-        f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated unchanged. Every simulator runs the same "
-        "episodes (`frobs evaluate --simulator`). In the row *ROS topics*, the policy controls the bridge over MuJoCo as with "
-        "`frobs ros run`: it reads joint states and sends a trajectory at each control step. Simulated time runs "
+        f"The policy that comes with `{ID}` was trained on MuJoCo and is evaluated without further training. Every simulator "
+        "runs the same episodes (`frobs evaluate --simulator`). In the row *ROS topics*, the policy controls the robot through "
+        "the ROS bridge to MuJoCo, as with `frobs ros run`: the policy reads joint states and sends a trajectory at each "
+        "control step. Simulated time runs "
         f"{SPEED:g} times as fast as real time and does not wait for the policy. {late:.1%} of the policy's steps were "
-        "late. The episodes of this row use the same distributions of initial states and goals, with other seeds.",
+        "late. The episodes in the row *ROS topics* use the same distributions of initial states and goals as the others, but "
+        "different seeds.",
         "",
         *success_table(success),
         "",
         "## How joints respond",
         "",
-        f"The table shows the largest differences from {SIMULATORS[0]}. `frobs parity {ID}` measures the differences of the "
-        "simulators: the command of each joint jumps, and every physics step of 2 ms is compared; in the saturated response, the effort "
-        "limits are just sufficient. For *ROS topics*, the bridge over MuJoCo is compared with MuJoCo without ROS: each joint "
-        f"gets a command that jumps by {JUMP:g} rad on the topic of its position controller, and `joint_states` is read every "
+        f"The table shows the largest differences from MuJoCo. `frobs parity {ID}` measures the differences between the "
+        "simulators. It applies a step command to each joint and compares the simulators after every physics step of 2 ms. In "
+        "the saturated response, the effort limits are only just sufficient. For *ROS topics*, MuJoCo behind the ROS bridge is "
+        f"compared with MuJoCo without ROS: each joint receives a step command of {JUMP:g} rad on the topic of its position "
+        f"controller, and `joint_states` is read every "
         f"{SUBSTEPS} steps of {1e3 * PHYSICS_TIMESTEP:g} ms. The tolerances and their reasons are in "
         "`plugins/frobs-devkit/src/frobs_devkit/parity/tolerances.py`.",
         "",
@@ -430,12 +433,13 @@ def report(
         "",
         *cost_table(gazebo, GAZEBO_BUDGET),
         "",
-        f"Processor time of an environment step: {', '.join(f'{1e6 * s:,.0f} µs in {who}' for who, s in processor.items())}. "
+        "The processor time of an environment step is "
+        f"{' and '.join(f'{1e6 * s:,.0f} µs in {who}' for who, s in processor.items())}. "
         f"Gazebo and Python take turns, so an idle machine reaches at most {1.0 / spent:,.0f} steps per second.",
         "",
         "## Duration of a step through ROS",
         "",
-        f"The bridge over MuJoCo runs in a separate process and is paused; each environment step has {SUBSTEPS} physics steps of "
+        f"The ROS bridge to MuJoCo runs in a separate process and is paused between steps; each environment step has {SUBSTEPS} physics steps of "
         f"{1e3 * PHYSICS_TIMESTEP:g} ms. Services use persistent connections. Each part is timed separately.",
         "",
         *cost_table(parts, BRIDGE_BUDGET),

@@ -89,15 +89,16 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     lines = [
         "# Benchmarks: scaling",
         "",
-        f"Written by `tests/benchmarks/scaling.py` on {date.fromisoformat(first['date']):%d %B %Y}, on {first['on']}, at "
-        f"commit {commits}. [Scaling](scaling.md) explains the measurements and the model.",
+        f"Written by `tests/benchmarks/scaling.py` on {date.fromisoformat(first['date']):%d %B %Y}. Machine: {first['on']}. "
+        f"Commit: {commits}. [Scaling](scaling.md) explains the measurements and the model.",
         "",
         *_circumstances(rows),
         f"The cluster consists of {NODES} Ray nodes **on the same machine**, each with one processor. The nodes share "
         "the machine's memory and caches, and there is no network between them. Compare the rows *cluster* with the rows "
-        "*processes* to see whether Ray slows the processes. The measurements do not include the effects of a network.",
+        "*processes* to see whether Ray slows down the processes. The measurements do not include the effects of a network.",
         "",
-        "![Speed and memory against environments, threads and processes, and the predicted speed on a cluster]"
+        "![Speed and memory use for different numbers of environments, threads and processes, and the predicted speed on a "
+        "cluster]"
         "(../images/scaling.png)",
         "",
         "The error bars show the slowest and the fastest of five time windows.",
@@ -112,10 +113,10 @@ def _circumstances(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         return []
     loads = " and ".join(f"{row['load']:.0f}" for row in rows)
     return [
-        f"**Other programs used the machine during these measurements**: {loads} processes wanted one of its "
-        f"{rows[0]['processors']} processors at the start. The column *processor time* shows the share of a processor that "
-        "each thread got. The speed per processor is what a whole processor would have allowed, and the model uses it. "
-        "The plot shows it as well. Run the script again on an idle machine for better figures.",
+        f"**Other programs used the machine during these measurements**: {loads} processes were competing for its "
+        f"{rows[0]['processors']} processors at the start. The *processor time* column shows how much of a processor "
+        "each thread received. The speed per processor is the speed that a whole processor would have allowed; the model and "
+        "the plot use this speed. Run the script again on an idle machine for better figures.",
         "",
     ]
 
@@ -155,7 +156,7 @@ def _prediction(model: ScalingModel, steps: int) -> list[str]:
     ]
     return [
         f"Model: s = {model.process_rate:,.0f} steps/s, α = {model.process_contention:.3f}, β = 0 (assumed). "
-        f"The learner of {learner.algorithm} processes {1.0 / learner.learning:,.0f} steps/s. If the model is fitted "
+        f"The `{learner.algorithm}` learner processes {1.0 / learner.learning:,.0f} steps/s. If the model is fitted "
         f"without the largest size, its error is {' and '.join(errors)}.",
         "",
         f"Prediction for {steps:,} environment steps on nodes with {PROCESSORS} processors each:",

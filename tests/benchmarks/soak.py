@@ -203,9 +203,9 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
     lines = [
         "# Benchmarks: memory and file descriptors",
         "",
-        f"Measured on {date.today():%d %B %Y} by `make soak` on {machine()}, at commit {current_commit()}. "
-        f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, without the "
-        "memory that glibc keeps for later allocations (`malloc_trim`).",
+        f"Measured by `make soak` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: {current_commit()}. "
+        f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, measured after "
+        "`malloc_trim` has returned the memory that glibc keeps for later allocations.",
         "",
         f"Caches fill during the first {WARM_UP:.0%} of each part. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
         "the numbers of file descriptors and threads must not change.",

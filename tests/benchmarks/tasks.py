@@ -59,7 +59,7 @@ KEPT_SHARE = 0.95
 LONGEST = 30 * 60
 """Maximum duration of a training run [s]."""
 BUSY = 1.5
-"""Load average per core above which a machine counts as shared."""
+"""Load average per core above which a machine is considered shared."""
 
 
 @dataclass(frozen=True)
@@ -303,11 +303,12 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines = [
         "# Benchmarks: tasks",
         "",
-        f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}, on {'; '.join(machines)}. Each seed was trained with "
+        f"Measured by `tests/benchmarks/tasks.py` on {date.today():%d %B %Y}. Machines: {'; '.join(machines)}. Each seed was trained with "
         "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "
-        f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet, or in fewer episodes if these could "
-        f"exceed {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet. The table shows the worst seed with its "
-        "95 % confidence interval. The training time is the time of the slowest seed, including checkpoints.",
+        f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet. Where these episodes could "
+        f"have taken more than {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet, fewer episodes were used. The table "
+        "shows the result of the worst seed with its 95 % confidence interval. The training time is that of the slowest seed and "
+        "includes writing checkpoints.",
         "",
         "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
         "on PyBullet, worst | in training, worst | FRobs_RL, in training |",
@@ -316,9 +317,9 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
     lines += [_summary(case, found, targets.get(case.id, {}), logs["runs"]) for case, found in rows.items()]
     lines += [
         "",
-        f"{logs['about']} The column *in training* shows FRobs's success over its last 100 training episodes, with exploration "
-        "as in FRobs_RL's figures; the other columns were measured without exploration. The tracking error is the mean distance "
-        "from the tool to the goal over the second half of each episode, for the worst seed. A training run should take at most "
+        f"{logs['about']} The *in training* column shows FRobs's success rate over the last 100 training episodes, with exploration, "
+        "which can be compared with FRobs_RL's figures. The other columns were measured without exploration. The tracking error "
+        "is the mean distance from the tool to the goal over the second half of each episode, for the worst seed. A training run should take at most "
         f"{LONGEST // 60} minutes.",
     ]
     if missing := sorted(case.id for case in cases() if case not in rows):
@@ -333,7 +334,7 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         lines += _seeds(found)
         if (PICTURES / f"{case.slug}.png").is_file():
             picture = f"../images/tasks/{case.slug}.png"
-            lines += ["", f"![Learning curves of {case.id}: success and reward over the steps]({picture})"]
+            lines += ["", f"![Learning curves of {case.id}: success rate and reward during training]({picture})"]
     return "\n".join(lines) + "\n"
 
 

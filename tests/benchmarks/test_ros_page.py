@@ -31,7 +31,7 @@ def test_the_page_says_where_the_policy_succeeds_and_what_a_step_costs() -> None
     assert "| an environment step | 250 (≥ 300: missed) | 4,000 µs | 6,000 µs |" in page
     assert "| an environment step | 250 (≥ 100) | 4,000 µs | 6,000 µs |" in page
     assert "| physics | 250 | 4,000 µs | 6,000 µs |" in page
-    assert "1,500 µs in Gazebo, 500 µs in Python" in page
+    assert "1,500 µs in Gazebo and 500 µs in Python" in page
     assert "at most 500 steps per second" in page
     assert "1.2 other processes" in page
 

@@ -160,12 +160,12 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
         "# Benchmarks: planned motions",
         "",
         f"Measured by `tests/benchmarks/trajectories.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. The "
-        f"controller `trajectory`, with default settings, moves an IRB 120 in MuJoCo among {len(POSTS)} posts, under a shelf "
-        "and above the floor, from goal to goal. Each goal is the tool position for random joint positions inside the limits; "
-        "joint positions with a contact or too little clearance are drawn again. The engine reports contacts of the arm "
-        "with a box, the floor or itself in every physics step. A goal is reached if there was no contact on the way and the "
-        f"tool stops within 5 cm of the goal. No motion may have a collision, and the median planning time may be at most "
-        f"{PLANNING_BUDGET * 1000:.0f} ms. Planning time is wall-clock time, which other programs may have lengthened; processor "
+        f"`trajectory` controller, with default settings, moves an IRB 120 in MuJoCo from goal to goal, among {len(POSTS)} posts, "
+        "under a shelf and above the floor. Each goal is the tool position for random joint positions within the limits. "
+        "Joint positions that cause contact or leave too little clearance are drawn again. At every physics step, the engine "
+        "reports contacts of the arm with a box, the floor or itself. A goal counts as reached if the arm touches nothing on "
+        "the way and the tool stops within 5 cm of the goal. The targets are that every motion is collision-free and that the "
+        f"median planning time is at most {PLANNING_BUDGET * 1000:.0f} ms. Planning time is wall-clock time, which other programs may have lengthened; processor "
         "time is not affected by other programs.",
         "",
         "| | " + " | ".join(f'`target="{row["target"]}"`' for row in rows) + " |",
@@ -200,11 +200,11 @@ def report(rows: Sequence[Mapping[str, Any]]) -> str:
     line("farthest that the tool ends from its goal", [f"{row['tcp_error'] * 1000:.0f} mm" for row in rows])
     lines += [
         "",
-        "The limits are those that the controller must respect: half of each velocity limit in the model file, and half of the "
-        "acceleration with which the joint reaches this velocity limit in half a second. Velocities and accelerations of the command are "
-        "computed from the positions in consecutive physics steps. The drives have no feed-forward: a joint lags by about "
-        "2·q̇/ω, where ω is the bandwidth of its drive, and gravity bends the arm. For these reasons the clearance is 2 cm, and "
-        "a joint may be slightly faster than its command.",
+        "The controller must respect two limits for each joint: half of its velocity limit in the model file, and half of the "
+        "acceleration at which the joint reaches that velocity limit within half a second. The commanded velocities and "
+        "accelerations are computed from the positions at consecutive physics steps. The drives have no feed-forward, so each "
+        "joint lags behind its command by about 2·q̇/ω, where ω is the bandwidth of its drive, and gravity pulls the arm below "
+        "the commanded position. For these reasons, the clearance is 2 cm, and a joint may move slightly faster than its command.",
     ]
     return "\n".join(lines) + "\n"
 

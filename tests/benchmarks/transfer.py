@@ -76,7 +76,7 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         f"Measured by `tests/benchmarks/transfer.py` on {date.today():%d %B %Y}, at commit {commit.strip() or 'unknown'}. PPO was "
         f"trained on `{ID}` on one simulator, and the policy was evaluated on each simulator without changes. Success is the "
         f"share of {episodes:,} episodes, each with a new goal, that end with the tool within 5 cm of the goal. The target "
-        f"is at least {KEPT:.0%} of the success on the training simulator.",
+        f"is at least {KEPT:.0%} of the success rate on the training simulator.",
         "",
         "| controller | trained on | training | evaluated on | success | 95 % interval | kept |",
         "|---|---|---:|---|---:|---|---:|",

@@ -100,7 +100,7 @@ def test_a_training_that_is_stopped_writes_a_checkpoint_and_says_how_to_go_on(
     assert out == ""
     [checkpoint] = (run / "checkpoints").iterdir()
     steps = int(checkpoint.name.removeprefix("step_"))
-    assert "Training stops with a checkpoint after the current rollout" in err
+    assert "Training stops after the current rollout and writes a checkpoint" in err
     assert err.splitlines()[-1] == f"interrupted: 'frobs resume {run}' continues from the checkpoint at step {steps:,}"
     assert "Traceback" not in err
 

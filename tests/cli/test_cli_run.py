@@ -140,7 +140,7 @@ def test_resume_leaves_a_complete_run_and_extends_it(frobs: Frobs, facts: Facts,
     assert load_yaml(path / "config.yaml")["steps"] == 640
     result = frobs("resume", str(path), "--steps", "100")
     assert result.exit_code == 2
-    assert "must be above 640" in result.stderr
+    assert "must be at least 640" in result.stderr
 
 
 def test_train_again_in_a_folder_that_exists(frobs: Frobs, tmp_path: Path) -> None:

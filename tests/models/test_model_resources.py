@@ -50,7 +50,9 @@ def test_a_package_path_that_is_no_folder_is_refused(tmp_path):
     mesh = '<visual><geometry><mesh filename="package://p/m.stl"/></geometry></visual>'
     path = tmp_path / "r.urdf"
     path.write_text(f'<robot name="r"><link name="a">{mesh}</link></robot>')
-    with pytest.raises(ModelFileError, match="the path is not a folder"):
+    with pytest.raises(
+        ModelFileError, match="sets the location of the package 'p' to this path, which is not a folder"
+    ):
         load_model(path, package_paths={"p": path})
 
 

@@ -123,7 +123,7 @@ BAD = {
     "macro parameter left out": (
         '<xacro:macro name="m" params="p q"/><xacro:m p="1"/>',
         {},
-        "a call of the macro 'm' does not set the required parameters q",
+        "a call to the macro 'm' does not set the required parameters q",
     ),
     "unknown macro": ('<xacro:macro name="wheel"/><xacro:wheal/>', {}, "Did you mean 'wheel'"),
     "unknown property": (

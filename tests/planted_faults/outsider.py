@@ -51,7 +51,7 @@ FIRST_TRY = frozenset(
 
 NOTES: Mapping[str, str] = {
     "action_change_per_second": (
-        "at first caught only because the plugin's commands also jump farther than the velocity limits allow; "
+        "this plugin was at first caught only because its commands also jump farther than the velocity limits allow; "
         "nothing checked `max_action_change`"
     ),
     "last_action_survives_reset": (
@@ -59,7 +59,8 @@ NOTES: Mapping[str, str] = {
         "`same_seed_repeats` find the mistake itself"
     ),
     "environment_seeded_again": (
-        "at first caught only by `continues_exactly`, because a loaded training run resets without the seed"
+        "this plugin was at first caught only by `continues_exactly`, because a training run that is loaded again resets "
+        "without the seed"
     ),
 }
 """Faults that were caught for another reason than the mistake that their author had in mind."""

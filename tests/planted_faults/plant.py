@@ -78,7 +78,8 @@ def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> s
         "",
         "## Drawn",
         "",
-        f"Each drawn fault is one random change of a module's syntax tree. The changes are spread evenly over {len(mutator.FILES)} files.",
+        "Each fault that was drawn at random is one change to a module's syntax tree. These changes are spread evenly over "
+        f"{len(mutator.FILES)} files.",
         "",
         "| change | module | caught first by |",
         "|---|---|---|",

@@ -53,13 +53,13 @@ def test_each_is_told_apart_and_none_reaches_the_others(site, examine, monkeypat
     }
     assert facts["broken"].cause == "ZeroDivisionError: division by zero"
     assert "in f" in facts["broken"].traceback
-    assert facts["hanging"].cause == "its import did not finish within 2 s"
+    assert facts["hanging"].cause == "the import did not finish within 2 s"
     assert "in forever" in facts["hanging"].traceback
     assert facts["hanging"].disabled
     assert (
         findings(facts["hanging"])["hanging"].advice == "disable the plugin: FROBS_DISABLE_PLUGINS=hanging-dist:hanging"
     )
-    assert facts["dying"].cause == "its import ended the process with exit code 7"
+    assert facts["dying"].cause == "the import ended the process with exit code 7"
 
 
 def test_what_it_prints_and_changes_is_told(site, examine):
@@ -88,7 +88,7 @@ def test_deprecated_use_is_told_with_its_place(site, examine):
     site.add("old-dist", {"old.py": source}, requires=CORE)
     finding = findings(examine()["old"])["deprecated"]
     assert finding.about == "old.py:4"
-    assert "old.old is deprecated since frobs-core 0.1 and will be removed in 0.2; use new." in finding.problem
+    assert "old.old has been deprecated since frobs-core 0.1 and will be removed in 0.2; use new." in finding.problem
 
 
 @pytest.mark.slow

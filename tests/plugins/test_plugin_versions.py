@@ -81,7 +81,8 @@ def test_a_deprecation_names_the_replacement_and_the_caller():
         return 2 * x
 
     with pytest.warns(
-        FrobsDeprecationWarning, match=r"old is deprecated since frobs-core 0\.2 and will be removed in 0\.3; use new"
+        FrobsDeprecationWarning,
+        match=r"old has been deprecated since frobs-core 0\.2 and will be removed in 0\.3; use new",
     ) as told:
         assert old(3) == 6
     assert told[0].filename == __file__

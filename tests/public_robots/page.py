@@ -48,21 +48,20 @@ def page(results: dict[str, dict[str, Result]], motions: dict[str, Motion], simu
     versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
     text = f"""# Survey of model files
 
-The survey contains every URDF file with a movable joint in the Python packages example-robot-data and pybullet (in
-`pybullet_data`): {len(results)} files, of which {len(built)} can be built and {len(refused)} are rejected. Each robot is compared
-with its file, which Pinocchio and trimesh read independently of FRobs: names, types, axes and limits of joints, mimic joints,
-mass, center of mass and inertia of each link, the bounding box of the collision shapes (only roughly on PyBullet, which
-includes collision margins), and forward kinematics at 20 postures.
-*Differences* is the number of values that differ from the file by more than {TOLERANCE:g}. Each difference follows the
-{{doc}}`rule </explanation/model-files>` in the next column; a test verifies this. *Kinematics* is the largest
-distance [m] between the position of a link and its position in Pinocchio.
+The survey covers all URDF files with at least one movable joint in the Python packages example-robot-data and pybullet
+(in `pybullet_data`): of {len(results)} files, {len(built)} can be built and {len(refused)} are rejected. Each robot is compared with its file, which
+Pinocchio and trimesh read independently of FRobs: names, types, axes and limits of joints, mimic joints, mass, center
+of mass and inertia of each link, the bounding box of the collision shapes (only approximately on PyBullet, whose shapes
+include collision margins), and forward kinematics at 20 postures. *Differences* is the number of values that differ
+from the file by more than {TOLERANCE:g}. Each difference is due to the {{doc}}`rule </explanation/model-files>` in the next
+column, and a test verifies this. *Kinematics* is the largest distance [m] between the position of a link and its
+position in Pinocchio.
 
-*Motion* is the largest difference of the joint positions between {PAIR[0]} and {PAIR[1]}, in % of the step, while each joint
-steps by 0.2 rad or 20 mm (or less near its limits) with default gains and collisions, for {SECONDS:g} s. For robots with many
-joints, every eighth joint steps at the same time. If the difference is above {APART:g} %, the same cell states its cause; a test
-verifies that the motions agree without this cause.
-Contact models differ between engines, and the damping of a drive is computed without contacts
-({{doc}}`/how-to/pybullet`).
+*Motion* is the largest difference in joint positions between {PAIR[0]} and {PAIR[1]}, in % of the step, during {SECONDS:g} s after a
+step command of 0.2 rad or 20 mm (or less near the limits) to each joint, with default gains and with collisions. For
+robots with many joints, every eighth joint receives its step command at the same time. If the difference is above {APART:g} %,
+the table cell also states its cause, and a test verifies that the motions agree if this cause is removed. Contact
+models differ between engines, and a drive's damping is computed without regard to contacts ({{doc}}`/how-to/pybullet`).
 
 Written by `python tests/public_robots/page.py` with {versions}.
 
@@ -87,13 +86,14 @@ def vendors_section() -> str:
     text = f"""
 ## Models of public repositories
 
-{len(found)} models of robot vendors and research groups were examined with `frobs doctor robot` on mujoco and pybullet. The
-list with repositories, commits and licenses is `tests/public_robots/vendors.yaml`. {counts["used"]} models work on both
-simulators. {counts["limits"]} models work with limits: one simulator rejects the model or leaves out a part of its physics, and
-`frobs doctor robot` reports the limitation. {counts["rejected"]} models are rejected with a one-line reason. No model causes a traceback.
+{len(found)} models of robot vendors and research groups were examined with `frobs doctor robot` on mujoco and pybullet. The list
+with repositories, commits and licenses is `tests/public_robots/vendors.yaml`. {counts["used"]} models work on both simulators. {counts["limits"]}
+models work with limits: one simulator rejects the model or ignores a part of its physics, and `frobs doctor robot`
+reports the limitation. {counts["rejected"]} models are rejected with a one-line reason. No model causes a traceback.
 
-*Beside MuJoCo* compares an MJCF robot with MuJoCo's own reading of the same file: the largest difference of masses and
-inertias (relative), of joint properties, and of joint positions after 0.5 s without drives [rad or m].
+The column *beside MuJoCo* compares a robot from an MJCF file with MuJoCo's own model of the same file: it lists the
+largest differences in masses and inertias (relative), in joint properties, and in joint positions after 0.5 s without
+drives [rad or m].
 
 """
     rows = []

@@ -79,5 +79,5 @@ def test_mistakes_are_named_with_file_and_line(tmp_path: Path) -> None:
 
 def test_a_file_that_goes_on_from_a_model_is_refused(tmp_path: Path) -> None:
     path = changed("td3", tmp_path, ("load_model: False", "load_model: True"))
-    with pytest.raises(ConfigurationError, match=r"load_model continues training a saved model.*frobs_rl\.TD3"):
+    with pytest.raises(ConfigurationError, match=r"load_model is not supported here.*frobs_rl\.TD3"):
         resolve(path)

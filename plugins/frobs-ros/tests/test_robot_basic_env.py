@@ -274,7 +274,7 @@ try:
 except MasterError as error:
     print(error)
 """
-    assert run_alone(script).startswith(f"no ROS master answers at {lonely}")
+    assert run_alone(script).startswith(f"no ROS master responds at {lonely}")
 
 
 @pytest.mark.slow

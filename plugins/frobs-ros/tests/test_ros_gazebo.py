@@ -194,5 +194,5 @@ def test_models_that_are_not_there_are_refused(reasons: Callable[[], str]) -> No
 @pytest.mark.ros_feature("a second simulation on one master", "mujoco", "gazebo", works=False)
 def test_a_second_simulation_on_one_master_is_refused(reasons: Callable[[], str]) -> None:
     assert ros_gazebo.launch_Gazebo(gui=False) is False
-    assert "a simulation is already running" in reasons()
+    assert "a simulation is already connected to the ROS master" in reasons()
     assert ros_gazebo.gazebo_step_physics(1)

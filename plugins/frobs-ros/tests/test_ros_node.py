@@ -110,7 +110,7 @@ def test_a_node_needs_a_master_and_starts_one_when_told_to(
 ) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(PACKAGES))
     assert ros_node.ros_node_from_pkg("tiny_arm", "talk.py") is False
-    assert f"no ROS master answers at {lonely}" in reasons()
+    assert f"no ROS master responds at {lonely}" in reasons()
     before = set(processes.owned())
     assert ros_node.ros_node_from_pkg("tiny_arm", "talk.py", launch_master=True, launch_new_term=False) is True
     assert master.is_online()

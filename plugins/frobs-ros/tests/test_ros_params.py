@@ -57,4 +57,4 @@ def test_a_package_that_is_nowhere_is_refused_and_the_nearest_named(
 
 def test_without_a_master_nothing_is_loaded(lonely: str, reasons: Callable[[], str]) -> None:
     assert ros_params.ros_load_yaml_from_path(str(NUMBERS / "numbers.yaml")) is False
-    assert f"no ROS master answers at {lonely}" in reasons()
+    assert f"no ROS master responds at {lonely}" in reasons()

@@ -70,4 +70,4 @@ def test_a_package_without_the_file_is_refused_and_what_it_has_named(reasons: Ca
 
 def test_without_a_master_nothing_is_loaded(lonely: str, reasons: Callable[[], str]) -> None:
     assert ros_urdf.urdf_load_from_path(str(ARM), "robot_description") is False
-    assert "no ROS master answers" in reasons()
+    assert "no ROS master responds" in reasons()

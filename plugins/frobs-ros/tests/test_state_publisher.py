@@ -348,13 +348,13 @@ def test_no_master_is_one_clear_line(lonely: str) -> None:
     command = [sys.executable, "-m", "frobs_ros.state_publisher"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
-    assert done.stderr.startswith(f"no ROS master answers at {lonely}")
+    assert done.stderr.startswith(f"no ROS master responds at {lonely}")
 
 
 @pytest.mark.parametrize(
     ("wrong", "reason"),
     [
-        (ARM.replace('child link="l"', 'child link="m"'), "its child link 'm' does not exist"),
+        (ARM.replace('child link="l"', 'child link="m"'), "child link 'm' does not exist"),
         (ARM.replace("0 0 1", "0 0 0"), "is zero"),
         (ARM.replace("</robot>", "<link name='alone'/></robot>"), "have no parent"),
     ],

@@ -89,7 +89,7 @@ def test_settings_of_the_physics_that_are_left_out_are_reported(tmp_path, caplog
     assert note.text == "gravity=0 0 -1.6, density=1.2, impratio=10, cone=elliptic, contact=disable: ignored"
     with caplog.at_level(logging.WARNING, "frobs"):
         gym.make("frobs/Reach-v0", robot=str(path), controller="joint_delta_position").close()
-    assert "moves differently than its model file specifies: gravity=0 0 -1.6" in caplog.text
+    assert "does not move exactly as its model file specifies: gravity=0 0 -1.6" in caplog.text
 
 
 def test_only_joints_with_an_actuator_of_the_file_get_a_drive(tmp_path):

@@ -158,8 +158,8 @@ def test_a_given_start_and_goal_are_taken(make):
     ("options", "message"),
     [
         ({"goal": (99.0, 0.0)}, "outside the floor plan's area"),
-        ({"goal": (1.0, 2.0, 3.0)}, "must be .2,."),
-        ({"start": (1.0, 2.0)}, "must be .3,."),
+        ({"goal": (1.0, 2.0, 3.0)}, "expected the shape .2,."),
+        ({"start": (1.0, 2.0)}, "expected the shape .3,."),
         ({"start": (1.0, 99.0, 0.0)}, "outside the floor plan's area"),
     ],
 )

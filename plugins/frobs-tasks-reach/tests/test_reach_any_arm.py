@@ -124,7 +124,7 @@ def test_package_paths_are_given_by_keyword(make, tmp_path, file):
 
 
 def test_a_robot_on_wheels_is_rejected() -> None:
-    with pytest.raises(UnsuitableRobotError, match="'kobuki' drives on wheels"):
+    with pytest.raises(UnsuitableRobotError, match="'kobuki' has a wheeled base"):
         gym.make("frobs/Reach-v0", robot="kobuki", controller="joint_velocity")
 
 

@@ -140,7 +140,7 @@ def test_given_goal_and_joint_positions_are_observed(make, id):
             {"joint_positions": (9.0, 0, 0, 0, 0, 0)},
             r"puts 'joint_1' at 9, outside its limits \[-2.87979, 2.87979\]",
         ),
-        ({"joint_positions": (0.0, 0.0)}, r"shape \(2,\); it must be \(6,\): joint_1, "),
+        ({"joint_positions": (0.0, 0.0)}, r"shape \(2,\); it must be \(6,\), with one value for each of joint_1, "),
         ({"goal": (0.0, 5.0, 0.0)}, r"'goal' is \(0, 5, 0\) m, which is out of reach"),
         ({"goal": (0.0, 0.1)}, r"'goal' has the shape \(2,\)"),
     ],

@@ -100,7 +100,7 @@ def test_an_old_evaluation_and_an_unfinished_run_are_said(tmp_path: Path) -> Non
     old = evaluated(make(tmp_path / "a", 0), 0.9, steps=1000)
     cut = make(tmp_path / "b", 1, rows=5)
     found = compare([old, cut])
-    assert any("evaluated after 1,000 of its 2,000 steps" in note for note in found.notes)
+    assert any("was last evaluated after 1,000 of its 2,000 training steps" in note for note in found.notes)
     assert any("unfinished: 500 of 2,000 steps" in note for note in found.notes)
     assert found.groups[0].curve.steps[-1] == 500
 

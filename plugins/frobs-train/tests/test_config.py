@@ -65,7 +65,7 @@ def test_advice_names_the_controller_that_learns_in_fewer_steps() -> None:
     tool, joint = (resolve_config("frobs/Reach-v0", flags={"controller": name}).steps for name in (TOOL, JOINT))
     for id in ("frobs/Reach-v0", "frobs_core:frobs/Reach-v0"):
         assert advice(id, controller=JOINT) == (
-            f"'--controller {TOOL}' learns faster: it needs {tool:,} steps, whereas '{JOINT}' needs {joint:,}."
+            f"Training is faster with '--controller {TOOL}', which needs {tool:,} steps; '{JOINT}' needs {joint:,}."
         )
     assert advice("frobs/Reach-v0", controller=TOOL) is None
     assert advice("frobs/Reach-v0") is None

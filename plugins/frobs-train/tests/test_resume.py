@@ -150,7 +150,7 @@ def test_a_complete_run_is_left_as_it_is_and_more_steps_extend_it(
     assert longer.config.steps == Run.open(run.path).config.steps == 224
     assert rows(longer)[:10] == before
     assert [row[STEPS] for row in rows(longer)[10:]] == ["176", "192", "208", "224"]
-    with pytest.raises(ConfigurationError, match="must be above 224"):
+    with pytest.raises(ConfigurationError, match="must be at least 224"):
         resume(longer, steps=100)
 
 

@@ -1,1 +1,1 @@
-"""Algorithms of stable-baselines3 for FRobs."""
+"""Stable-baselines3 algorithms for FRobs."""

@@ -115,7 +115,7 @@ class SB3Algorithm(Algorithm):
         last_state: tuple[np.ndarray[Any, Any], ...] | None,
         episode_start: Mask | None,
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
-        """Return sampled actions and the next state, without changing the random state of training."""
+        """Return sampled actions and the next policy state, without changing the random state of training."""
         training = self._draws()
         if self._sampling is not None:
             self._restore_draws(self._sampling)
@@ -177,7 +177,7 @@ class SB3Algorithm(Algorithm):
 
     @classmethod
     def load_with(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any], config: Mapping[str, Any]) -> Self:
-        """Load an algorithm from a folder that :meth:`save` wrote, with different settings for the same networks."""
+        """Load an algorithm from a folder that :meth:`save` wrote, with new settings for the same networks."""
         return cls._load(folder, env, config)
 
     @classmethod
@@ -207,7 +207,7 @@ class SB3Algorithm(Algorithm):
         return algorithm
 
     def timed_parts(self) -> dict[str, list[tuple[object, str]]]:
-        """Return the methods whose duration ``frobs bench ID --training`` measures, by part of the training run."""
+        """Return the methods that ``frobs bench ID --training`` times, grouped by part of the training run."""
         model: Any = self.model
         rollout = getattr(model, "rollout_buffer", None)
         if rollout is None:  # off-policy
@@ -240,7 +240,7 @@ class SB3Algorithm(Algorithm):
         self._config, self._seed, self._scale = config, seed, scale
         self._pause, self._sampling, self._callback = None, None, None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
-        space_to_json(self.observation_space)  # raises an error for unsupported spaces
+        space_to_json(self.observation_space)  # this call raises an error for unsupported spaces
         self._check_action_space(self.action_space)
         self._set_threads(config)
         self.venv = VectorEnvAdapter(env)

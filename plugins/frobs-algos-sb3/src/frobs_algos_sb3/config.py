@@ -17,8 +17,8 @@ class SB3Config(Settings):
         learning_rate: Learning rate of every optimizer.
         gamma: Discount factor per control step.
         policy_kwargs: Settings of the networks.
-        scale_observation: Whether to multiply observations by the scale factors that the task suggests, if any, unless
-            observations are normalized.
+        scale_observation: Whether to multiply observations by the scale factors that the task suggests, if any. Ignored
+            if observations are normalized.
         normalize_observation: Whether to normalize observations by their running mean and standard deviation.
         normalize_reward: Whether to divide rewards by the running standard deviation of the discounted return.
         clip_observation: Maximum absolute value of normalized observations.
@@ -63,7 +63,7 @@ class OnPolicyConfig(SB3Config):
     Attributes:
         n_steps: Number of steps that each environment takes per iteration.
         gae_lambda: Trade-off between one-step advantages (0) and full returns (1).
-        normalize_advantage: Whether to normalize the advantages of each batch.
+        normalize_advantage: Whether to normalize the advantages within each batch.
         ent_coef: Weight of the entropy in the loss.
         vf_coef: Weight of the value loss.
         max_grad_norm: Maximum norm of the gradients.

@@ -20,8 +20,8 @@ class DQNConfig(OffPolicyConfig):
         tau: Interpolation factor for updates of the target network, where 1 copies the new weights.
         target_update_interval: Number of steps, over all environments, between updates of the target network.
         exploration_fraction: Fraction of the training steps during which the probability of random actions decreases.
-        exploration_initial_eps: Probability of a random action at the start.
-        exploration_final_eps: Probability of a random action after the decrease.
+        exploration_initial_eps: Probability of a random action at the start of training.
+        exploration_final_eps: Final probability of a random action.
         max_grad_norm: Maximum norm of the gradients.
         policy_kwargs: Settings of the network.
     """

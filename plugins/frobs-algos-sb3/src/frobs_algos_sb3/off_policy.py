@@ -146,7 +146,7 @@ class OffPolicy(SB3Algorithm):
             }
             kwargs["learning_starts"] = max(kwargs["learning_starts"], self._first_episodes())
         with warnings.catch_warnings():
-            # With more environments than steps between target updates, the target is updated at every step.
+            # If there are more environments than steps between target updates, the target is updated at every step.
             warnings.filterwarnings("ignore", "The number of environments used is greater than the target")
             return super()._make_model(policy, **kwargs)  # type: ignore[return-value]
 
@@ -176,8 +176,8 @@ class OffPolicy(SB3Algorithm):
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 self.observation_space,
-                "requires a goal-conditioned environment for hindsight replay, with the observations "
-                f"{', '.join(sorted(GOAL_KEYS))} and the method compute_reward; choose another environment, or set "
+                "requires a goal-conditioned environment for hindsight replay, which must have the observations "
+                f"{', '.join(sorted(GOAL_KEYS))} and a compute_reward method; choose another environment, or set "
                 "replay_buffer.type: standard.",
             )
         return possible and chosen != "standard"
@@ -187,7 +187,7 @@ class OffPolicy(SB3Algorithm):
         longest = self.venv.max_episode_steps
         if longest is None:
             return 0
-        # An episode can be sampled after it has ended, until its first step is overwritten.
+        # An episode can be sampled only after it has ended and before its first step is overwritten.
         if self._config.buffer_size // self.venv.num_envs < 2 * longest:
             raise ParameterValueError(
                 "buffer_size",

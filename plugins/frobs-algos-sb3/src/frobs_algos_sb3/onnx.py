@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import onnx
 
 OPSET = 18
-"""Version of ONNX's operator set. Common runtimes on robots support this version, and it contains all required
-operators.
+"""Version of ONNX's operator set, which must contain all required operators and be supported by common runtimes on
+robots.
 """
 
 _NEEDED = ("onnx", "onnxscript")
@@ -75,7 +75,7 @@ def policy_graph(model: BaseAlgorithm, normalizer: VecNormalize | None, space: s
 def observation_inputs(
     model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]
 ) -> dict[str, ObservationInput]:
-    """Return the preprocessing of each part of the observation by key. The key of a single array is ``""``."""
+    """Return the preprocessing for each part of the observation by key. A single array has the key ``""``."""
     seen = model.policy.observation_space
     if isinstance(space, spaces.Dict):
         assert isinstance(seen, spaces.Dict)

@@ -1,4 +1,4 @@
-"""One LSTM step in basic arithmetic, which every runtime supports for any number of environments."""
+"""One LSTM step built from basic arithmetic, which every runtime supports for any number of environments."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class LstmStep(nn.Module):
 
 
 def _linear(lstm: nn.LSTM, name: str) -> nn.Linear:
-    """Return a linear layer with one of the LSTM's weight matrices and its bias."""
+    """Return a linear layer with one of the LSTM's weight matrices and the corresponding bias."""
     weight = getattr(lstm, f"weight_{name}")
     layer = nn.Linear(weight.shape[1], weight.shape[0], bias=lstm.bias)
     layer.weight = weight

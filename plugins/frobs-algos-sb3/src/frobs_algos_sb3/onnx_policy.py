@@ -1,4 +1,4 @@
-"""Policies of stable-baselines3 as traceable modules, equivalent to ``predict`` with ``deterministic=True``."""
+"""Stable-baselines3 policies as traceable modules, equivalent to ``predict`` with ``deterministic=True``."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class PolicyGraph(nn.Module):
     """A policy that maps an observation to an action.
 
     Args:
-        network: Network that maps the preprocessed observation to the mode of the action or to the scores of discrete
-            choices.
-        inputs: Preprocessing of each part of the observation, by key.
+        network: Network that maps the preprocessed observation to the mode of the action distribution or to the scores
+            of discrete choices.
+        inputs: Preprocessing for each part of the observation, by key.
         action_space: Action space of the environment.
-        squashed: Whether the network's output is in [−1, 1] and must be scaled to the bounds of the action.
+        squashed: Whether the network's output is in [−1, 1] and must be scaled to the bounds of the action space.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class PolicyGraph(nn.Module):
 
 
 class ActorCritic(nn.Module):
-    """Module that returns the mode of an on-policy algorithm's policy: the means, or the scores of discrete choices."""
+    """Module that returns an on-policy algorithm's most probable action, or the scores of discrete choices."""
 
     def __init__(self, policy: ActorCriticPolicy) -> None:
         super().__init__()
@@ -102,7 +102,7 @@ class ActorCritic(nn.Module):
         self.squashed = policy.squash_output
 
     def forward(self, observation: Any, *state: th.Tensor) -> tuple[th.Tensor, ...]:
-        """Return the mode, and the next state."""
+        """Return the mode or the scores, and the next state of a recurrent policy."""
         features = self.features(observation)
         if self.lstm is not None:
             features, *state = self.lstm(features, *state)
@@ -123,7 +123,7 @@ class StochasticActor(nn.Module):
 
 
 class Features(nn.Module):
-    """A features extractor followed by a network, such as TD3's actor or DQN's network of action values."""
+    """A features extractor followed by a network, such as TD3's actor or DQN's Q-network."""
 
     def __init__(self, features: nn.Module, network: nn.Module) -> None:
         super().__init__()
@@ -149,5 +149,5 @@ def network_of(model: BaseAlgorithm) -> nn.Module:
         return Features(values.features_extractor, values.q_net)
     raise PolicyExportError(
         f"a policy of the class {type(policy).__name__}",
-        "only actor-critic policies, actors with a mean, and networks of action values are supported.",
+        "only actor-critic policies, actors that output a mean, and Q-networks are supported.",
     )

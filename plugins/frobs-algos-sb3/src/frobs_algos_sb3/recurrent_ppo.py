@@ -21,7 +21,7 @@ class RecurrentPPOConfig(PPOConfig):
 
 
 class RecurrentPPO(PPO):
-    """PPO with recurrent layers. Pass the state and the starts of episodes to ``predict``."""
+    """PPO with recurrent layers. Pass the recurrent state and the episode starts to ``predict``."""
 
     name: ClassVar[str] = "recurrent_ppo"
     config_model: ClassVar[type[SB3Config]] = RecurrentPPOConfig

@@ -19,7 +19,7 @@ BLOCK_STEPS = 16_384
 """Steps per block, over all environments."""
 
 BLOCK_BYTES = 2**25
-"""Maximum size of a block [bytes]. This limit applies if steps are large, for example because they contain images."""
+"""Maximum size of a block [bytes], which applies if steps are large, for example because they contain images."""
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
@@ -75,7 +75,7 @@ def read(buffer: ReplayBuffer, folder: Path) -> None:
 
 
 def _arrays(buffer: ReplayBuffer) -> Arrays:
-    """Return views of all arrays of a buffer, (rows, num_envs, …) each."""
+    """Return views of all arrays of a buffer, each of shape (rows, num_envs, …)."""
     found: Arrays = {}
     names = ["observations", "next_observations", "actions", "rewards", "dones", "timeouts"]
     if isinstance(buffer, HerReplayBuffer):

@@ -34,7 +34,8 @@ class EntropyConfig(ExploringConfig):
     Attributes:
         ent_coef: Weight of the entropy: a fixed number, ``auto`` to learn the weight starting at 1, or ``auto_0.1`` to
             learn it starting at 0.1.
-        target_entropy: Target entropy for learning the weight, or ``auto`` for minus the number of action components.
+        target_entropy: Target entropy for learning the weight, or ``auto`` for −1 times the number of action
+            components.
     """
 
     ent_coef: EntropyCoefficient = "auto"

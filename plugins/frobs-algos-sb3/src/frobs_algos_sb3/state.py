@@ -104,7 +104,7 @@ def _exploration(model: BaseAlgorithm) -> list[tuple[Any, str]]:
 
 
 def _generator_words(generator: np.random.Generator) -> np.ndarray[Any, Any]:
-    """Return the state of a PCG64 generator as six words."""
+    """Return the state of a PCG64 generator as six 64-bit words."""
     saved: Any = generator.bit_generator.state
     assert saved["bit_generator"] == "PCG64"  # Gymnasium's generator
     halves = [half for value in saved["state"].values() for half in (value >> 64, value & (2**64 - 1))]

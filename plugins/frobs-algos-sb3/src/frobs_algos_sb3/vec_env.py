@@ -1,4 +1,4 @@
-"""Adapter from Gymnasium's vector environments to those of stable-baselines3, without copying batched arrays."""
+"""Adapter from Gymnasium's to stable-baselines3's vector environments, without copying batched arrays."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ _NOTHING: dict[str, Any] = {}
 
 
 class VectorEnvAdapter(VecEnv):
-    """Adapter that turns a vector environment of Gymnasium into one of stable-baselines3.
+    """Adapter that turns a Gymnasium vector environment into a stable-baselines3 vector environment.
 
     The wrapped ``gymnasium.vector.VectorEnv`` must use same-step autoreset. Batched arrays are passed on without being
     copied. Only environments whose episode has just ended have their own info, which contains ``terminal_observation``,
     ``TimeLimit.truncated``, and the other keys of the last info, including ``is_success`` and ``episode`` if the
     environment provides them.
 
-    The seed of the last reset stays in effect. To change the seed, call :meth:`seed` before :meth:`reset`.
+    If no new seed is set, :meth:`reset` continues the current random sequence. To set a seed, call :meth:`seed` before
+    :meth:`reset`.
     """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
@@ -166,7 +167,7 @@ class VectorEnvAdapter(VecEnv):
 
 
 class NoEnvironment(gym.vector.VectorEnv[Any, Any, Any]):
-    """Placeholder for an environment, with its spaces, for policies that are used only for predictions."""
+    """Placeholder environment that provides only spaces, for policies that are used only for predictions."""
 
     def __init__(self, num_envs: int, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}

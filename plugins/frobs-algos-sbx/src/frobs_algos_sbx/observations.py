@@ -33,7 +33,7 @@ class FlatObservations(VecEnvWrapper):
         return self.flatten(self.venv.reset())
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Return the results of the step with flat observations."""
+        """Return the step's results, with flat observations."""
         observation, rewards, dones, infos = self.venv.step_wait()
         for i in np.flatnonzero(dones):
             final = infos[i]["terminal_observation"]

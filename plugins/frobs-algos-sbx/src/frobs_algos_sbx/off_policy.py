@@ -60,8 +60,8 @@ class JaxBatchNormConfig(BatchNormConfig, JaxNetworkConfig):
     """Settings of CrossQ's networks.
 
     Attributes:
-        batch_norm_momentum: Weight of the new batch in each update of the running statistics, as in
-            ``frobs-algos-sb3``.
+        batch_norm_momentum: Weight of the new batch in each update of the running statistics. ``frobs-algos-sb3`` uses
+            the same definition.
     """
 
     unused: ClassVar[tuple[str, ...]] = ("share_features_extractor", "batch_norm_eps", *_EXPLORATION_NETWORK)

@@ -71,13 +71,14 @@ class Network(nn.Module):
 
 
 def _layers(model: BaseAlgorithm, activation: str) -> nn.Sequential:
-    """Return the policy's layers from observations to the most probable actions, or to scores of discrete actions."""
+    """Return the policy layers that map observations to the most probable actions, or to scores of discrete actions."""
     policy: Any = model.policy
     state = getattr(policy, "actor_state", None) or policy.qf_state
     statistics: Mapping[str, Any] = getattr(state, "batch_stats", {})
     params: Mapping[str, Any] = state.params if statistics else state.params["params"]
     dense = [name for name in params if name.startswith("Dense_")]
-    # The last layer computes the mean. In SAC and related algorithms, a layer for the standard deviation follows.
+    # The hidden layers are followed by a layer for the mean and, in SAC and related algorithms, a layer for the standard
+    # deviation.
     hidden = len(dense) - (2 if _has_deviation(policy) else 1)
     layers: list[nn.Module] = []
     normalizes = bool(statistics) and policy.batch_norm_actor

@@ -19,7 +19,7 @@ _CLASSES = {
 
 @hookimpl
 def frobs_algorithms() -> list[AlgorithmRecord]:
-    """Return the algorithms' records with the tuned settings and search spaces of the PyTorch algorithms."""
+    """Return the records of sbx's algorithms, with the tuned settings and search spaces of the PyTorch algorithms."""
     return [
         replace(
             record,

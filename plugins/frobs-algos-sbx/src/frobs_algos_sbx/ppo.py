@@ -1,4 +1,4 @@
-"""Proximal policy optimization whose update is one compiled function."""
+"""Proximal policy optimization whose update runs as one compiled function."""
 
 from __future__ import annotations
 

@@ -30,15 +30,15 @@ def networks(model: BaseAlgorithm) -> Arrays:
 def initial_networks(model: BaseAlgorithm, seed: int) -> Arrays:
     """Sample initial weights and biases as PyTorch does, uniformly in ±1/√n for a layer with n inputs.
 
-    The standard deviation of flax's initial weights is 1.7 times as large. With flax's weights, SAC succeeds less often
-    and varies more between seeds.
+    The standard deviation of flax's initial weights is 1.7 times as large as PyTorch's. With flax's initial weights,
+    SAC succeeds less often and varies more between seeds.
     """
     generator, old = np.random.default_rng(seed), networks(model)
     new: Arrays = {}
     for name in old:
         layer, _, _ = name.rpartition("/")
         if name.split("/")[1] == "params" and f"{layer}/kernel" in old:  # batch normalization has no kernel
-            bound = old[f"{layer}/kernel"].shape[-2] ** -0.5  # the last axes of a kernel are inputs and outputs
+            bound = old[f"{layer}/kernel"].shape[-2] ** -0.5  # a kernel's last axes are its inputs and outputs
             new[name] = generator.uniform(-bound, bound, old[name].shape).astype(np.float32)
             target = name.replace("/params/", "/target_params/", 1)
             if target in old:

@@ -18,9 +18,9 @@ def set_threads(count: int) -> None:
     """Make JAX use ``count`` threads in this process.
 
     Without a limit, XLA uses one thread for each processor that is available when XLA starts. The number of threads
-    affects the rounding of matrix products, so without a limit, the results of a training run would change if it
-    continued on another machine. XLA starts only once per process. If XLA is already running with a different number of
-    threads, a warning is logged and the number of threads does not change.
+    affects the rounding of matrix products, so without a limit, the results of a training run would change if the run
+    was resumed on another machine. XLA starts only once per process. If XLA is already running with a different number
+    of threads, a warning is logged and the number of threads does not change.
     """
     global _chosen
     if not _starts():

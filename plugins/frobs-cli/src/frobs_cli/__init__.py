@@ -4,7 +4,7 @@
 - ``program.py`` builds the program from these records, and imports a command's module when the command runs.
 - ``group.py`` handles errors, Ctrl-C and unknown commands.
 - ``providers.py`` lets other distributions extend ``frobs list`` and ``frobs show``.
-- ``output.py``, ``facts.py``, ``formats.py``, ``options.py`` and ``model_options.py`` help to implement commands.
+- ``output.py``, ``facts.py``, ``formats.py``, ``options.py`` and ``model_options.py`` contain helpers for commands.
 
 This package is separate from :mod:`frobs_core`, because importing the core registers environments, which imports
 Gymnasium. Help and shell completion do not need Gymnasium, and start faster without it.

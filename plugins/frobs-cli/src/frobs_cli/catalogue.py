@@ -28,7 +28,7 @@ class Listed:
 
 
 def kind_of(word: str) -> str:
-    """Return the kind with the given singular or plural name. ``"environment"`` counts as a kind here."""
+    """Return the kind with the given singular or plural name. ``"environment"`` is considered a kind here."""
     known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
     if word.lower() not in known:
         raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
@@ -72,5 +72,5 @@ def source_of(kind: str, record: Record) -> str:
 
 
 def problems() -> list[str]:
-    """Return a message for each plugin that did not load and for each environment ID that is unavailable."""
+    """Return a message for each plugin that failed to load and for each environment ID that is unavailable."""
     return [*plugins.active().failures(), *registry.problems().values()]

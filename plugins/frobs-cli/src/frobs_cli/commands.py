@@ -96,7 +96,7 @@ COMMANDS = (
     ),
     Command(
         name="plugins",
-        summary="Show the installed plugins, and why a plugin was not loaded.",
+        summary="Show the installed plugins, and why any of them failed to load.",
         function="frobs_cli.plugins:plugins",
         heading="Look around",
     ),

@@ -1,7 +1,7 @@
 """Names for shell completion.
 
 The shell sets ``_FROBS_COMPLETE`` while it completes a command line. With this variable set, importing the core neither
-registers environments nor imports heavy packages. The completed names are read from the plugins' records.
+registers environments nor imports heavy packages. The suggested names are read from the plugins' records.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def _controller(environment: EnvironmentRecord) -> list[dict[str, Any]]:
 
 
 def _with_defaults(rows: list[dict[str, Any]], chosen: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return parameter rows that show the values set by an environment as defaults."""
+    """Return parameter rows in which the values set by an environment replace the defaults."""
     return [row | {"default": chosen[row["name"]], "required": False} if row["name"] in chosen else row for row in rows]
 
 

@@ -24,7 +24,7 @@ READER_GONE = 141
 
 
 class FrobsGroup(TyperGroup):
-    """A command group that reports failures with one line on stderr and an exit code.
+    """A command group that reports each failure as a single line on stderr and through the exit code.
 
     The exit code is 0 for success, 2 for invalid input, 130 for Ctrl-C, and 143 for SIGTERM during training, after a
     checkpoint was written. The exit code is 1 if a check failed, if one of several jobs failed, or if a bug caused an
@@ -92,7 +92,7 @@ def _reported() -> tuple[type[Exception], ...]:
 
 
 def _words(context: Any) -> list[str]:
-    """Return the words between ``frobs`` and the command to look up."""
+    """Return the names of the command groups between ``frobs`` and the command to look up."""
     return [] if context.parent is None else [*_words(context.parent), context.info_name]
 
 

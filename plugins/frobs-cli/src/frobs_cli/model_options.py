@@ -30,7 +30,7 @@ PackagePath = Annotated[
 def robot_keywords(
     robot: str | None, tcp: str | None, args: Sequence[str] | None, package_path: Sequence[str] | None
 ) -> dict[str, Any]:
-    """Return the environment keywords for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
+    """Return the environment arguments for the options ``--robot``, ``--tcp``, ``--args`` and ``--package-path``.
 
     Raises:
         CommandLineError: An argument does not have the form ``name:=value``, or a folder does not exist.

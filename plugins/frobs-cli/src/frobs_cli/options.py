@@ -9,7 +9,7 @@ import typer
 
 from frobs_cli.completion import complete_id
 
-Json = Annotated[bool, typer.Option("--json", help="Write the results to stdout as JSON, and nothing else.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only the results to stdout, in JSON format.")]
 
 EnvId = Annotated[
     str,
@@ -22,7 +22,7 @@ EnvId = Annotated[
 ]
 
 RunFolder = Annotated[
-    Path, typer.Argument(metavar="RUN", show_default=False, help="Run folder that 'frobs train' wrote.")
+    Path, typer.Argument(metavar="RUN", show_default=False, help="Run folder written by 'frobs train'.")
 ]
 
 Robot = Annotated[
@@ -37,7 +37,7 @@ Robot = Annotated[
 Tcp = Annotated[
     str | None,
     typer.Option(
-        metavar="LINK", show_default="the robot's TCP", help="Link of the robot that is the tool center point (TCP)."
+        metavar="LINK", show_default="the robot's TCP", help="Robot link that serves as the tool center point (TCP)."
     ),
 ]
 
@@ -81,7 +81,7 @@ NumEnvs = Annotated[
 Randomized = Annotated[
     bool,
     typer.Option(
-        "--randomized", help="Randomize the models as in training. Without this flag, the nominal models are used."
+        "--randomized", help="Apply the randomization used in training. Without this flag, the nominal models are used."
     ),
 ]
 
@@ -90,8 +90,8 @@ CheckpointName = Annotated[
     typer.Option(
         "--checkpoint",
         metavar="WHICH",
-        help="Checkpoint to use: newest, best (in the evaluations during training), or its number of environment "
-        "steps.",
+        help="Checkpoint to use: newest, best (in the evaluations during training), or the number of environment steps "
+        "at which it was saved.",
     ),
 ]
 

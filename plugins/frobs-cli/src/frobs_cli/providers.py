@@ -36,7 +36,7 @@ class Provider:
         return {}
 
     def column(self, facts: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the heading and cell of an additional column in ``frobs list envs``, or None for no column."""
+        """Return the heading and cell text of an additional column in ``frobs list envs``, or None for no column."""
         return None
 
     def readable_environment(self, facts: Mapping[str, Any]) -> Mapping[str, Any]:

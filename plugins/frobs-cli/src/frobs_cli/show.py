@@ -46,7 +46,7 @@ def show(
         typer.Option(
             metavar="PNG",
             show_default=False,
-            help="For a robot, draw it at home and at its limits, and write the picture to this file.",
+            help="For a robot: draw it at its home position and at its joint limits, and save the image to this file.",
         ),
     ] = None,
     args: XacroArgs = None,

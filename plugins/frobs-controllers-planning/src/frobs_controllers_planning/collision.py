@@ -24,7 +24,7 @@ _LEAST_SPACING = 0.005  # [m] minimum spacing of collision checks, used if the c
 
 
 class CollisionChecker:
-    """Collision checker that enforces a minimum distance between pairs of shapes.
+    """Collision checker that requires a minimum distance between pairs of shapes.
 
     As in the simulators, two links may overlap if they are connected by at most one joint or overlap at home. Fixed
     links are not checked against the scene, because the robot's motion does not affect them.
@@ -111,7 +111,7 @@ class CollisionChecker:
                 self._geometry.addCollisionPair(pin.CollisionPair(first, second))
 
     def let_overlap(self, home: Floats) -> None:
-        """Allow overlaps between links that overlap at home. The floor counts as a link.
+        """Allow overlaps between links that overlap at home. The floor is considered a link.
 
         For all other pairs of links, the minimum distance is at most half the distance at home. Call this method after
         placing the floor.
@@ -175,9 +175,9 @@ class CollisionChecker:
     def is_way_free(self, start: Floats, end: Floats) -> bool:
         """Return whether a straight line between two joint vectors (dof,) is collision-free.
 
-        The end points are not checked. Between two checks, no part of the robot moves by more than twice the clearance,
-        or 5 mm if that is more. Therefore, if the clearance is at least 2.5 mm and is kept at all checked positions, no
-        shapes touch anywhere on the line.
+        The end points are not checked. Between two checks, no part of the robot moves by more than twice the clearance
+        or 5 mm, whichever is larger. Therefore, if the clearance is at least 2.5 mm and is kept at all checked
+        positions, no shapes touch anywhere on the line.
         """
         count = self.count_checks(np.abs(end - start))
         return all(self.is_free(start + share * (end - start)) for share in _shares(count))
@@ -200,7 +200,7 @@ class CollisionChecker:
 
 @lru_cache(maxsize=1024)
 def _shares(count: int) -> tuple[float, ...]:
-    """Return the inner boundaries of ``count`` equal parts of [0, 1], middle first to find collisions early."""
+    """Return the inner boundaries of ``count`` equal parts of [0, 1], in bisection order to find collisions early."""
     bits = max(count - 1, 1).bit_length()
     order = sorted(range(1, count), key=lambda number: f"{number:0{bits}b}"[::-1])
     return tuple(number / count for number in order)

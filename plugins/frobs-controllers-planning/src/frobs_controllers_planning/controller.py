@@ -41,7 +41,8 @@ class TrajectoryController(Controller):
         max_acceleration: Acceleration limits [rad/s² or m/s²]: one value for all joints, or values by joint name. A
             joint without a value reaches its velocity limit in half a second.
         max_steps: Maximum number of path search steps.
-        seed: Seed for the path search. With the same seed, a motion in the same scene always has the same plan.
+        seed: Seed for the path search. With the same seed, planning the same motion in the same scene always produces
+            the same plan.
 
     Attributes:
         planner: The motion planner, set by ``bind``.

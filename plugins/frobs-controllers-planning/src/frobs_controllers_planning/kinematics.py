@@ -1,4 +1,4 @@
-"""Robot kinematics with Pinocchio, built from the model that the simulators also use."""
+"""Robot kinematics with Pinocchio, built from the same model that the simulators use."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Kinematics:
         return self.data.oMi[joint] * placement
 
     def frame_jacobian(self, link: str, joint_positions: Floats) -> tuple[Any, Floats]:
-        """Return a link's pose as SE3 and its Jacobian (6, dof), linear rows first, in the root link's axes."""
+        """Return a link's pose as SE3 and its Jacobian (6, dof), linear rows first, in the root link's frame."""
         pose = self.frame_pose(link, joint_positions)  # computeJointJacobian does not compute the pose
         joint, placement = self.links[link]
         columns = pin.computeJointJacobian(self.model, self.data, self.configuration(joint_positions), joint)

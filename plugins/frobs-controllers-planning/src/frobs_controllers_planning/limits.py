@@ -13,8 +13,8 @@ from frobs_core.models import RobotModel
 from frobs_core.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
-"""Default time for a joint to reach its velocity limit [s]. It determines the acceleration limits, which URDF does not
-define.
+"""Default time for a joint to reach its velocity limit [s]. This time determines the acceleration limits, which URDF
+does not define.
 """
 
 UNLIMITED_RANGE = math.pi

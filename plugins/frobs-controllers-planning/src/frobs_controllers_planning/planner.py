@@ -162,7 +162,7 @@ class Planner:
         return low, np.maximum(high, low)
 
     def tool_pos(self, joint_positions: npt.ArrayLike) -> Floats:
-        """Return the tool center point's position (3,) [m] in the world for joint positions (dof,) [rad or m]."""
+        """Return the tool center point's position (3,) [m] in the world frame for joint positions (dof,) [rad or m]."""
         position = self._vector("joint_positions", joint_positions, len(self.home))
         return self.in_world(self._model.frame_pose(self._tcp, position[None])[0][0])
 
@@ -176,7 +176,7 @@ class Planner:
         Args:
             start: Initial joint positions, (dof,) [rad or m].
             goal: Joint positions (dof,) [rad or m], or a tool goal. For a tool goal, the planner tries several joint
-                positions that reach it, nearest first, and uses the first for which it finds a path.
+                positions that reach the goal, nearest to ``start`` first, and uses the first for which it finds a path.
             max_seconds: Time limit for the path search [s], in addition to ``max_steps``, or None for no time limit.
                 With a time limit, the result depends on the speed of the machine.
 
@@ -223,7 +223,7 @@ class Planner:
         return [goal] if self._checker.is_free(goal) else Reason.GOAL_IN_COLLISION
 
     def _joint_goals(self, start: Floats, goal: ToolGoal) -> list[Floats] | Reason:
-        """Return joint positions that reach a tool goal, nearest first, or the reason why none were found."""
+        """Return joint positions that reach a tool goal, nearest to ``start`` first, or why none were found."""
         pos = self._base.actInv(self._vector("the goal's pos", goal.pos, 3))
         rotation = None
         if goal.quat_wxyz is not None:

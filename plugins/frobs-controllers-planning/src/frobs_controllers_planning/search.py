@@ -1,4 +1,4 @@
-"""Path search around obstacles with RRT-Connect, followed by shortcuts and the rounding of corners."""
+"""Path search around obstacles with RRT-Connect, followed by shortcutting and corner rounding."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Search:
         self._checker, self._lower, self._upper = checker, lower, upper
         self._max_steps, self._seed = max_steps, seed
         self.deadline = math.inf
-        self._scale = np.maximum(checker.reach, 0.05)  # [m] per unit of joint motion, to make the joints comparable
+        self._scale = np.maximum(checker.reach, 0.05)  # [m] displacement per unit of joint motion
 
     def find(self, start: Floats, goal: Floats) -> Floats | None:
         """Return waypoints (n, dof) between a collision-free start and goal, or None if no path is found."""
@@ -100,7 +100,7 @@ class Search:
         return self._checker.is_free(end) and self._checker.is_way_free(start, end)
 
     def _shorten(self, waypoints: Floats) -> Floats:
-        """Shorten the path by collision-free shortcuts between random points on it."""
+        """Shorten the path with collision-free shortcuts between random points on it."""
         rng = np.random.default_rng(self._seed)
         for _ in range(_SHORTCUTS):
             if len(waypoints) == 2:

@@ -1,4 +1,4 @@
-"""Conversion of shapes to Coal shapes, with meshes as convex hulls or convex pieces as in the simulators."""
+"""Conversion of shapes to Coal shapes. As in the simulators, meshes become convex hulls or convex pieces."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from frobs_core.models import Collision, home_positions
 
 
 def shapes(scene: Scene) -> dict[str, list[Collision]]:
-    """Return the collision shapes of a scene by body name, where links of additional robots are ``"robot/link"``."""
+    """Return the collision shapes of a scene by body name. Links of additional robots are named ``"robot/link"``."""
     found = {name: list(body.collisions) for name, body in scene.bodies.items() if body.collisions}
     for name, placement in scene.all_robots({}).items():
         for link in placement.model.links:
@@ -20,7 +20,7 @@ def shapes(scene: Scene) -> dict[str, list[Collision]]:
 
 
 def poses(scene: Scene) -> dict[str, Any]:
-    """Return the bodies' poses in the world at reset, as Pinocchio SE3 objects. Additional robots are at home."""
+    """Return the bodies' poses in the world frame at reset, with additional robots at home, as Pinocchio SE3."""
     found = {name: se3(body.pose) for name, body in scene.bodies.items() if body.collisions}
     for name, placement in scene.all_robots({}).items():
         kinematics, home = Kinematics(placement.model), home_positions(placement.model, placement.robot.home)

@@ -20,7 +20,7 @@ _CORNER_INTERVALS = 8
 
 
 class Trajectory:
-    """Motion along a path as a function of time, which starts and ends at rest and then stays at the end.
+    """Motion along a path over time. The motion starts and ends at rest, and then stays at the end of the path.
 
     Args:
         path: Path that the trajectory follows.
@@ -46,7 +46,8 @@ class Trajectory:
         """Return the positions, velocities and accelerations of the joints at the given times.
 
         Args:
-            times: Times (k,) [s]. Before 0 and after the duration, the joints rest at the start or the end of the path.
+            times: Times (k,) [s]. Before time 0, the joints rest at the start of the path. After the duration, they
+                rest at the end.
 
         Returns:
             Joint positions [rad or m], velocities [rad/s or m/s] and accelerations [rad/s² or m/s²], (k, dof) each.

@@ -1,4 +1,4 @@
-"""Base class for controllers whose actions move the commanded joint positions."""
+"""Base class for controllers whose actions change the commanded joint positions."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ class Gripper(Controller):
     """Base class of controllers that move fingers between an end effector's closed and open positions.
 
     The opening ranges from 0 (closed) to 1 (open). No finger moves faster than its velocity limit. A gripper that
-    closes around an object keeps squeezing it with the effort of its drives.
+    closes around an object keeps squeezing the object with the effort of the finger drives.
     """
 
     command_mode = CommandMode.POSITION
@@ -110,7 +110,7 @@ class GripperDelta(Gripper):
 class GripperBinary(Gripper):
     """Gripper controller that opens for positive actions, closes for negative actions, and keeps its state for 0.
 
-    Random actions open and close the gripper all the time, so the robot drops every object during exploration. The
+    Random actions constantly open and close the gripper, so the robot drops every object during exploration. The
     controller ``gripper_delta`` is therefore better suited to learning.
     """
 

@@ -58,7 +58,8 @@ class DampedLeastSquares:
 
         self._gram, self._task = np.zeros((n, rows, rows)), np.zeros((n, rows, 1))
         self._solve = solve_3x3 if rows == 3 else np.linalg.solve
-        # Two rows per environment, so that one product maps both the command's lead and the posture step to the tool.
+        # These arrays have two rows per environment, so that one matrix product maps both the command's lead and the
+        # posture step to the tool.
         self._joints, self._tool = np.zeros((n, 2, dof)), np.zeros((n, 2, rows))
         self._delta, self._beyond = np.zeros((n, dof, 1)), np.zeros((n, dof))
         # Views of the arrays above, in the shapes that the operations require.
@@ -69,8 +70,8 @@ class DampedLeastSquares:
     def lead(self) -> Floats:
         """Read the Jacobian, and return how far the command is ahead of the arm: J (u − q), (num_envs, rows).
 
-        To first order, the tool's pose plus this lead is the pose at the commanded joint positions. Therefore, neither
-        the drives' remaining motion nor their deflection under gravity is treated as a pose error.
+        To first order, the tool's pose plus this lead is the pose at the commanded joint positions. Therefore, the
+        drives' remaining motion and their deflection under gravity are not treated as pose errors.
         """
         self._jacobian: Floats = self._group.frame_jacobian("tcp")[:, : self._rows]
         np.subtract(self.commanded, self._group.joint_positions, out=self._offset)

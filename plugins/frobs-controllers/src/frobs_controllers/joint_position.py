@@ -40,7 +40,7 @@ class JointPosition(CommandedPositions):
         np.maximum(wanted, self._slowest, out=wanted)
         np.minimum(wanted, self._fastest, out=wanted)
         np.add(target, wanted, out=target)
-        np.maximum(target, self._lower, out=target)  # also handles actions outside [−1, 1] and rounding errors
+        np.maximum(target, self._lower, out=target)  # required for actions outside [−1, 1] and rounding errors
         np.minimum(target, self._upper, out=target)
         return target
 

@@ -1,4 +1,7 @@
-"""Functions for scalar-first quaternion arrays (n, 4), five times as fast as :mod:`frobs_core.rotations`."""
+"""Functions for scalar-first quaternion arrays (n, 4).
+
+These functions are five times as fast as those in :mod:`frobs_core.rotations`.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ def quat_from_rotation_vector(vector: Floats) -> Floats:
 
 
 def quat_between(start: Floats, end: Floats) -> Floats:
-    """Return the rotation from ``start`` to ``end`` as 2 sin(angle / 2) times the rotation axis in the world, (n, 3).
+    """Return the rotation from ``start`` to ``end`` as 2 sin(angle / 2) times its axis in the world frame, (n, 3).
 
     The result has the direction of the rotation vector but is slightly shorter, by 1 % at half a radian. The result is
     cheaper to compute than the rotation vector, and it is accurate enough for feedback because both are zero when the

@@ -35,14 +35,14 @@ class TcpDeltaPose(TcpDeltaPosition):
         posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move at each step without
             moving the tool.
         axes: Components of an action: some or all of ``x``, ``y``, ``z``, ``rx``, ``ry`` and ``rz``, in this order.
-            Omitted components of the target keep their values. For example, with ``["x", "y", "z"]``, the tool keeps
-            its orientation.
+            Omitted components of the target keep their current values. For example, with ``["x", "y", "z"]``, the tool
+            keeps its orientation.
         target_low: Minimum corner [m] of the box to which the target point is limited, in the world frame, or None for
             no lower limit.
         target_high: Maximum corner [m] of the box to which the target point is limited, in the world frame, or None for
             no upper limit.
-        interpolate: Whether the joints move to their new positions uniformly during a control step. Otherwise, the new
-            positions are commanded immediately, and the tool's speed oscillates at the control rate.
+        interpolate: Whether the joints move to their new positions at constant speed during a control step. Otherwise,
+            the new positions are commanded immediately, and the tool's speed oscillates at the control rate.
     """
 
     owner = "tcp_delta_pose"
@@ -61,7 +61,7 @@ class TcpDeltaPose(TcpDeltaPosition):
     ) -> None:
         super().__init__(max_delta=max_delta, damping=damping, posture_gain=posture_gain)
         self.max_rotation = positive(f"{self.owner}: max_rotation", max_rotation, "rad")
-        if self.max_rotation > 1.0:  # twice this rotation on each axis must stay below half a turn
+        if self.max_rotation > 1.0:  # twice this rotation about each axis must stay below half a turn
             raise ParameterValueError("max_rotation", max_rotation, "in (0, 1] rad", self.owner)
         self.axes = tuple(choice(f"{self.owner}: axes", axis, AXES) for axis in axes)
         if not self.axes or list(self.axes) != sorted({*self.axes}, key=AXES.index):

@@ -16,7 +16,7 @@ from typing import Any
 from frobs_deploy.errors import BundleError
 
 FORMAT = 1
-"""Format version of ``bundle.json``. A reader rejects files of any other format version."""
+"""Format version of ``bundle.json``. Files of any other format version are rejected."""
 
 GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
 _LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}

@@ -16,7 +16,7 @@ class Latency:
         median: Median latency [ms].
         percentile_95: 95th percentile of the latency [ms].
         largest: Maximum latency [ms].
-        actions: Number of measured actions. If no actions were measured, the other values are NaN.
+        actions: Number of measured actions. If no actions were measured, all other values are NaN.
     """
 
     median: float

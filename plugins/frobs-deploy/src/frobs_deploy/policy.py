@@ -26,8 +26,8 @@ class Policy:
     """A trained policy that runs with only NumPy and onnxruntime.
 
     The arguments ``robot``, ``joint_names`` and ``control_timestep`` are compared with the values used in training.
-    Pass all three on a real robot, because a policy that was trained for another robot or control rate moves the robot
-    incorrectly.
+    Pass all three on a real robot, because a policy that was trained for another robot or control rate would move the
+    robot incorrectly.
 
     Args:
         bundle: Path of a bundle file written by ``frobs export``, or a bundle that has already been read.
@@ -199,7 +199,7 @@ class Policy:
         trained = self.manifest.robot
         if trained is None:
             raise BundleMismatchError(
-                self.bundle.path, "the policy was trained without a robot; omit the argument robot."
+                self.bundle.path, "the policy was trained without a robot; omit the 'robot' argument."
             )
         if not re.fullmatch("[0-9a-f]{64}", str(robot)):
             raise PolicyArgumentError(
@@ -232,7 +232,7 @@ class Policy:
         if trained is None:
             raise BundleMismatchError(
                 self.bundle.path,
-                "the environment of the policy has no control timestep; omit the argument control_timestep.",
+                "the environment of the policy has no control timestep; omit the 'control_timestep' argument.",
             )
         if not abs(control_timestep - trained) <= _SAME_TIMESTEP * trained:
             raise BundleMismatchError(

@@ -16,7 +16,7 @@ Array = np.ndarray[Any, Any]
 _SHAPED = ("Box", "MultiDiscrete", "MultiBinary")
 
 MAX_SIZE = 2**24
-"""Maximum number of values in an element of a space, so that a damaged bundle cannot exhaust the memory."""
+"""Maximum number of values in an element of a space, so that a damaged bundle cannot exhaust memory."""
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Benchmarks an environment step: measures the time of each part, and the overhead compared with the bare engine.
 
-The bare engine *replays* the environment's steps: before each step, it loads the recorded state and controls.
-If the environment reads lidars, the bare engine casts the same rays. The environment and the bare engine alternate
-every few steps. Changes in the machine's speed therefore affect both measurements, and each measurement has the
-processor caches to itself, as in a training loop. The reported times are medians.
+The bare engine *replays* the environment's steps: before each step, it loads the recorded state and controls. If the
+environment reads lidars, the bare engine casts the same rays. The environment and the bare engine alternate every few
+steps. Changes in the machine's speed therefore affect both measurements, and the processor caches stay warm during
+consecutive steps, as in a training loop. The reported times are medians.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from frobs_core.vector_env import RobotVectorEnv
 from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 
-_TURN = 25  # number of consecutive environment steps, which the bare engine then replays
+_TURN = 25  # number of environment steps before the bare engine replays them
 
 Rays: TypeAlias = tuple[Floats, Floats, float]
 """Ray origins [m] and directions, each of shape (num_envs, rays, 3), and the maximum range [m]."""
@@ -64,17 +64,17 @@ class BenchResult:
 
 
 def bench(id: str, *, num_envs: int = 1, steps: int = 1000, seed: int = 0, **keywords: Any) -> BenchResult:
-    """Compare the speed of a FRobs environment with the speed of its bare engine.
+    """Compare the speed of a FRobs environment with the speed of its simulation engine alone.
 
     Args:
         id: ID of the environment.
-        num_envs: Number of environments. For more than one environment, the function measures a vector environment.
+        num_envs: Number of environments. If the number is greater than 1, the function measures a vector environment.
         steps: Minimum number of steps to measure, in addition to a warm-up of 10 % of this number.
         seed: Seed for the environment and the random actions.
         keywords: Keywords of the environment.
 
     Raises:
-        ConfigurationError: The ID does not belong to a FRobs environment, or a number is out of range.
+        ConfigurationError: The ID does not belong to a FRobs environment, or ``num_envs`` or ``steps`` is too small.
     """
     whole_number("steps", steps, lowest=10)
     whole_number("num_envs", num_envs, lowest=1)
@@ -93,7 +93,7 @@ def _make(id: str, num_envs: int, keywords: dict[str, Any]) -> Any:
 
 
 def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int) -> BenchResult:
-    """Step ``env`` to measure its time, and step ``twin`` to measure the parts and to record the states to replay."""
+    """Time the steps of ``env``; in ``twin``, time the parts of each step and record the states to replay."""
     inner, shadow = env.unwrapped, twin.unwrapped
     bare = inner.simulation.bare_engine()
     stopwatch, before, cast = _watch(shadow, replayed=bare is not None)
@@ -155,7 +155,7 @@ def _measure(id: str, env: Any, twin: Any, num_envs: int, steps: int, seed: int)
 
 
 def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple[str, str], Rays]]:
-    """Start timing the parts of an environment step, and recording the environment's states and lidar rays.
+    """Start timing the parts of an environment step and recording the environment's states and lidar rays.
 
     Returns:
         The stopwatch, the simulation's state before its latest step, and a mapping with the first rays that each lidar
@@ -180,7 +180,7 @@ def _watch(env: Any, *, replayed: bool) -> tuple[Stopwatch, Snapshot, dict[tuple
 
 
 def _save_states(simulation: Any, before: Snapshot) -> None:
-    """Save a simulation's state before each step. The stopwatch does not measure the time for saving."""
+    """Save a simulation's state before each step. The measured times exclude the time for saving."""
     step = simulation.step
 
     def saved(*args: Any) -> Any:
@@ -191,7 +191,7 @@ def _save_states(simulation: Any, before: Snapshot) -> None:
 
 
 def _watch_lidars(robot: Any, cast: dict[tuple[str, str], Rays]) -> None:
-    """Store the first rays that each lidar of a robot casts."""
+    """Record the first rays that each of a robot's lidars casts."""
     original = robot.lidar
 
     def lidar(name: str) -> Any:

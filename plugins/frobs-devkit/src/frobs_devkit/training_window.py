@@ -17,7 +17,7 @@ from frobs_train import RunConfig, prepare_training
 SIMULATION, UPDATES, OTHER, ALGORITHM = "simulation", "updates", "other", "algorithm"
 
 _WARM_UP = 2
-"""Number of update rounds before the measurement starts, because JAX compiles during the first rounds."""
+"""Number of unmeasured update rounds at the start of the training run, during which JAX compiles."""
 
 _LONGEST_WARM_UP = 30.0
 """Maximum duration of the warm-up [s], after which the measurement starts even without updates."""

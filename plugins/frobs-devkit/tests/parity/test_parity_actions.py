@@ -73,9 +73,9 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         ({"actions": np.zeros(6)}, r"shape \(6,\)"),
         ({"actions": np.zeros((0, 6))}, r"shape \(0, 6\)"),
         ({"actions": np.array([[0.0] * 6, [np.nan] * 6])}, "step 1 contains NaN"),
-        ({"id": "frobs/Irb120ReachGoal-v0"}, r"is for 'frobs/Irb120ReachGoal-v0', not for"),
+        ({"id": "frobs/Irb120ReachGoal-v0"}, "the actions are for 'frobs/Irb120ReachGoal-v0', not for"),
         ({"controller": "joint_velocity"}, "--controller joint_velocity"),
-        ({"seed": -1}, "seed is -1"),
+        ({"seed": -1}, "the seed must be at least 0, but it is -1"),
     ],
 )
 def test_actions_for_something_else_are_refused(changes: dict[str, Any], message: str) -> None:

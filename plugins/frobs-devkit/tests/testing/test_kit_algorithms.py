@@ -375,7 +375,7 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
     [
         (LearnsNothingMore, "learns", "for 200 of 300 steps"),
         (StepsFall, "learns", "reported steps decrease"),
-        (NeverOffers, "learns", "never called"),
+        (NeverOffers, "learns", "never calls offer_checkpoint"),
         (LeavesTheSpace, "predicts_in_the_space", "is not in Box"),
         (NeverRepeats, "predicts_in_the_space", "repeated deterministic prediction"),
         (SeedIgnored, "same_seed_repeats", "again with the same seed"),

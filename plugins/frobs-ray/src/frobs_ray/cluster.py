@@ -67,7 +67,7 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
             "_node_ip_address": LOOPBACK,
         }
     with ExitStack() as stack:
-        stack.callback(_read_authentication)  # called on exit, after the variables are restored
+        stack.callback(_read_authentication)  # runs last, when the environment variables have been restored
         stack.enter_context(_variables(_ALWAYS if address else _ALWAYS | _LOCAL))
         stack.enter_context(quiet())
         _read_authentication()
@@ -85,7 +85,10 @@ def connect(address: str | None = None, num_cpus: int | None = None) -> Iterator
 
 
 def _check_address(address: str) -> None:
-    """Raise ClusterConnectionError unless a server listens at ``host:port``, because Ray would retry for a minute."""
+    """Raise ClusterConnectionError if no server listens on ``host:port``.
+
+    Without this check, Ray would retry for a minute.
+    """
     host, _, port = address.rpartition(":")
     if "://" in address or not host or not port.isdecimal():
         raise ClusterConnectionError(address, "the address must be 'host:port' of the head node, or 'auto'")
@@ -152,7 +155,7 @@ def _without_banner() -> Iterator[None]:
 def _handlers_kept() -> Iterator[None]:
     """Restore the SIGTERM handler that Ray replaces."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # in other threads, Ray cannot replace the handler
+        yield  # Ray cannot replace the handler outside the main thread
         return
     before = signal.getsignal(signal.SIGTERM)
     try:

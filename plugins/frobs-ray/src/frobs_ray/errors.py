@@ -47,7 +47,7 @@ class ClusterResourcesError(ConfigurationError):
     Args:
         processors: Number of processors that a job requires.
         memory: Memory that a job requires [B].
-        nodes: Resources of each node, as Ray reports them.
+        nodes: Resources of each node, as reported by Ray.
     """
 
     def __init__(self, processors: int, memory: int, nodes: Sequence[Mapping[str, float]]) -> None:

@@ -32,8 +32,8 @@ def run_job(job: Job, index: int, mailbox: ActorHandle[Any], processors: int, ex
         index: Key of the job in the mailbox.
         mailbox: Mailbox that receives the progress.
         processors: Number of processors for the job.
-        expected: Versions on the machine that submitted the job. The node's versions are compared with these versions,
-            because the node may have joined the cluster after the job was submitted.
+        expected: Software versions on the machine that submitted the job. The node's versions are compared with these
+            versions, because the node may have joined the cluster after the job was submitted.
     """
     logging.getLogger("frobs").setLevel(logging.ERROR)  # hide notices, because the command already shows the progress
     if difference := difference_here(expected):

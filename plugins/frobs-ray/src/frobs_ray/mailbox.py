@@ -46,7 +46,7 @@ class Sender:
         self._next: dict[Any, float] = {}
 
     def send(self, key: Any, progress: Any) -> None:
-        """Send the progress of the job or the part of a job that ``key`` identifies."""
+        """Send the progress of a job or of a part of a job, identified by ``key``."""
         now = time.monotonic()
         if now >= self._next.get(key, 0.0):
             self._next[key] = now + _EVERY

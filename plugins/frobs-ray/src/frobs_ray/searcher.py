@@ -18,7 +18,8 @@ from frobs_train.tuning.study import REPORTS, StudyResult, TrialResult, to_resul
 from frobs_train.tuning.tune import Session
 
 _RUNNER = "runner"
-"""Attribute that marks the trials of this runner. A restarted search continues marked trials that have not ended."""
+"""Name of the trial attribute that marks this runner's trials. A restarted search continues marked trials that have not
+ended."""
 
 
 class _Stays:

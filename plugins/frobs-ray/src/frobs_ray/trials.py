@@ -35,7 +35,7 @@ class Place:
         folder: Absolute path of the study's folder.
         mailbox: Mailbox that receives the progress of the trials.
         processors: Number of processors for each trial.
-        expected: Versions on the machine that started the search.
+        expected: Software versions on the machine that started the search.
     """
 
     search: Search
@@ -106,7 +106,7 @@ def _checkpoint(
 
 
 def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, Any]) -> None:
-    """Continue from a better trial's run if Ray Tune has chosen a better trial."""
+    """Continue from a better trial's run if Ray Tune has chosen such a trial."""
     checkpoint = tune.get_checkpoint()
     if checkpoint is None:
         return

@@ -65,9 +65,9 @@ def tune_on_ray(
 ) -> StudyResult:
     """Run as many trials in parallel as the cluster has resources for, until the study is complete.
 
-    The pruner ``halving`` is ASHA, ``hyperband`` is ASHA with several brackets, ``median`` is the median stopping
-    rule, and ``population`` is population-based training. After an interruption, unfinished trials continue from their
-    checkpoints.
+    The pruner ``halving`` uses ASHA, ``hyperband`` uses ASHA with several brackets, ``median`` uses the median stopping
+    rule, and ``population`` uses population-based training. After an interruption, unfinished trials continue from
+    their checkpoints.
 
     Args:
         runner: The runner with its options.
@@ -157,7 +157,7 @@ def _scheduler(session: Session) -> TrialScheduler:
             perturbation_interval=REPORTS // 5,
             custom_explore_fn=partial(_explore, session.space),
             log_config=False,
-            require_attrs=False,  # because failed trials report only their error
+            require_attrs=False,  # failed trials report only their error, without the required attributes
         )
     return FIFOScheduler()
 

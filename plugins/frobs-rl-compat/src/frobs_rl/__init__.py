@@ -3,7 +3,7 @@
 - ``common/``: helpers for ROS and Gazebo, from ``frobs_ros``
 - ``envs/``: the base class for environments, ``robot_BasicEnv``
 - ``models/``: the algorithms, from ``frobs_algos_sb3``
-- ``wrappers/``: the three wrappers, from ``frobs_core``
+- ``wrappers/``: the three environment wrappers, from ``frobs_core``
 - ``templates/``: ``CustomRobotEnv`` and ``CustomTaskEnv``, which packages can subclass or copy
 - ``config/``: the six default YAML files
 

@@ -6,7 +6,7 @@ COMMANDS = (
     Command(name="legacy", summary="Run unmodified packages that were written for FRobs_RL."),
     Command(
         name="legacy run",
-        summary="Run a script or program of a package that was written for FRobs_RL.",
+        summary="Run a script or program from a package that was written for FRobs_RL.",
         function="frobs_rl_compat.cli.legacy:run",
         passes_options_on=True,
     ),

@@ -29,8 +29,8 @@ _OF_ROS = ("ROS_MASTER_URI", "ROS_IP", "ROS_HOSTNAME")
 def legacy_variables() -> dict[str, str]:
     """Return environment variables for an old package and all processes that it starts.
 
-    FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. Other
-    modules are added only if this Python interpreter cannot import them, and stand-ins for MoveIt and other ROS
+    FRobs's ``gym`` and ``frobs_rl`` take precedence over packages of the same names in a catkin workspace. ROS modules
+    and messages are added only if this Python interpreter cannot import them, and stand-ins for MoveIt and other ROS
     packages are added only if the originals are not installed.
 
     Raises:
@@ -53,14 +53,14 @@ def legacy_variables() -> dict[str, str]:
     return {
         "PYTHONPATH": _prepend(overlay, "PYTHONPATH"),
         "ROS_PACKAGE_PATH": packages,
-        "FROBS_PYTHON": sys.executable,  # Python interpreter that runs the stand-ins' programs
+        "FROBS_PYTHON": sys.executable,  # Python interpreter that runs the stand-in programs
         **({"PATH": _append(installation.programs, os.environ.get("PATH", os.defpath))} if installation else {}),
         **set_by_use_ros,
     }
 
 
 def _has_moveit(installation: RosInstallation | None) -> bool:
-    """Return whether MoveIt's own ``moveit_commander`` is installed, either in this Python or with ROS."""
+    """Return whether MoveIt's own ``moveit_commander`` is installed, either for this Python interpreter or with ROS."""
     beside = installation is not None and (installation.modules / _MOVEIT / "__init__.py").is_file()
     return beside or environment_has(_MOVEIT)
 

@@ -17,7 +17,7 @@ import gymnasium
 from frobs_core.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
-"""Key in the ``info`` of old gym that indicates whether an episode was truncated."""
+"""Key in old gym's ``info`` that indicates whether an episode was truncated."""
 
 
 def has_gym_api(env: Any) -> bool:
@@ -102,7 +102,7 @@ class FiveValues(gymnasium.Wrapper[Any, Any, Any, Any]):
         return forwarded(self, name)
 
     def _takes(self, keyword: str) -> bool:
-        """Return whether ``reset`` accepts a keyword in the environment and in all environments that it wraps."""
+        """Return whether ``reset`` accepts a keyword, both in the environment and in all environments that it wraps."""
         return all(_accepts(env.reset, keyword) for env in _chain(self.env))
 
 

@@ -16,7 +16,7 @@ IRB140 = Robot(
     model="frobs_robots_abb:models/irb140.urdf.xacro",
     name="irb140",
     # The elbow is bent, and the tool points down, 0.51 m in front of the base at a height of 0.53 m. The posture is far
-    # from limits and singularities.
+    # from joint limits and singularities.
     home={"joint_2": 0.2, "joint_3": 0.1, "joint_5": 1.27},
     tcp="tool0",
     gains=DriveGains(

@@ -12,8 +12,9 @@ from frobs_core.interfaces import Robot
 UR5 = Robot(
     model="frobs_robots_ur:models/ur5.urdf.xacro",
     name="ur5",
-    # At zero, the arm lies along the floor. At home, the elbow is up, and the tool points down, 0.41 m in front of the
-    # base at a height of 0.37 m. The posture is not singular, and only the elbow is near a limit.
+    # In the zero position, the arm extends along the floor. In the home position, the elbow is up, and the tool points
+    # down, 0.41 m in front of the base at a height of 0.37 m. The home position is not singular, and only the elbow
+    # is near a limit.
     home={
         "shoulder_lift_joint": -1.75,
         "elbow_joint": 1.9,

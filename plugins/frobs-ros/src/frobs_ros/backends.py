@@ -48,7 +48,7 @@ TREATMENT: Mapping[str, tuple[str, str]] = {
         "rejected: the bridge keeps running after its window is closed",
     ),
     "launch_new_term": (
-        "honored; without xterm or a display, the output goes to a log file, whose path is logged",
+        "honored; without xterm or a display, the output is written to a file, and the path of the file is logged",
         "same as Gazebo",
     ),
 }

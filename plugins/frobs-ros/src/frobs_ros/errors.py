@@ -1,9 +1,9 @@
 """ROS-related exceptions, in addition to the exceptions in :mod:`frobs_core.errors`.
 
-``RosError`` is a SimulationError of the core, and the base class of these exceptions:
+``RosError`` is a subclass of the core's SimulationError, and the base class of these exceptions:
 
 - ``RosNotFoundError``: ROS is not installed for this version of Python.
-- ``MasterError``: No ROS master answers, or the master rejects a request.
+- ``MasterError``: No ROS master responds, or the master rejects a request.
 - ``ServiceError``: A service does not exist, cannot be reached, or rejected a request.
 - ``PackageNotFoundError``: A ROS package does not exist, or does not contain a file.
 - ``ProcessError``: A process did not start, or ended immediately.
@@ -11,8 +11,8 @@
 These exceptions are subclasses of the core's ConfigurationError:
 
 - ``ControllerError``: A ROS controller cannot be loaded, started, stopped or used.
-- ``TrajectoryError``: A trajectory message cannot be executed. Its subclass ``TrajectoryJointsError``: the message omits
-  or repeats joints of the controller.
+- ``TrajectoryError``: A trajectory message cannot be executed. The subclass ``TrajectoryJointsError`` means that the
+  message omits or repeats joints of the controller.
 - ``GazeboElementError``: A ``<gazebo>`` element of a model file cannot be used.
 """
 
@@ -45,18 +45,18 @@ class RosNotFoundError(RosError):
 
 
 class MasterError(RosError):
-    """No ROS master answers, or the master rejects a request.
+    """No ROS master responds, or the master rejects a request.
 
     Args:
         uri: Address of the master.
-        reason: Reason why the request failed, or None if no master answers.
+        reason: Reason why the request failed, or None if no master responds.
     """
 
     def __init__(self, uri: str, reason: str | None = None) -> None:
         self.uri = uri
         self.reason = reason
         what = (
-            f"the request to the ROS master at {uri} failed: {reason}" if reason else f"no ROS master answers at {uri}"
+            f"the request to the ROS master at {uri} failed: {reason}" if reason else f"no ROS master responds at {uri}"
         )
         remedy = "" if reason else ". Run 'roscore' to start a master, or set ROS_MASTER_URI to a running master"
         super().__init__(f"{what}{remedy}.")

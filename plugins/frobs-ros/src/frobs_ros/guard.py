@@ -1,6 +1,7 @@
 """Runs a command, and ends all of the command's processes on request or when the owner process ends.
 
-This module, the guard, is a separate program, ``python -I -S guard.py COMMAND…``, which uses only the standard library.
+This module is called the guard. It runs as a separate program, ``python -I -S guard.py COMMAND…``, and uses only the
+standard library.
 The guard's standard input is a pipe from the owner process. The pipe closes when the owner ends for any reason,
 including ``kill -9``. All processes that the command starts, including daemons, remain descendants of the guard
 (PR_SET_CHILD_SUBREAPER), so that the guard can end all of them.

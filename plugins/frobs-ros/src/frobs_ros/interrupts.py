@@ -28,7 +28,7 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[None]:
-    """Raise KeyboardInterrupt if a signal has shut down the node, instead of any errors that the shutdown causes.
+    """If a signal has shut down the node, raise KeyboardInterrupt instead of any errors that the shutdown causes.
 
     Raises:
         KeyboardInterrupt: A signal, such as SIGINT from Ctrl-C, has shut down the node.

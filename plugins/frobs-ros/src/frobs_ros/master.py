@@ -13,7 +13,7 @@ from frobs_ros.environment import MASTER_URI, is_local, use_ros
 from frobs_ros.errors import MasterError
 
 START_TIMEOUT = 30.0
-"""Maximum time to wait for a ROS master to answer [s]."""
+"""Maximum time to wait for a ROS master to respond [s]."""
 
 
 def master_uri() -> str:
@@ -22,7 +22,7 @@ def master_uri() -> str:
 
 
 def is_online() -> bool:
-    """Return whether a ROS master answers."""
+    """Return whether a ROS master responds."""
     use_ros()
     # Unlike rosgraph's check, close the connection immediately. Ignore all errors, because the server at this address
     # may not be a ROS master.
@@ -33,10 +33,10 @@ def is_online() -> bool:
 
 
 def require() -> None:
-    """Check that a ROS master answers.
+    """Check that a ROS master responds.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
     """
     if not is_online():
         raise MasterError(master_uri())
@@ -46,7 +46,7 @@ def connect() -> Any:
     """Return the XML-RPC interface of the ROS master.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
     """
     require()
     import rosgraph
@@ -55,16 +55,16 @@ def connect() -> Any:
 
 
 def ensure(*, terminal: bool = False) -> processes.Process | None:
-    """Start a ROS master if none answers. The new master ends when this process ends.
+    """Start a ROS master if none responds. The new master ends when this process ends.
 
-    Only rosmaster is started, because ``roscore`` would also start the node rosout, which listens on every network
+    Only rosmaster is started, because ``roscore`` would also start the rosout node, which listens on every network
     interface.
 
     Returns:
         The new master, or None if a master was already running.
 
     Raises:
-        MasterError: No master answers at ``ROS_MASTER_URI``, and this address is not on this machine.
+        MasterError: No master responds at ``ROS_MASTER_URI``, and this address is not on this machine.
         ProcessError: The master did not start.
     """
     if is_online():
@@ -72,7 +72,7 @@ def ensure(*, terminal: bool = False) -> processes.Process | None:
     if not is_local(os.environ):
         raise MasterError(
             master_uri(),
-            "the master does not answer; start it on its own machine, or set ROS_MASTER_URI to another master",
+            "the master does not respond; start it on its own machine, or set ROS_MASTER_URI to another master",
         )
     port = str(urlparse(master_uri()).port or urlparse(MASTER_URI).port)
     process = processes.start(

@@ -93,8 +93,8 @@ class Mirror:
 
     Attributes:
         lidars: Lidars whose scans must be measured, by name.
-        measured_pose: Pose in the world frame at the last call of :meth:`observe`, as pos (3,) [m] and quat_wxyz (4,).
-            The measured pose is the base's pose if the base moves, and the tool's pose otherwise.
+        measured_pose: Measured pose in the world frame at the last call of :meth:`observe`, as pos (3,) [m] and
+            quat_wxyz (4,). This is the pose of the base if the base moves, and the pose of the tool otherwise.
 
     Raises:
         ConfigurationError: The policy was trained with wrappers or uses images, or ``speed`` is out of range.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def join(*parts: str | None) -> str:
-    """Join parts of a name to a global ROS name, such as ``"/robot/controller_manager"``.
+    """Join parts of a name into a global ROS name, such as ``"/robot/controller_manager"``.
 
     Args:
         *parts: Parts of the name, with or without leading and trailing slashes. None and ``"/"`` are ignored.

@@ -27,14 +27,14 @@ def names() -> set[str]:
     """Return the names of all registered nodes.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
     """
     publishers, subscribers, services = connect().getSystemState()
     return {node for group in (publishers, subscribers, services) for _, found in group for node in found}
 
 
 def pid_of(name: str) -> int | None:
-    """Return the process ID of a node, or None if the node does not answer."""
+    """Return the process ID of a node, or None if the node does not respond."""
     try:
         code, _, pid = _node(name).getPid(_CALLER)
     except (OSError, xmlrpc.client.Error, RosError):
@@ -43,7 +43,7 @@ def pid_of(name: str) -> int | None:
 
 
 def of(pids: set[int], among: set[str]) -> set[str]:
-    """Return the names in ``among`` whose nodes run in one of the processes ``pids``."""
+    """Return the names in ``among`` that belong to nodes in the processes with the IDs ``pids``."""
     return {name for name in among if pid_of(name) in pids}
 
 
@@ -51,7 +51,7 @@ def ours() -> set[str]:
     """Return the names of all nodes that this process started as child processes.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
     """
     pids = {pid for process in processes.owned() for pid in process.pids()}
     return of(pids, names()) if pids else set()
@@ -61,14 +61,14 @@ def shut_down(name: str) -> None:
     """Ask a node to shut down.
 
     Raises:
-        MasterError: No master answers, or the node is not registered.
-        RosError: The node does not answer.
+        MasterError: No master responds, or the node is not registered.
+        RosError: The node does not respond.
     """
     try:
         _node(name).shutdown(_CALLER, "ended by ros_kill_node")
     except (OSError, xmlrpc.client.Error) as error:
         raise RosError(
-            f"the node {name} does not answer: {error}; run 'rosnode cleanup' to remove dead nodes."
+            f"the node {name} does not respond: {error}; run 'rosnode cleanup' to remove dead nodes."
         ) from error
 
 

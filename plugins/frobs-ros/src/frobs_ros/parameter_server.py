@@ -1,4 +1,4 @@
-"""Accesses ROS's parameter server, which stores the parameters of FRobs_RL's algorithms, if a master is running."""
+"""Accesses the ROS parameter server, which stores FRobs_RL's algorithm parameters, if a ROS master is running."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _TIMEOUT = 1.0
 
 
 def parameter_server() -> Any:
-    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, or None if no master answers.
+    """Return ``rospy``, which has ``set_param``, ``has_param`` and ``get_param``, or None if no master responds.
 
     If no process listens at the master's address, ROS is not imported.
     """

@@ -73,7 +73,7 @@ def act(
         goal: Goal of the task, (3,) [m]. A wheeled robot uses only x and y. By default, the task samples a goal, which
             is used until a goal is received.
         timeout: Maximum time without measurements [s].
-        seconds: Duration according to the robot's clock [s]. Unlimited by default.
+        seconds: Maximum duration according to the robot's clock [s]. Unlimited by default.
         on_step: Function that is called with the report after each step.
 
     Raises:

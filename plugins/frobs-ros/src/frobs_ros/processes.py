@@ -158,14 +158,14 @@ def start(
     respawn: bool = False,
     grace: float = 5.0,
 ) -> Process:
-    """Start a command in child processes that end with this process.
+    """Start a command whose processes all end when this process ends.
 
     Args:
         kind: Purpose of the command, as in :class:`Process`.
         command: Program and its arguments.
         name: Name of the command in messages, and title of its window.
-        terminal: Whether to run the command in an xterm window. If xterm or a display is missing, the output goes to a
-            file, whose path is logged.
+        terminal: Whether to run the command in an xterm window. If xterm or a display is missing, the output is
+            written to a file, and the path of the file is logged.
         output: Destination of the command's output: ``"screen"`` for the output of this process, ``"log"`` for a file,
             or None to discard the output. Ignored if ``terminal`` is true.
         environment: Environment variables. By default, the variables for ROS programs are used.
@@ -230,7 +230,7 @@ def _window(name: str, log: Path, variables: Mapping[str, str]) -> list[str]:
 
 
 def log_folder() -> Path:
-    """Return the folder for the log files of the started commands, which is created on first use."""
+    """Return the folder for the log files of the started commands. The folder is created on first use."""
     global _folder
     if _folder is None or not _folder.is_dir():
         base = os.environ.get("ROS_LOG_DIR")

@@ -76,7 +76,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         namespace: Namespace of the robot's topics and services.
         pkg_name: ROS package that contains the robot's files.
         urdf_file: URDF or xacro file of the robot.
-        urdf_folder: Folder of the URDF or xacro file in the package.
+        urdf_folder: Folder that contains the URDF or xacro file, relative to the package.
         controller_file: YAML file with the controllers' parameters, in the package's ``config`` folder.
         controller_list: Names of the controllers.
         urdf_xacro_args: Arguments of the xacro file, such as ``["effort:=true"]``.
@@ -85,7 +85,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         model_pos_x: Initial position along x [m].
         model_pos_y: Initial position along y [m].
         model_pos_z: Initial position along z [m].
-        model_ori_x: x component of the initial orientation, a unit quaternion. By default, all four components are 0,
+        model_ori_x: x component of the initial orientation (a unit quaternion). By default, all four components are 0,
             which means no rotation.
         model_ori_y: y component of the initial orientation.
         model_ori_z: z component of the initial orientation.
@@ -183,7 +183,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
 
         Raises:
             ResetNeededError: The environment is closed.
-            MasterError: No ROS master answers.
+            MasterError: No ROS master responds.
             RosError: The simulation has ended.
             KeyboardInterrupt: A signal, such as SIGINT from Ctrl-C, has shut down this process's node.
         """
@@ -262,7 +262,7 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         )
 
     def _set_episode_init_params(self) -> None:
-        """Prepare an episode, with random poses and goals from ``np_random``. Subclasses must implement this method."""
+        """Prepare an episode, using ``np_random`` for random poses and goals. Subclasses must implement this method."""
         raise NotImplementedError(
             f"{type(self).__name__} must implement _set_episode_init_params, which prepares the next episode"
         )

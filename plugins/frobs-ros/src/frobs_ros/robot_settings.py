@@ -1,4 +1,4 @@
-"""Validates the arguments of RobotBasicEnv, and passes them to the functions that use them."""
+"""Validates the arguments of RobotBasicEnv, and passes each argument to the function that uses it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LAUNCH: Mapping[str, str] = {
     "world_pkg": "custom_world_pkg",
     "world_filename": "custom_world_name",
 }
-"""Argument names of RobotBasicEnv, and the corresponding argument names of launch_Gazebo."""
+"""Maps argument names of RobotBasicEnv to the corresponding argument names of launch_Gazebo."""
 
 ROBOT: Mapping[str, str] = {
     "pkg_name": "pkg_name",
@@ -34,7 +34,7 @@ ROBOT: Mapping[str, str] = {
     "model_name_in_gazebo": "gazebo_name",
     **{f"model_{name}": name for name in ("pos_x", "pos_y", "pos_z", "ori_w", "ori_x", "ori_y", "ori_z")},
 }
-"""Argument names of RobotBasicEnv, and the corresponding argument names of spawn_model_in_gazebo."""
+"""Maps argument names of RobotBasicEnv to the corresponding argument names of spawn_model_in_gazebo."""
 
 
 @dataclass(frozen=True)

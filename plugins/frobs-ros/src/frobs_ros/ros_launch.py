@@ -42,7 +42,7 @@ def ros_kill_launch_process() -> bool:
 def launch(file: Path, args: Sequence[str] | None, *, terminal: bool) -> bool:
     """Run a launch file, and return when its first node is registered.
 
-    If no ROS master answers, a master is started.
+    If no ROS master responds, a master is started.
 
     Raises:
         ConfigurationError: The file does not exist, or an argument does not have the form ``name:=value``.

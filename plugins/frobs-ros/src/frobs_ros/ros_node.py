@@ -41,7 +41,7 @@ def ros_node_from_pkg(
     Args:
         pkg_name: Name of the package.
         node_name: Name of the node's program in the package.
-        launch_master: Whether to start a ROS master if none answers.
+        launch_master: Whether to start a ROS master if none responds.
         launch_master_term: Whether to run a new master in an xterm window.
         launch_new_term: Whether to run the node in an xterm window.
         name: Name of the node in the ROS graph. Defaults to the node's own name.
@@ -135,9 +135,9 @@ def find_node(package: str, node: str) -> Path:
 def _python_command(program: Path) -> tuple[list[str | Path], dict[str, str] | None]:
     """Return the command that runs a node, and the environment variables for this command.
 
-    Python nodes from other packages run with this Python, which can import the modules that the packages require. ROS's
-    own nodes run with the system's Python. The environment variables are None for ROS's own nodes and for nodes that
-    are not Python scripts; None selects the variables for ROS programs.
+    Python nodes from other packages run with this Python interpreter, which can import the modules that these packages
+    require. ROS's own nodes run with the system's Python. The environment variables are None for ROS's own nodes and
+    for nodes that are not Python scripts; None selects the variables for ROS programs.
     """
     with program.open("rb") as file:
         first = file.readline(200)
@@ -174,14 +174,14 @@ def start_node(
         environment: Environment variables of the node. By default, the variables for ROS programs are used.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
         ProcessError: The node ended immediately, or did not register with the master in time.
     """
     before = nodes.names()
     words = [*command, f"__ns:={join(ns)}", *([f"__name:={name}"] if name else []), *remaps]
     title = join(ns, name or Path(command[-1]).name)
     process = processes.start(kind, words, name=title, terminal=terminal, output=output, environment=environment)
-    replaces = {join(ns, name)} & before if name else set()  # a new node replaces a node of the same name
+    replaces = {join(ns, name)} & before if name else set()  # a new node replaces an existing node of the same name
 
     def is_known() -> bool:
         found = (nodes.names() - before) | replaces

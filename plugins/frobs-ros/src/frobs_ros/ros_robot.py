@@ -30,7 +30,7 @@ class Topics:
     """Topics of a robot. Relative names are resolved in the robot's namespace.
 
     Attributes:
-        joint_states: Topic of the joint states (sensor_msgs/JointState), which may have several publishers.
+        joint_states: Topic of the joint states (sensor_msgs/JointState). Several nodes may publish on this topic.
         odom: Topic of the odometry of a moving base (nav_msgs/Odometry).
         scan: Topic of the lidar's scans (sensor_msgs/LaserScan).
         goal: Topic of new goals in the world frame [m] (geometry_msgs/Point).
@@ -60,7 +60,7 @@ class RosRobot:
     Raises:
         ConfigurationError: The controller is unknown, is not running, or does not accept the policy's commands, or the
             policy uses several lidars.
-        RosError: No master answers, or a call to the controller manager fails.
+        RosError: No master responds, or a call to the controller manager fails.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class RosRobot:
             raise ControllerError(
                 controller,
                 f"the controller is {states.get(controller, 'not loaded')}; running controllers: {running or '(none)'}"
-                ". Start the controller with ros_controllers.start_controllers_srv or the service switch_controller.",
+                ". Start the controller with ros_controllers.start_controllers_srv or the switch_controller service.",
             )
 
     def _controllers(self) -> str:

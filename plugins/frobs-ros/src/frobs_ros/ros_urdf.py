@@ -1,4 +1,4 @@
-"""Implements FRobs_RL's ``ros_urdf``, which loads robot descriptions from files as strings or into ROS parameters.
+"""Implements FRobs_RL's ``ros_urdf``, which reads robot description files and can store the text in ROS parameters.
 
 All files are expanded by xacro, regardless of their suffix. FRobs_RL packages also load SDF files with these functions.
 Parsing a file does not require ROS.

@@ -41,7 +41,7 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
         **fields: Request fields, by name.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
         ServiceError: The service does not exist, or the call failed.
     """
     use_ros()
@@ -59,7 +59,7 @@ def call(name: str, service: Any, *args: Any, tries: int = 1, **fields: Any) -> 
             failure = ServiceError(name, f"the call failed: {error}")
         except rospy.ROSException as error:
             raise ServiceError(name, f"the request is invalid: {error}") from error
-    is_offered(name)  # raises the more helpful MasterError if no master answers
+    is_offered(name)  # raises the more helpful MasterError if no master responds
     raise failure
 
 
@@ -67,7 +67,7 @@ def wait_for(name: str, timeout: float | None = None) -> None:
     """Wait until a service exists, for at most ``timeout`` [s], which defaults to the result of :func:`patience`.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
         ServiceError: The service did not become available in time.
     """
     if name in _connections():
@@ -89,7 +89,7 @@ def is_offered(name: str) -> bool:
     """Return whether a service exists.
 
     Raises:
-        MasterError: No master answers.
+        MasterError: No master responds.
     """
     use_ros()
     import rosgraph

@@ -31,7 +31,7 @@ DESCRIPTION = "robot_description"
 FREQUENCY = 50.0
 """Default maximum publishing rate [Hz]."""
 
-_AHEAD = 0.5  # how far in the future the frames of fixed joints on /tf are stamped [s]
+_AHEAD = 0.5  # offset that is added to the time stamps of fixed joints' frames on /tf [s]
 _QUEUE = 100  # messages, as in tf2's broadcasters
 
 
@@ -100,7 +100,7 @@ def split(joints: Iterable[Joint]) -> tuple[Frames, Frames]:
 
 
 class Pace:
-    """Decides whether a joint state message is due, which limits the rate at which each joint's frame is published.
+    """Limits the rate at which each joint's frame is published, by skipping joint state messages.
 
     Args:
         frequency: Maximum publishing rate [Hz].
@@ -130,7 +130,7 @@ class Pace:
 
 
 def prefixed(prefix: str, frame: str) -> str:
-    """Return a frame's name on tf, which has the prefix unless ``frame`` begins with a slash."""
+    """Return a frame's name on tf. The prefix is added unless ``frame`` begins with a slash."""
     if frame.startswith("/"):
         return frame[1:]
     prefix = prefix.removeprefix("/")
@@ -234,7 +234,7 @@ def read_description() -> tuple[Joint, ...]:
     """Read the robot's joints from the parameter ``robot_description`` in the closest enclosing namespace.
 
     Raises:
-        MasterError: No master answers, or the parameter does not exist.
+        MasterError: No master responds, or the parameter does not exist.
         ModelFileError: The parameter does not contain a valid robot description.
     """
     import rosgraph
@@ -261,7 +261,7 @@ def main() -> None:
 
     try:
         require()
-        joints = read_description()  # read before the new node replaces a running node of the same name
+        joints = read_description()  # read before init_node, which replaces any node of the same name
         rospy.init_node(NAME)
         StatePublisher(
             joints,

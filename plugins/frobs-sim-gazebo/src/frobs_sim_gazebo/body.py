@@ -29,7 +29,7 @@ class GazeboBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         if self._span is None:
             found = self._simulation.stands[self.name]
             return read_only(found[:, :3]), read_only(found[:, 3:])
@@ -53,7 +53,9 @@ class GazeboBody(BodyHandle):
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Teleport the body."""
         if self._span is None and not self._body.kinematic:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
+            raise SimulationError(
+                f"body '{self.name}' is static, so its pose cannot be set; make it kinematic or set a mass."
+            )
         envs = self._simulation.envs(mask)
         pose = np.empty((len(envs), 7))
         pose[:, :3] = pos
@@ -63,7 +65,7 @@ class GazeboBody(BodyHandle):
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free body."""
         if self._span is None:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         envs = self._simulation.envs(mask)
         twist = np.empty((len(envs), 6))
         twist[:, :3], twist[:, 3:] = lin_vel_world, ang_vel_world

@@ -19,10 +19,10 @@ _LONGEST = 600.0  # [s] maximum duration of a build
 
 
 def built_plugin(installation: Installation) -> Path:
-    """Return the folder with the plugin's library. If necessary, build the library first (about half a minute).
+    """Return the folder that contains the plugin's library.
 
-    If several processes call this function at the same time, one process builds the library while the others wait. The
-    folder is created atomically.
+    If necessary, build the library first (about half a minute). If several processes call this function at the same
+    time, one process builds the library while the others wait. The folder is created atomically.
 
     Raises:
         SimulationError: The build failed. The error message ends with the output of the build.

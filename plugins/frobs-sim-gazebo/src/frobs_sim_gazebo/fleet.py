@@ -47,7 +47,7 @@ class Fleet:
         """Start new servers for environments whose servers were lost.
 
         Raises:
-            SimulationError: An environment lost too many consecutive servers. All servers were stopped.
+            SimulationError: An environment lost too many servers in a row. All servers were stopped.
         """
         self._start(envs, self._replaced)
 
@@ -86,7 +86,7 @@ class Fleet:
             steps: Number of physics steps requested by each environment's last message.
 
         Raises:
-            SimulationError: A server rejected a message, or an environment lost too many consecutive servers.
+            SimulationError: A server rejected a message, or an environment lost too many servers in a row.
         """
         sent, answers = [], {}
         refusal: SimulationError | None = None

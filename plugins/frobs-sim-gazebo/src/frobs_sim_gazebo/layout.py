@@ -1,4 +1,4 @@
-"""Describes the contents of a world, in an order that the plugin and the simulation share."""
+"""Describes the contents of a world, in the order that both the plugin and the simulation use."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Layout:
 
     Attributes:
         models: SDF text of each model, by the model's name in Gazebo.
-        model_names: Names in Gazebo of the robots, scene bodies and floor, by kind and original name.
+        model_names: Gazebo names of the robots, scene bodies and floor, by kind and original name.
         skeletons: Skeleton of each robot, by name.
         joints: Range of joint indices of each robot, by name.
         bodies: Range of moving-body indices of each robot and each free scene body, by kind and name.

@@ -15,7 +15,7 @@ from frobs_sim_gazebo.installation import Installation
 
 
 class MeshFiles:
-    """Writes each mesh's convex hull once, to a file that is named after a hash of the hull.
+    """Writes each mesh's convex hull once, to a file whose name is a hash of the hull.
 
     Args:
         installation: Installation whose programs read the meshes, or None to check the meshes without writing them.

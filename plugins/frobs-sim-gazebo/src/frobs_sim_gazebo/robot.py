@@ -95,7 +95,7 @@ class GazeboRobot(RobotHandle):
         self.hold(range(self.num_envs))
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments selected by ``rows``, and keep drive targets."""
         self.target[rows] *= self._write_gains(which, rows, values)
         self._simulation.stale_gains[rows] = True
 
@@ -129,7 +129,7 @@ class GazeboRobot(RobotHandle):
         self.target[rows] = (self._factor * self.holding_command(self.joint_positions))[rows]
 
     def _base(self) -> Floats:
-        """Return pos and quat_wxyz of the root link in the world, (num_envs, 7)."""
+        """Return pos and quat_wxyz of the root link in the world frame, (num_envs, 7)."""
         if self._fixed:
             return self._simulation.bases[self.name]
         raw = self._simulation.raw[:, self._links.start]
@@ -146,7 +146,7 @@ class GazeboRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         base = self._base()
         return read_only(base[:, :3]), read_only(base[:, 3:])
 
@@ -166,14 +166,14 @@ class GazeboRobot(RobotHandle):
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free root link."""
         if self._fixed:
-            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so its velocity cannot be set.")
         envs = self._simulation.envs(mask)
         motion = np.empty((len(envs), 6))
         motion[:, :3], motion[:, 3:] = lin_vel_world, ang_vel_world
         self._put(envs, self._base()[envs], motion, self.joint_positions[envs], self.joint_velocities[envs])
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, at the current or given joint positions."""
+        """Return the pose of a link in the world frame, at the current or given joint positions."""
         link = self.frame_name(frame)
         if joint_positions is not None:
             base = self._simulation.layout.start(self.name)[None]
@@ -199,7 +199,7 @@ class GazeboRobot(RobotHandle):
         return read_only(lin[:, body] + np.cross(ang[:, body], at - pos[:, body])), read_only(ang[:, body])
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
+        """Return a link's Jacobian in the world frame, (num_envs, 6, dof): linear rows 0–2 and angular rows 3–5."""
         link = self.frame_name(frame)
         (found,) = self._cached(f"jacobian {link}", lambda: (self._bones.jacobian(link, *self._placed()),))
         return found

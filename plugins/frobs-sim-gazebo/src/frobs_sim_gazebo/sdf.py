@@ -20,8 +20,8 @@ LINK = "link"
 """Name of the link in a scene body's model."""
 
 _OPEN = 1e16  # effectively unlimited, because the plugin enforces the joint limits
-# Contact stiffness [N/m] and damping [N s/m]. Rigid contacts would not share loads, and casters would lift wheels off
-# the floor.
+# Contact stiffness [N/m] and damping [N s/m]. If contacts were rigid, they would not share loads, and casters would
+# lift wheels off the floor.
 _STIFFNESS, _DAMPING = 1e7, 1e3
 _STANDING = 1.0  # [kg] mass of a fixed base
 _UNTURNED = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
@@ -157,6 +157,6 @@ def _rpy(quat_wxyz: Floats) -> Floats:
     m = matrix_from_quat(quat_wxyz)
     flat = np.hypot(m[0, 0], m[1, 0])
     pitch = np.arctan2(-m[2, 0], flat)
-    if flat < 1e-9:  # gimbal lock, because yaw and roll have the same axis
+    if flat < 1e-9:  # in gimbal lock, yaw and roll have the same axis
         return np.array([np.arctan2(-m[1, 2], m[1, 1]), pitch, 0.0])
     return np.array([np.arctan2(m[2, 1], m[2, 2]), pitch, np.arctan2(m[1, 0], m[0, 0])])

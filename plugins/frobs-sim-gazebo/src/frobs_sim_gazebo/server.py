@@ -30,7 +30,7 @@ _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
 class ServerError(SimulationError):
-    """Raised when a gzserver exits or does not answer. The message contains the last output of the stopped server."""
+    """Raised when a gzserver exits or does not respond. The message contains the last output of the stopped server."""
 
 
 class Server:
@@ -119,7 +119,7 @@ class Server:
             steps: Number of physics steps in the request. Each physics step extends the time limit.
 
         Raises:
-            ServerError: The server exited, or did not answer in time and was stopped.
+            ServerError: The server exited, or did not respond in time and was stopped.
             SimulationError: The server rejected the request. The error message contains the reason.
         """
         seconds = (self._timeout if longest is None else longest) + _STEP * steps

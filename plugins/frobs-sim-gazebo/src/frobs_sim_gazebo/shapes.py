@@ -1,4 +1,4 @@
-"""Converts shapes to Gazebo elements. One shape may become several elements."""
+"""Converts shapes to Gazebo elements. A shape may be converted to several elements."""
 
 from __future__ import annotations
 

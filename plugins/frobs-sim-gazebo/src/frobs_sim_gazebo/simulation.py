@@ -35,7 +35,7 @@ from frobs_sim_gazebo.robot import GazeboRobot
 from frobs_sim_gazebo.server import Server
 
 TABLES = Path(__file__).with_name("translation.yaml")
-"""YAML file that describes how each kind of model-file element is translated."""
+"""YAML file that describes how each kind of model-file element is translated for Gazebo."""
 
 FASTEST = 1e6
 """Velocity above which an environment is considered diverged [rad/s or m/s]."""
@@ -127,7 +127,7 @@ class GazeboSimulation(Simulation):
 
     @classmethod
     def translation(cls, model: RobotModel) -> Sequence[Translation]:
-        """Describe how the elements of a robot's model file are translated."""
+        """Describe how the elements of a robot's model file are translated for Gazebo."""
         return translate(model, read_tables(TABLES)[model.format])
 
     @property
@@ -191,7 +191,10 @@ class GazeboSimulation(Simulation):
         for values in self.command_rows.values():
             rows = values.shape[1]
             if rows != decimation:
-                raise ConfigurationError(f"a command has {rows} rows for {decimation} physics steps.")
+                raise ConfigurationError(
+                    f"a command has {rows} rows, but the step has {decimation} physics steps; pass one row per "
+                    "physics step."
+                )
         envs = np.flatnonzero(~self._diverged).tolist()
         commands = np.zeros((self.num_envs, rows, self.layout.joint_count))
         for name, robot in self.robots.items():
@@ -257,7 +260,7 @@ class GazeboSimulation(Simulation):
         self.version += 1
 
     def later(self, env: int, op: Op, body: bytes) -> None:
-        """Queue a message that is sent before the next step, write or ray cast. The answer is discarded."""
+        """Queue a message that is sent before the next step, state change or ray cast. The answer is discarded."""
         self._queues[env].append((op, body))
 
     def write(self, bodies: slice, raw: Floats, envs: Sequence[int], joints: slice, positions: Floats) -> None:

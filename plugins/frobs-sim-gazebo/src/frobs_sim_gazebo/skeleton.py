@@ -112,12 +112,12 @@ class Skeleton:
         """Return the poses of all bodies and the axes of all joints.
 
         Args:
-            base: Position [m] and quat_wxyz of the root link in the world, (n, 7).
+            base: Position [m] and quat_wxyz of the root link in the world frame, (n, 7).
             positions: Joint positions, (n, joints) [rad or m].
 
         Returns:
             Positions (n, bodies, 3) [m], rotation matrices (n, bodies, 3, 3), and joint axes (n, joints, 3), in the
-            world.
+            world frame.
         """
         n, count = positions.shape
         angles = np.where(self._slides, 0.0, positions)[..., None, None]

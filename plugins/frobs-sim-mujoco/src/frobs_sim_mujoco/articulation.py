@@ -125,7 +125,7 @@ def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
 def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int) -> None:
     """Attach the robot in an MJCF file, using the parsed model's joint names and omitting the file's actuators."""
     model = placement.model
-    document = ElementTree.fromstring(model.xml)  # contains all names, a single root body and absolute paths
+    document = ElementTree.fromstring(model.xml)  # this XML contains all names, a single root body and absolute paths
     for section in _OF_THE_SIMULATION:
         for element in document.findall(section):
             document.remove(element)

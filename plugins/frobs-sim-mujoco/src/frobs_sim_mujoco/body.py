@@ -34,7 +34,7 @@ class MujocoBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self._simulation.derived("xpos")[:, self._id], self._simulation.derived("xquat")[:, self._id]
 
     @property
@@ -61,13 +61,15 @@ class MujocoBody(BodyHandle):
                 states["qpos"][rows, at + 3 : at + 7] = quat_wxyz
             states["qvel"][rows, dof : dof + 6] = 0.0
         else:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
+            raise SimulationError(
+                f"body '{self.name}' is static, so its pose cannot be set; make it kinematic or set a mass."
+            )
         self._simulation.mark_stale(mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free body."""
         if self._free is None:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         rows = numbers_of(mask)
         put_free_twist(self._simulation.states, self._free, rows, lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)

@@ -47,7 +47,7 @@ def build_model(
         physics_timestep: [s]
         visuals: Whether to include visual shapes. Without visual shapes, the model has the same state variables and
             is faster to simulate.
-        overlaps: Whether links that overlap at the home position can collide. The convex hulls of neighboring links
+        overlaps: Whether links that overlap in the home position can collide. The convex hulls of neighboring links
             often overlap. If such links could collide, the robot could not be controlled.
         options: Values of ``mjOption`` fields that replace MuJoCo's defaults, by field name.
 

@@ -16,7 +16,7 @@ def numbers_of(mask: Mask | None) -> slice | np.ndarray:
 
 
 def columns_of(addresses: Sequence[int]) -> Any:
-    """Return a slice if the addresses are consecutive, so that indexing returns a view, and otherwise an array."""
+    """Return a slice if the addresses are consecutive, so that indexing returns a view; otherwise, return an array."""
     first = int(addresses[0]) if addresses else 0
     if [int(address) for address in addresses] == list(range(first, first + len(addresses))):
         return slice(first, first + len(addresses))

@@ -27,8 +27,8 @@ def add_contact(
 ) -> None:
     """Add contact sensors for the number of contacts, the force of the strongest contact, and the total force.
 
-    MuJoCo cannot exclude bodies from ``"*"``. Therefore, additional sensors measure the values to subtract: the number
-    of ignored contacts, and the force between bodies on the same side of the contact.
+    MuJoCo cannot exclude bodies from ``"*"``. Therefore, additional sensors measure the values to subtract from the
+    results: the number of ignored contacts, and the force between bodies on the same side of the contact.
     """
 
     def side(which: str) -> tuple[mujoco.mjtObj, str]:

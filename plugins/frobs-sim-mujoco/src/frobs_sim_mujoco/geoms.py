@@ -20,7 +20,7 @@ ROBOT_GROUPS = (2, 3, 4, 5)
 """Geom groups of the robots' collision shapes. A robot's lidars do not detect shapes in the robot's own group."""
 
 PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
-"""Contact impedance (``solimp``) of links that set their own friction, such as gripper pads.
+"""Contact impedance (``solimp``) of links whose friction is set explicitly, such as gripper pads.
 
 The contact time constant is two timesteps. With MuJoCo's default time constant of 20 ms, pads that press with 70 N
 would sink 10 mm into a 0.1 kg object.

@@ -49,7 +49,7 @@ class Kinematics:
         """Cast rays from one point, using the poses from the last :meth:`update`.
 
         Args:
-            origin: (3,) [m] in the world.
+            origin: (3,) [m] in the world frame.
             directions: (k, 3) unit vectors.
             max_range: Length of the rays [m], which is also returned for rays that hit nothing.
             seen: Mask of the geom groups that rays hit, (mjNGROUP,) uint8.

@@ -1,4 +1,4 @@
-"""Reads and writes physical parameters that differ between environments, in the batch's expanded model fields."""
+"""Reads and writes per-environment physical parameters, which are stored in the batch's expanded model fields."""
 
 from __future__ import annotations
 

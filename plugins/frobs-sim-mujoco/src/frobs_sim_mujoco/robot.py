@@ -98,13 +98,13 @@ class MujocoRobot(RobotHandle):
         self._hold()
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and command the current positions, zero velocity or zero effort."""
+        """Change the command mode, and then command the current positions, zero velocity or zero effort."""
         self._set_modes(mode)
         self.apply_gains()
         self._hold()
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``, and keep the drives' targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) for the environments in ``rows``, without changing the targets."""
         ratio = self._write_gains(which, rows, values)
         self.apply_gains()
         self._ctrl[rows] *= ratio
@@ -132,7 +132,7 @@ class MujocoRobot(RobotHandle):
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
@@ -155,12 +155,12 @@ class MujocoRobot(RobotHandle):
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free root link."""
         if self._free is None:
-            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so its velocity cannot be set.")
         put_free_twist(self._states, self._free, numbers_of(mask), lin_vel_world, ang_vel_world)
         self._simulation.mark_stale(mask)
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, at the current or given joint positions."""
+        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
@@ -183,7 +183,7 @@ class MujocoRobot(RobotHandle):
         return twist[:, 3:] + cross(twist[:, :3], arm), twist[:, :3]
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
+        """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
         found = self._motions.get(frame)
         if found is None:
             if self.frame_name(frame) in self._between:

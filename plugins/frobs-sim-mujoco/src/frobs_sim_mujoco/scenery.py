@@ -28,7 +28,7 @@ def light_up(spec: mujoco.MjSpec) -> None:
     )
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 1920, 1440
     spec.visual.quality.shadowsize = 4096
-    spec.visual.map.shadowclip = 2.0  # multiple of the scene's extent; with larger values, shadows are noisy
+    spec.visual.map.shadowclip = 2.0  # multiple of the scene's extent; larger values make shadows noisy
     spec.visual.headlight.ambient = (0.35, 0.35, 0.35)
     spec.visual.headlight.diffuse = (0.35, 0.35, 0.35)
     spec.visual.headlight.specular = (0.05, 0.05, 0.05)
@@ -104,7 +104,7 @@ def add_attachment(spec: mujoco.MjSpec, name: str, attachment: Attachment, pose:
     """
     for side in (attachment.first, attachment.second):
         if spec.body(side) is None:  # for example, a link between two joints of the same MJCF body
-            raise SceneError(f"attachment '{name}'", f"refers to '{side}', which is not a body of the scene.")
+            raise SceneError(f"attachment '{name}'", f"refers to '{side}', which is not a body in the scene.")
     anchor, torque_scale = (0.0, 0.0, 0.0), 1.0
     data = [*anchor, *pose.pos, *pose.quat_wxyz, torque_scale, 0.0]
     spec.add_equality(
@@ -128,7 +128,7 @@ def add_camera(spec: mujoco.MjSpec, name: str, camera: Camera) -> None:
     """
     parent = spec.worldbody if camera.frame is None else spec.body(camera.frame)
     if parent is None:  # links between joints of one MJCF body are not MuJoCo bodies
-        raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body of the scene.")
+        raise SceneError(f"camera '{name}'", f"is fixed to '{camera.frame}', which is not a body in the scene.")
     back = np.subtract(camera.pos, camera.target)
     back = back / np.linalg.norm(back)
     up = camera.up or ((0.0, 1.0, 0.0) if abs(back[2]) > 0.999 else (0.0, 0.0, 1.0))

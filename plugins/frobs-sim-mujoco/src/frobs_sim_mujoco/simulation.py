@@ -284,7 +284,10 @@ class MujocoSimulation(Simulation):
         self._check_open()
         rows = self._rows
         if rows is not None and rows.shape[1] != decimation:
-            raise ConfigurationError(f"a command has {rows.shape[1]} rows for {decimation} physics steps.")
+            raise ConfigurationError(
+                f"a command has {rows.shape[1]} rows, but the step has {decimation} physics steps; pass one row per "
+                "physics step."
+            )
         before = self.states["qvel"].copy() if self.sensor_wrenches else None
         buffers = self._records.get(decimation)
         recorded = self.batch.rollout(
@@ -307,7 +310,7 @@ class MujocoSimulation(Simulation):
     def cast(
         self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False
     ) -> Floats:
-        """Cast rays against the geom groups in the mask ``seen``, and return the distances, (num_envs, k) [m]."""
+        """Cast rays against the geom groups in the mask ``seen`` and return the distances, (num_envs, k) [m]."""
         if from_one_point and self._kinematics is not None:
             self.refresh()
             return self._kinematics.rays(origins[0, 0], directions[0], max_range, seen)
@@ -349,7 +352,7 @@ class MujocoSimulation(Simulation):
         return parameters.read(self, name, target)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return the objects whose parameter can be changed: for ``size``, the scene bodies that can be resized."""
+        """Return the targets of a parameter; the targets of ``size`` are the scene bodies that can be resized."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def write_parameter(self, name: str, target: str, values: Floats, mask: Mask | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Reads the force-torque sensors of robots, averaged over a whole control step."""
+"""Reads the force-torque sensors of robots and averages their readings over each control step."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ _STATIC = 2  # Bullet's collision group for static bodies
 
 
 class Articulation:
-    """A robot's body in the simulated world, and a twin body without shapes for computing mass matrices.
+    """A robot's body in the simulated world, and a twin body without shapes that is used to compute mass matrices.
 
     Args:
         client: Client of the simulated world.
@@ -33,7 +33,7 @@ class Articulation:
         body: Bullet's index of the body.
         links: Bullet's link index of each link that is a separate body, by link name. The base has the index −1.
         joints: Bullet's indices of the moving joints, in the order of the mass matrix's columns.
-        slots: Index in ``joints`` of each actuated joint, in the file's order.
+        slots: Index in ``joints`` of each actuated joint, in the model file's order.
         in_order: Whether the actuated joints and the moving joints are the same joints in the same order.
         mimics: For each mimic joint, the indices in ``joints`` of the joint and of its leader, and the model's mimic
             element.
@@ -159,7 +159,7 @@ class Articulation:
         return compose(self.com(index), self.com_backs[index])
 
     def on_twin(self, index: int, point: Vector) -> Vector:
-        """Rotate a point in a link's frame to the link's principal axes, which Bullet's Jacobian requires."""
+        """Convert a point from a link's frame to the link's principal axes, as Bullet's Jacobian requires."""
         return rotate(conjugate(self.coms[index][1]), point)
 
     def put_root(self, root: tuple[Vector, Quat]) -> None:
@@ -172,7 +172,7 @@ class Articulation:
         self.put_root(from_pose(self.placement.pose))
 
     def write_joints(self, positions: list[float], velocities: list[float]) -> None:
-        """Set the positions and velocities of the actuated joints, in the file's order."""
+        """Set the positions and velocities of the actuated joints, in the model file's order."""
         full: list[tuple[float, float]] = [(0.0, 0.0)] * len(self.joints)
         for slot, q, v in zip(self.slots, positions, velocities, strict=True):
             full[slot] = q, v
@@ -198,7 +198,7 @@ class Articulation:
         self._stale = True
 
     def refresh(self) -> None:
-        """Apply changed masses to the twin body, which is then moved to a separate physics server."""
+        """Apply changed masses to the twin body, which is rebuilt in a separate physics server."""
         if self._stale:
             if self._own_dynamics is None:
                 self.dynamics = self._own_dynamics = Dynamics()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class BarePybullet:
-    """Minimal PyBullet loop for benchmarks: one arm with joint commands and the drive law.
+    """Minimal PyBullet loop for benchmarks, which applies joint commands and the drive law to one arm.
 
     Args:
         simulation: A simulation for which :meth:`knows` returns True.

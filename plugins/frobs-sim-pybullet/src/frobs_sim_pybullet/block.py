@@ -69,7 +69,7 @@ class Block:
         """
         results = []
         for n, i in enumerate(ids):
-            if method != "write_parameter":  # consecutive size changes rebuild the world only once
+            if method != "write_parameter":  # consecutive size changes cause only one rebuild of the world
                 self.worlds[i].apply_sizes()
             own = [argument[n] if isinstance(argument, np.ndarray) else argument for argument in arguments]
             results.append(getattr(self.worlds[i], method)(*own))

@@ -29,7 +29,7 @@ class PybulletBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """Pose in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         pose = self._simulation.watched(f"bodies/{self.name}/pose")
         return pose[:, :3], pose[:, 3:]
 
@@ -42,14 +42,16 @@ class PybulletBody(BodyHandle):
     def write_pose(self, pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None) -> None:
         """Teleport the body."""
         if not self.moves:
-            raise SimulationError(f"body '{self.name}' is static; make it kinematic or set a mass.")
+            raise SimulationError(
+                f"body '{self.name}' is static, so its pose cannot be set; make it kinematic or set a mass."
+            )
         quats = None if quat_wxyz is None else np.expand_dims(quat_wxyz, -2)
         self._simulation.write_body_poses([self.name], np.expand_dims(pos, -2), quats, mask)
 
     def write_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free body."""
         if not self._is_free:
-            raise SimulationError(f"body '{self.name}' is not free, so it has no velocity; set a mass.")
+            raise SimulationError(f"body '{self.name}' is not free, so its velocity cannot be set; set a mass.")
         n = self._simulation.count(mask)
         twist = np.concatenate([np.broadcast_to(part, (n, 3)) for part in (lin_vel_world, ang_vel_world)], axis=1)
         self._simulation.call("write_body_twist", mask, self.name, (twist, (6,)))

@@ -1,4 +1,4 @@
-"""Joint friction and position limits as in MuJoCo, so that both engines produce the same motion.
+"""Computes joint friction and position limits as MuJoCo does, so that both engines produce the same motion.
 
 Dry friction decelerates a joint with a bounded effort. A position limit pushes back a joint that has exceeded the
 limit. The resulting efforts f minimize
@@ -120,7 +120,7 @@ def _minimise(matrix: Floats, slope: Floats, low: Floats, high: Floats) -> Float
 
 
 def _guess(matrix: Floats, slope: Floats, low: Floats, high: Floats, efforts: Floats, free: Mask) -> Floats:
-    """Return efforts from an active-set method, which are exact if the final set of active bounds is correct.
+    """Compute efforts with an active-set method. They are exact if the final set of active bounds is correct.
 
     Args:
         matrix: (n, n)

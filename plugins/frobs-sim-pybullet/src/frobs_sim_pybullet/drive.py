@@ -47,7 +47,7 @@ class Drive:
         self._states: Sequence[tuple[float, ...]] | None = None
         self.pushes: list[tuple[int, Vector, int, Vector, Vector, Vector]] = []
         self._gravity = gravity
-        self._seen_gains: bytes | None = None  # None differs from all gains, even from b"" for a robot without joints
+        self._seen_gains: bytes | None = None  # None means that no gains have been seen; a robot without joints has b""
         self._turned: tuple[Quat, Vector] | None = None
         self.efforts = [0.0] * self._count
 
@@ -89,7 +89,7 @@ class Drive:
         self._states = self._turned = None
 
     def set_gains(self, gains: Floats) -> None:
-        """Set Kp, Kd and the joint damping for the next physics steps, (3, dof), in the file's order."""
+        """Set Kp, Kd and the joint damping for the next physics steps, (3, dof), in the model file's order."""
         seen = gains.tobytes()
         if seen == self._seen_gains:
             return
@@ -103,7 +103,7 @@ class Drive:
         self._free = self._simple and not (any(kp) or any(kd) or any(inertia))
 
     def push(self, link: str, force: Vector, torque: Vector) -> None:
-        """Apply a force [N] and a torque [N·m] in the world to a link's center of mass in the next physics steps."""
+        """Apply a world-frame force [N] and torque [N·m] to a link's center of mass until :meth:`stop_pushing`."""
         body, offset = self._robot.bones.frames[link]
         index = self._robot.links[body]
         point = (0.0, 0.0, 0.0) if body == link else compose(invert(self._robot.coms[index]), offset)[0]
@@ -115,7 +115,7 @@ class Drive:
         self.pushes.clear()
 
     def states(self) -> tuple[list[float], list[float]]:
-        """Return the positions and velocities of the actuated joints, in the file's order."""
+        """Return the positions and velocities of the actuated joints, in the model file's order."""
         robot = self._robot
         states = self._states = self._joint_states()
         return [states[slot][0] for slot in robot.slots], [states[slot][1] for slot in robot.slots]
@@ -126,14 +126,14 @@ class Drive:
         return p.getJointStates(robot.body, robot.joints, robot.client) or ()
 
     def applied(self) -> list[float]:
-        """Return the efforts that the drives applied in the last physics step, in the file's order."""
+        """Return the efforts that the drives applied in the last physics step, in the model file's order."""
         return self.efforts if self._robot.in_order else [self.efforts[slot] for slot in self._robot.slots]
 
     def __call__(self, command: list[float]) -> bool:
         """Set the efforts for the next physics step, or return False if the state has diverged.
 
         Args:
-            command: Command of each actuated joint (Kp·q*, Kd·v* or ff), in the file's order.
+            command: Command of each actuated joint (Kp·q*, Kd·v* or ff), in the model file's order.
         """
         robot = self._robot
         states = self._states or self._joint_states()
@@ -170,7 +170,7 @@ class Drive:
         return True
 
     def _turn(self) -> tuple[Quat, Vector]:
-        """Return a fixed base's orientation and the gravity vector in the base's axes."""
+        """Return a fixed base's orientation and the gravity vector in the base's frame."""
         turn = self._robot.base()[1]
         self._turned = turn, rotate(conjugate(turn), self._gravity)
         return self._turned

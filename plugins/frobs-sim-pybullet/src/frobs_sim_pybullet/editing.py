@@ -22,7 +22,7 @@ class EditableWorld(World):
     def write_joints(self, robot: str, positions: Floats, velocities: Floats) -> None:
         """Set a robot's joint positions and velocities, (dof,) each.
 
-        Values that Bullet cannot handle are not written. Instead, the environment diverges in the next step, which ends
+        Values that Bullet cannot handle are not written. Instead, the environment diverges at the next step, which ends
         the episode.
         """
         if not (math.hypot(*positions) < math.inf and math.hypot(*velocities) < FASTEST):
@@ -43,7 +43,7 @@ class EditableWorld(World):
         self._written()
 
     def write_base_twist(self, robot: str, twist: Floats) -> None:
-        """Set a root link's twist in the world, (6,): linear velocity of the link's origin, and angular velocity."""
+        """Set a root link's twist in the world frame, (6,): linear velocity of its origin, and angular velocity."""
         if not self._can_bear(twist):
             return
         articulation = self.robots[robot]
@@ -70,7 +70,7 @@ class EditableWorld(World):
         self._written()
 
     def write_body_twist(self, body: str, twist: Floats) -> None:
-        """Set a free body's twist in the world, (6,): linear velocity of the body's origin, and angular velocity."""
+        """Set a free body's twist in the world frame, (6,): linear velocity of its origin, and angular velocity."""
         if self._can_bear(twist):
             lin_x, lin_y, lin_z, *ang = twist.tolist()
             self._set_twist(body, (lin_x, lin_y, lin_z), tuple(ang))
@@ -83,11 +83,11 @@ class EditableWorld(World):
         return bearable
 
     def rays(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast k rays, and return the distances at which they hit something, (k,) [m].
+        """Cast k rays, and return the distance at which each ray hits something, (k,) [m].
 
         Args:
-            origins: Start points in the world, (k, 3) [m].
-            directions: Unit vectors in the world, (k, 3).
+            origins: Start points in the world frame, (k, 3) [m].
+            directions: Unit vectors in the world frame, (k, 3).
             max_range: Length of the rays [m].
             blind_to: Name of the robot that the rays ignore, or ``""`` to detect all robots.
         """

@@ -13,7 +13,7 @@ _FLAGS = (
     pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_IMPLICIT_CYLINDER
 )  # without this flag, cylinders become 32-sided prisms that are 1 mm too thick
 MARGIN = 1e-4
-"""Collision margin of meshes on the base [m].
+"""Collision margin of the base link's meshes [m].
 
 Without a margin, rays would miss the base's meshes. The meshes of other links keep Bullet's margin of 1 mm.
 """
@@ -72,7 +72,7 @@ class Dynamics:
         self._bodies: dict[str, int] = {}
 
     def load(self, text: str) -> int:
-        """Return the index of the body for a URDF. Identical robots share one body."""
+        """Return the index of the body that a URDF describes. Identical robots share one body."""
         if text not in self._bodies:
             body = self._bodies[text] = load_urdf(text, self.client, fixed=True)
             joints = [
@@ -80,7 +80,7 @@ class Dynamics:
             ]
             moving = sum(joint[2] != pybullet.JOINT_FIXED for joint in joints)
             if moving:
-                with quiet():  # Bullet builds its model here, and warns about rounding errors in unit vectors
+                with quiet():  # this call builds Bullet's model, which prints warnings about rounding errors
                     pybullet.calculateMassMatrix(body, [0.0] * moving, 0, self.client)
         return self._bodies[text]
 
@@ -91,7 +91,7 @@ class Dynamics:
         self._gravity = None
 
     def set_gravity(self, gravity: Vector) -> None:
-        """Set the gravity vector for the next computations, in the base's axes [m/s²]."""
+        """Set the gravity vector for the next computations, in the base's frame [m/s²]."""
         if gravity != self._gravity:
             pybullet.setGravity(*gravity, self.client)
             self._gravity = gravity

@@ -15,7 +15,7 @@ from frobs_sim_pybullet.law import Constants, Matrix
 class GeneralLaw:
     """The drive law of :func:`frobs_sim_pybullet.law.law` in NumPy, with mimic joints and constraints.
 
-    Mimic joints follow their leaders exactly, because the equations are only solved for the independent joints.
+    Mimic joints follow their leaders exactly, because the equations are solved only for the independent joints.
 
     Args:
         offset: Number of columns in the mass matrix that belong to the base.

@@ -13,7 +13,7 @@ import numpy as np
 from frobs_core.interfaces import ContactState, Placement, Scene
 
 Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
-"""Shape of one environment's row and dtype of each shared array, by array name."""
+"""Row shape and dtype of each shared array, by array name. Each environment has one row."""
 
 Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
 
@@ -21,7 +21,7 @@ Arrays: TypeAlias = dict[str, np.ndarray[Any, Any]]
 def layout(robots: Mapping[str, Placement], scene: Scene) -> Layout:
     """Return the layout of the shared arrays.
 
-    Poses, twists and Jacobians are only written on request, so unused arrays do not occupy physical memory.
+    Poses, twists and Jacobians are written only on request, so unused arrays do not occupy physical memory.
     """
     found: Layout = {
         "time": ((), "f8"),

@@ -45,8 +45,8 @@ class Rays:
         """Return the distance at which each ray hits something, (k,) [m].
 
         Args:
-            origins: Start points in the world, (k, 3) [m].
-            directions: Unit vectors in the world, (k, 3).
+            origins: Start points in the world frame, (k, 3) [m].
+            directions: Unit vectors in the world frame, (k, 3).
             max_range: Length of the rays [m].
             mask: Bit mask of Bullet's collision groups that rays can hit.
         """

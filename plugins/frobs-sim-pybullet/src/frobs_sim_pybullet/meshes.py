@@ -37,7 +37,7 @@ class MeshFiles:
                 points = np.unique(piece.vertices, axis=0)
                 corners = np.arange(-(-len(points) // 3) * 3) % len(
                     points
-                )  # includes each point at least once, which is enough for a convex hull
+                )  # these triangles contain each point at least once, which is enough for a convex hull
                 part = MeshPart(points, corners.reshape(-1, 3).astype(np.int32))
                 files.append(self._write(part, f"hull_{len(self._hulls)}_{number}"))
             self._hulls[mesh] = files

@@ -13,7 +13,7 @@ from frobs_sim_pybullet.meshes import MeshFiles
 
 
 def find_overlaps(placement: Placement, joint_positions: Floats) -> list[Overlap]:
-    """Return a robot's overlapping link pairs, except neighbors, deepest first.
+    """Return a robot's overlapping link pairs, except neighbors, with the deepest overlap first.
 
     Args:
         placement: The robot.

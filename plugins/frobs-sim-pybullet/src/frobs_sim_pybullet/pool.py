@@ -1,7 +1,7 @@
 """Runs blocks of environments in several processes, which receive calls through pipes and share memory.
 
 The first block runs in this process, because a process that only waits for workers would waste a processor, and because
-each message to a worker takes about a tenth of the time of a step.
+each message to a worker takes about a tenth as long as a step.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ class PybulletRobot(RobotHandle):
         self._simulation.call("write_joints", mask, self.name, (positions, (self.dof,)), (velocities, (self.dof,)))
 
     def set_command_mode(self, mode: CommandMode | Sequence[CommandMode]) -> None:
-        """Change the command mode, and command the current positions, zero velocity or zero effort."""
+        """Change the command mode, and command the current positions, zero velocity or zero effort accordingly."""
         self._set_modes(mode)
         self.apply_gains()
         self.hold(slice(None))
@@ -63,7 +63,7 @@ class PybulletRobot(RobotHandle):
         self._kp[:], self._kd[:] = self._active_stiffness, self._active_damping
 
     def write_gains(self, which: int, rows: slice | np.ndarray, values: Floats) -> None:
-        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, and keep the drives' targets."""
+        """Set Kp (``which=0``) or Kd (``which=1``) in the environments ``rows``, but not the drives' targets."""
         self._command[rows] *= self._write_gains(which, rows, values)
         self.apply_gains()
 
@@ -76,12 +76,12 @@ class PybulletRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def hold(self, rows: slice | np.ndarray) -> None:
-        """Command the current positions, zero velocity or zero effort in some environments."""
+        """Command the current positions, zero velocity or zero effort in the environments ``rows``."""
         self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
     @property
     def base_pose(self) -> tuple[Floats, Floats]:
-        """Pose of the root link in the world: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
+        """Pose of the root link in the world frame: pos (num_envs, 3) [m] and quat_wxyz (num_envs, 4)."""
         return self.frame_pose(self.model.root)
 
     @property
@@ -98,13 +98,13 @@ class PybulletRobot(RobotHandle):
     def write_base_twist(self, lin_vel_world: Floats, ang_vel_world: Floats, mask: Mask | None = None) -> None:
         """Set the velocity of a free root link."""
         if self.robot.base == "fixed":
-            raise SimulationError(f"robot '{self.name}' has a fixed base, so it has no velocity.")
+            raise SimulationError(f"robot '{self.name}' has a fixed base, so its velocity cannot be set.")
         n = self._simulation.count(mask)
         twist = np.concatenate([np.broadcast_to(lin_vel_world, (n, 3)), np.broadcast_to(ang_vel_world, (n, 3))], axis=1)
         self._simulation.call("write_base_twist", mask, self.name, (twist, (6,)))
 
     def frame_pose(self, frame: str, joint_positions: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return the pose of a link in the world, at the current or given joint positions."""
+        """Return the pose of a link in the world frame, at the current or given joint positions."""
         if joint_positions is not None:
             return self.planned_frame_pose(frame, joint_positions)
         found = self._poses.get(frame)
@@ -119,7 +119,7 @@ class PybulletRobot(RobotHandle):
         return twist[:, :3], twist[:, 3:]
 
     def frame_jacobian(self, frame: str) -> Floats:
-        """Return a link's Jacobian in the world, (num_envs, 6, dof), with linear rows 0–2 and angular rows 3–5."""
+        """Return a link's Jacobian in the world frame, (num_envs, 6, dof): linear rows 0–2 and angular rows 3–5."""
         return self._watched("jacobian", frame)
 
     def lidar(self, name: str) -> Floats:

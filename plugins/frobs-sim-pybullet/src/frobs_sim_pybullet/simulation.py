@@ -58,8 +58,8 @@ class PybulletSimulation(Simulation):
     """Simulation of ``num_envs`` copies of robots and a scene in PyBullet.
 
     For the methods, see :class:`frobs_core.interfaces.Simulation`. With a single environment or ``num_threads=1``, the
-    simulation runs in this process. Otherwise, the environments are distributed over this process and worker processes.
-    If an option of the engine is None, Bullet's default applies.
+    simulation runs in this process. Otherwise, the environments are distributed among this process and worker
+    processes. If an option of the engine is None, Bullet's default applies.
 
     Args:
         robots: Robots, by name.
@@ -178,7 +178,10 @@ class PybulletSimulation(Simulation):
         if rows:
             for values in rows.values():
                 if values.shape[1] != decimation:
-                    raise ConfigurationError(f"a command has {values.shape[1]} rows for {decimation} physics steps.")
+                    raise ConfigurationError(
+                        f"a command has {values.shape[1]} rows, but the step has {decimation} physics steps; pass one "
+                        "row per physics step."
+                    )
             self._backend.step(decimation, rows)
             for name, values in rows.items():
                 self.arrays[f"robots/{name}/command"][:] = values[:, -1]
@@ -222,7 +225,7 @@ class PybulletSimulation(Simulation):
         self.parameters.write(name, target, values, mask)
 
     def parameter_targets(self, name: str) -> Sequence[str]:
-        """Return a parameter's targets, which for ``size`` are the scene bodies that can be resized."""
+        """Return a parameter's targets. The targets of ``size`` are the scene bodies that can be resized."""
         return self.scene.sizable_bodies if name == "size" else super().parameter_targets(name)
 
     def snapshot(self) -> Snapshot:
@@ -269,7 +272,7 @@ class PybulletSimulation(Simulation):
             self._renderer.draw(
                 self.arrays, i, self.parameters.sizes(i), name, self._frame(name, i), size, modality, markers, fast
             )
-            for i in chosen or [0]  # even an empty result requires one image, for its shape and dtype
+            for i in chosen or [0]  # even an empty result requires one image to determine its shape and dtype
         ]
         return np.stack(pictures)[: len(chosen)]
 
@@ -297,7 +300,7 @@ class PybulletSimulation(Simulation):
         return tuple(pos), (x, y, z, w)
 
     def overlaps(self, robot: str = "robot") -> Sequence[Overlap]:
-        """Return a robot's overlapping link pairs in the first environment, deepest first.
+        """Return a robot's overlapping link pairs in the first environment, with the deepest overlap first.
 
         Link pairs that overlap at the home position are included, although they never collide in the simulation.
         """

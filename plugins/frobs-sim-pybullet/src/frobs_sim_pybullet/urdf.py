@@ -56,7 +56,7 @@ class Skeleton:
     Attributes:
         bodies: Names of the links that are separate bodies, with the base first.
         frames: For each link, the name of the body that carries the link, and the link's pose in the body's frame.
-        joints: Joints whose child is a separate body, each with the name of its parent body and its pose in the
+        joints: Joints whose child is a separate body, each with the name of the parent body and the joint's pose in the
             parent body's frame.
         root: Pose of the root link in the base's frame.
         welds: For each body, the first body in its group of rigidly connected bodies.
@@ -192,8 +192,8 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
 def write_dynamics_urdf(model: RobotModel, masses: Mapping[str, float], *, floating: bool) -> str:
     """Return a URDF without shapes and with a fixed base, for computing mass matrices and bias forces.
 
-    A floating base is connected to the fixed base by six virtual joints, because Bullet's inverse dynamics only
-    supports fixed bases.
+    A floating base is connected to the fixed base by six virtual joints, because Bullet's inverse dynamics supports
+    only fixed bases.
 
     Args:
         model: Model of the robot.

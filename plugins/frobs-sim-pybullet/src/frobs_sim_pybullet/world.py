@@ -283,7 +283,7 @@ class World:
 
         Args:
             decimation: Number of physics steps.
-            rows: Commands for each physics step, (decimation, dof), by robot. A robot without commands executes the
+            rows: Commands for each physics step, (decimation, dof), by robot. A robot that has no entry executes the
                 command in the shared arrays.
         """
         if self._broken or self._row["diverged"]:

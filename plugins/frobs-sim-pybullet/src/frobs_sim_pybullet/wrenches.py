@@ -17,7 +17,7 @@ class WrenchSensor:
     """A force-torque sensor at a link's joint. The sensor adds up the joint reactions that Bullet reports.
 
     The sensor usually reads only the link's own joint. If the link is not a separate body in Bullet, the sensor reads
-    the joints of the next bodies below the link.
+    the joints of the link's nearest descendants that are separate bodies.
 
     Args:
         robot: Robot that carries the sensor.
@@ -41,7 +41,7 @@ class WrenchSensor:
             raise UnsuitableRobotError(
                 robot.name, f"has '{link}' as its base in PyBullet, so this link has no joint to measure."
             )
-        with quiet():  # Bullet prints a message if another sensor has already enabled the joint
+        with quiet():  # Bullet prints a message if another sensor already reads this joint
             for joint in self._joints:
                 p.enableJointForceTorqueSensor(robot.body, joint, True, robot.client)
         body, place = bones.frames[link]

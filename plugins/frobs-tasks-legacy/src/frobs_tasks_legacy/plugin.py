@@ -34,7 +34,7 @@ def _reach(name: str, robot: str, title: str, control_timestep: float) -> Enviro
 
 
 def _kobuki(name: str, summary: str, world: str, speed: float) -> EnvironmentRecord:
-    """Return the record of a Kobuki environment in which an action of 1 corresponds to ``speed`` [m/s, rad/s]."""
+    """Return the record of a Kobuki environment whose maximum velocities are ``speed`` [m/s and rad/s]."""
     limits = {"max_linear_velocity": speed, "max_angular_velocity": speed}
     sensors = {"sensors": {"lidar": {"rays": 36}}} if world == "dynamic" else {}
     return _environment(

@@ -34,13 +34,13 @@ class TaskFiles:
     ignored: Sequence[str]
 
     def read(self, name: str, config_file: str | Path | None, keywords: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a value for each used key.
+        """Return the value of each key that the task uses.
 
         The keywords take precedence over the file, and the file takes precedence over FRobs_RL's original file.
 
         Args:
             name: Name of the task, one of :attr:`roots`.
-            config_file: Unchanged task YAML file of FRobs_RL, or None for no file.
+            config_file: Task YAML file of FRobs_RL, or None to use only FRobs_RL's original values.
             keywords: Values by key. Values of None and unused keys are ignored.
 
         Raises:
@@ -66,7 +66,8 @@ def read_values(
         root: Root key of the files.
         used: Functions that validate and convert the values, by key.
         ignored: Keys in the files that have no effect.
-        keywords: Values by key, which take precedence over the files. Values of None and unused keys are ignored.
+        keywords: Values by key, which take precedence over the values in the files. Values of None and unused keys are
+            ignored.
 
     Raises:
         ConfigFileError: A file cannot be read, or it contains an unknown key or an invalid value. The message includes

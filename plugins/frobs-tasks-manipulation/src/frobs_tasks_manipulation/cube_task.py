@@ -153,4 +153,4 @@ class CubeTask(Manipulation):
 
     @abstractmethod
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Any:
-        """Draw goals (n, 3) [m] for the masked environments, given the initial positions ``cube`` (n, 3) [m]."""
+        """Draw goals, (n, 3) [m], for the selected environments, given the initial positions ``cube``, (n, 3) [m]."""

@@ -15,7 +15,7 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.observed import bounded
 
-_FARTHEST = 2.0  # [m] bound to which observed positions are clipped, along each axis
+_FARTHEST = 2.0  # [m] maximum absolute value of each observed coordinate, enforced by clipping
 
 
 class GoalForm(CubeTask, GoalTask):

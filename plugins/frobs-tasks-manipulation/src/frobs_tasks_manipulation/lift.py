@@ -24,7 +24,7 @@ class Lift(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers + 0.8 ·
-      fraction of ``lowest`` by which the cube is lifted + 0.5 if the success condition is met
+      lift height of the cube as a fraction of ``lowest`` + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:

@@ -117,7 +117,7 @@ class Manipulation(Task):
         Args:
             mask: The environments to reset.
             rng: Source of all random numbers.
-            options: Optional values of the options in ``reset_options``, (num_envs, 3) [m] each.
+            options: Values of those ``reset_options`` that the caller passed, (num_envs, 3) [m] each.
 
         Raises:
             ResetOptionError: A position does not consist of three numbers, is below the floor, or is too far from the
@@ -186,7 +186,7 @@ class Manipulation(Task):
 
     @abstractmethod
     def _place_objects(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Floats]) -> None:
-        """Place the objects and the goal at the positions in the options (n rows each), or at random if omitted."""
+        """Place the objects and the goal at the positions in the options, (n, 3) each, or at random positions."""
 
     @abstractmethod
     def _is_achieved(self) -> Mask:
@@ -260,7 +260,7 @@ class Manipulation(Task):
         return place
 
     def draw_turn(self, stream: str, rng: RandomSource, mask: Mask | None) -> Floats:
-        """Draw orientations (n, 4) of an object on the floor, rotated only so far that the fingers fit around it.
+        """Draw orientations (n, 4) of an object on the floor, rotated only so far that the fingers still fit.
 
         Args:
             stream: Name of the random stream.

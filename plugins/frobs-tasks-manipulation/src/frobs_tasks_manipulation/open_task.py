@@ -90,7 +90,7 @@ class OpenTask(Manipulation):
         return {"overview": Camera(pos=(x - 0.5, y - 0.85, 0.65), target=(x + 0.02, y, 0.13), fov_y=42.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for tool, handle (x, y) and joint, and for the offsets handle − tool and target − joint."""
+        """Return the observation terms for tool, handle (x, y), joint, handle − tool and target − joint."""
         return {
             **self.tool_terms(),
             "handle_position": bounded(lambda: self.handle[:, :2], 2, 2.0, "m", scale=4.0),
@@ -102,7 +102,7 @@ class OpenTask(Manipulation):
         }
 
     def handle_at(self, joint: Floats) -> Floats:
-        """Return the handle's positions (num_envs, 3) [m] in the world for joint positions (num_envs,)."""
+        """Return the handle's positions (num_envs, 3) [m] in the world frame for joint positions (num_envs,)."""
         pos, _ = self._prop.model.frame_pose(HANDLE, joint[:, None])
         base_pos, base_quat = self._prop.base_pose  # pose of the furniture in this episode
         return base_pos + quat_rotate(base_quat, pos)

@@ -38,7 +38,7 @@ class PegInsertion(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.6 · nearness of the peg to its place in
-      the hole + 0.2 · fraction of the block's height by which the peg is lifted (or 0.2 if the peg is in or above the
+      the hole + 0.2 · lift height of the peg as a fraction of the block's height (or 0.2 if the peg is in or above the
       hole) + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
@@ -96,7 +96,7 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for tool, peg and hole (x, y), and for the offsets grip − tool and goal − peg."""
+        """Return the observation terms for tool, peg, hole (x, y), grip − tool and goal − peg."""
         terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 

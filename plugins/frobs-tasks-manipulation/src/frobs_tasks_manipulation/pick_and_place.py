@@ -24,7 +24,7 @@ class PickAndPlace(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers + 0.8 ·
-      nearness of the cube to the goal + 0.3 · fraction of 5 cm by which the cube is lifted (only for goals in the air)
+      nearness of the cube to the goal + 0.3 · lift height of the cube as a fraction of 5 cm (only for goals in the air)
       + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 

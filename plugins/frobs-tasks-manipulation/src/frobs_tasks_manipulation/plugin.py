@@ -13,7 +13,7 @@ _PRETRAINED = ("PandaLift", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush",
 """Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""
 
 _GOAL_MAX_DELTA = 0.05
-"""Step size [m] as in panda-gym, large enough to grasp a cube and carry it to a goal in 50 steps."""
+"""Step size [m] as in panda-gym, which is large enough to grasp a cube and carry it to a goal in 50 steps."""
 
 
 def _task(

@@ -48,7 +48,7 @@ class Push(CubeTask):
     start_opening: ClassVar[float] = 0.0
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for tool, cube and goal (x, y), and for the offsets cube − tool and goal − cube."""
+        """Return the observation terms for tool, cube, goal (x, y), cube − tool and goal − cube."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 

@@ -115,7 +115,7 @@ class Slide(CubeTask):
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for tool, puck and goal (x, y), and for the offsets puck − tool and goal − puck."""
+        """Return the observation terms for tool, puck, goal (x, y), puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         return {**super().observation_terms(), "goal": goal}
 

@@ -27,18 +27,18 @@ _APART = 2.5
 class Stack(CubeTask):
     """Task of putting a cube on another cube, releasing it, and moving the tool away.
 
-    The success condition is that the cube is centered on the other cube, that both cubes are still, and that the tool
-    is at least ``released`` away from the cube.
+    The success condition is that the cube is centered on the other cube, that both cubes are still, and that the
+    distance between the tool and the cube is at least ``released``.
 
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube (or 0.2 if the cube is stacked) + 0.6 · nearness of the cube to
-      its place on the other cube + 0.2 · fraction of the cube's size by which the cube is lifted + 0.5 · distance
+      its place on the other cube + 0.2 · lift height of the cube as a fraction of the cube's size + 0.5 · distance
       between the tool and the stacked cube as a fraction of ``released`` + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
-    The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the place on
-    the other cube.
+    The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the position on
+    top of the other cube.
 
     Args:
         tolerance: Maximum distance between the cube's center and its place at which the cube is considered stacked [m].

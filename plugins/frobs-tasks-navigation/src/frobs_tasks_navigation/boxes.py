@@ -25,7 +25,7 @@ def box_bodies(boxes: Sequence[MovingBox]) -> dict[str, Body]:
 
 
 def _is_placed(box: MovingBox) -> bool:
-    """Return whether the box must be placed in each episode, which is the case if it moves or has a random orientation."""
+    """Return whether the box moves or has a random orientation, and must therefore be placed in each episode."""
     return box.yaw is None or box.max_speed > 0.0
 
 
@@ -72,7 +72,7 @@ class MovingBoxes:
 
         Args:
             mask: The n environments in which an episode begins.
-            rng: Random source. The streams ``"box_yaw"`` and ``"box_speed"`` are used.
+            rng: Random source, of which the streams ``"box_yaw"`` and ``"box_speed"`` are used.
         """
         if not self._placed:
             return

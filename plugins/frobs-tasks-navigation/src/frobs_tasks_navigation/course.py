@@ -54,7 +54,11 @@ class Course:
         return np.asarray(self.last + 1.0 - self.index, np.float64)
 
     def advance(self, reached: Mask) -> Mask:
-        """Advance to the next waypoint if ``reached``, and return whether each route is complete, (num_envs,) bool."""
+        """Advance to the next waypoint in the environments selected by ``reached``.
+
+        Returns:
+            Whether each route is complete, (num_envs,) bool.
+        """
         at_the_end = self.index == self.last
         self.index += reached & ~at_the_end
         self._find_target()
@@ -71,11 +75,11 @@ class Course:
         boxes: tuple[Floats, Floats, Floats],
         given: tuple[Floats | None, ...],
     ) -> tuple[Floats, Floats]:
-        """Draw an initial pose and a route for each of the n environments in the mask.
+        """Draw an initial pose and a route for each of the n environments selected by the mask.
 
         Args:
             mask: The environments in which an episode begins.
-            rng: Random source. The streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"`` are used.
+            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"`` and ``"goal"`` are used.
             boxes: Centers (num_envs, k, 2) [m], yaw angles (num_envs, k) [rad] and half edge lengths (k, 2) [m] of the
                 k ≥ 0 boxes.
             given: User-specified initial poses (n, 3) as x, y [m] and yaw [rad], and goals (n, 2) [m]. Initial poses

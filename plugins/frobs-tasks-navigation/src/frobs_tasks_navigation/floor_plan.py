@@ -207,7 +207,7 @@ class FloorPlan(_Element):
 
     @property
     def extent(self) -> tuple[Floats, Floats]:
-        """Minimum and maximum corners of the rectangle around all elements, (2,) [m] each."""
+        """Minimum and maximum corners of the rectangle that encloses all elements, (2,) [m] each."""
         points = [*self.start.box, *(np.array(box.pos) for box in self.boxes)]
         points += [np.array(point) for ends in self._destinations().values() for point in ends]
         for wall in self.walls.pieces:

@@ -58,9 +58,9 @@ class Navigate(Task):
     """Task of driving through all waypoints of a route without collisions.
 
     The floor plan defines the walls, boxes, initial poses, and routes. A waypoint is reached when the robot is within
-    the tolerance of the waypoint. The next waypoint then becomes the target. An episode terminates with success at the
-    last waypoint. An episode also terminates if the robot touches anything except the floor (see ``collision_ends``) or
-    leaves the plan's area.
+    the tolerance of the waypoint. The next waypoint then becomes the target. An episode terminates with success when
+    the robot reaches the last waypoint. An episode also terminates if the robot touches anything except the floor (see
+    ``collision_ends``) or leaves the plan's area.
 
     The reward depends on the distance d to the next waypoint:
 
@@ -97,7 +97,7 @@ class Navigate(Task):
     control_timestep: ClassVar[float] = 0.2
     physics_timestep: ClassVar[float] = 0.02
     late_terms: ClassVar[Sequence[str]] = ("way_point",)
-    success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint without a collision"
+    success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint and has not collided"
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "progress": "progress_weight for each meter of progress toward the waypoint",
         "way_point": "way_point_reward at a waypoint except the last",
@@ -183,10 +183,10 @@ class Navigate(Task):
 
         Args:
             mask: The environments to reset.
-            rng: Random source. The streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"`` and
-                ``"box_speed"`` are used.
-            options: Optional ``start``, (num_envs, 3) as x, y [m] and yaw [rad], and ``goal``, (num_envs, 2) [m], which
-                is then the only waypoint.
+            rng: Random source, of which the streams ``"start"``, ``"heading"``, ``"route"``, ``"goal"``, ``"box_yaw"``
+                and ``"box_speed"`` are used.
+            options: Optional ``start``, (num_envs, 3) as x, y [m] and yaw [rad], and ``goal``, (num_envs, 2) [m]. If a
+                goal is given, it is the only waypoint.
 
         Raises:
             ConfigurationError: A start or a goal is outside the plan's area.
@@ -236,7 +236,7 @@ class Navigate(Task):
             self._success = step.reached
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms listed in ``observation``, in SI units."""
+        """Return the observation terms listed in ``observation``, in SI units."""
         reads = {
             "distance": lambda: self._distance[:, None],
             "bearing": lambda: self._bearing[:, None],
@@ -266,7 +266,7 @@ class Navigate(Task):
         return np.asarray(sum(self._reward_terms.values()))
 
     def reward_terms(self) -> Mapping[str, Floats]:
-        """Return the terms whose sum is the last reward, (num_envs,) each."""
+        """Return the reward terms of the last step, whose sum is the reward, each of shape (num_envs,)."""
         return self._reward_terms
 
     def is_terminated(self) -> Mask:

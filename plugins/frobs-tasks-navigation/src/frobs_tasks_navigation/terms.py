@@ -58,7 +58,7 @@ def distance(offset: Floats) -> Floats:
 
 
 def nearness(ranges: Floats) -> Floats:
-    """Return 1 m / (1 m + range), in (0, 1], which has a finer resolution for close objects.
+    """Return 1 m / (1 m + range), in (0, 1], which resolves close objects more finely than distant ones.
 
     Args:
         ranges: Lidar ranges, (...) [m], ≥ 0.

@@ -17,8 +17,8 @@ Solid = tuple[Geometry, Floats, Floats]
 class FloorClearance:
     """Checks whether the collision shapes of an arm's moving links are above the floor.
 
-    Each mesh is replaced by its bounding box. A link that is not above the floor in any of the given postures is
-    ignored, for example if the arm hangs below the floor.
+    Each mesh is replaced by its bounding box. Links that are not above the floor in any of the given postures are
+    ignored, such as all links of an arm that hangs below the floor.
 
     Args:
         robot: Handle of the robot.
@@ -42,7 +42,7 @@ class FloorClearance:
                 self._solids[link.name] = solids
 
     def is_clear(self, joint_positions: Floats) -> Mask:
-        """Return whether all shapes are above the margin, (n,) bool, at joint positions (n, dof) [rad or m]."""
+        """Return whether the margin above the floor is kept, (n,) bool, at joint positions (n, dof) [rad or m]."""
         clear = np.ones(len(joint_positions), bool)
         for link, solids in self._solids.items():
             clear &= self._link_is_clear(link, solids, joint_positions)

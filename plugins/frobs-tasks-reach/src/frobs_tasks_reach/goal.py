@@ -15,7 +15,7 @@ from frobs_core.observation import ObservationTerm
 from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0
-"""Bound on observed joint velocities, relative to the velocity limits, which can be exceeded in collisions."""
+"""Bound on observed joint velocities, as a multiple of the limits, because collisions can cause higher velocities."""
 
 
 class ReachGoal(Reach, GoalTask):

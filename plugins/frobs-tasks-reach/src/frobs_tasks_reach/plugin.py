@@ -58,7 +58,7 @@ _ARMS = (_IRB120, _IRB140, _UR5)
 
 _ANY_ARM = EnvironmentRecord(
     id="frobs/Reach-v0",
-    summary="the arm of your choice holds its tool at a goal; set robot=… to a robot name or a model file",
+    summary="an arm of your choice holds its tool at a goal; set robot=… to a robot name or a model file",
     robot="",
     controller="tcp_delta_position",
     max_episode_steps=100,

@@ -48,7 +48,7 @@ class Reach(EpisodeStart):
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions. If part of the arm would be
             below the floor at home, the nearest posture above the floor is used instead. As in FRobs_RL, random
             positions are uniformly distributed within the limits, with the tool at least 5 cm above the floor. Random
-            positions make the task harder to learn.
+            initial positions make the task harder to learn.
         distance_weight: Penalty per meter of distance to the goal [1/m].
         precision_weight: Weight of the precision reward, which matters only within a few centimeters of the goal.
 
@@ -248,7 +248,7 @@ def turn_back(quat_wxyz: Floats, vector: Floats, out: Floats) -> None:
 
     Args:
         quat_wxyz: Orientation of the rotated frame, (n, 4).
-        vector: Vectors in the frame to which the orientation refers, (n, 3).
+        vector: Vectors in the reference frame of the orientation, (n, 3).
         out: Output array for the vectors in the rotated frame, (n, 3).
     """
     if len(vector) == 1:

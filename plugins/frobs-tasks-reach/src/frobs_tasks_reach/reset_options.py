@@ -37,7 +37,7 @@ def checked_goal(goal: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def checked_joint_positions(positions: Floats, robot: RobotHandle) -> Floats:
-    """Validate user-specified joint positions (n, dof) [rad or m], and clip rounding errors to the limits.
+    """Validate user-specified joint positions (n, dof) [rad or m], and clip them to correct rounding errors.
 
     Raises:
         ConfigurationError: The number of joint positions is wrong, or a joint position is outside the limits.

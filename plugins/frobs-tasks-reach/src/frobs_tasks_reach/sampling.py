@@ -1,4 +1,4 @@
-"""Sampling of random joint vectors within the limits, and of their tool positions as reachable goals."""
+"""Samples random joint vectors within the limits; their tool positions serve as reachable goals."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CHUNK = 2048
 """Maximum number of joint vectors per call of the forward kinematics, which limits memory use."""
 
 Accept = Callable[[Floats], Mask]
-"""Function that returns whether tool positions (..., 3) [m] in the world are acceptable, (...) bool."""
+"""Function that returns whether tool positions (..., 3) [m] in the world frame are acceptable, (...) bool."""
 
 
 class JointSampler:
@@ -58,14 +58,14 @@ class JointSampler:
         self._floor = FloorClearance(robot, self._postures("floor", _POSTURES))
 
     def survey(self, count: int) -> Floats:
-        """Return the tool positions of ``count`` joint vectors, (count, 3) [m], which are the same in every call."""
+        """Return the tool positions, (count, 3) [m], for a fixed set of ``count`` joint vectors."""
         vectors = self._postures("survey", count)
         return np.concatenate([self._robot.frame_pose("tcp", chunk)[0] for chunk in _chunks(vectors, _CHUNK)])
 
     def start(self) -> Floats | None:
         """Return the posture (dof,) nearest to home in which the arm is at least 5 cm above the floor.
 
-        None is returned, and episodes start at home, if home itself is such a posture or if no such posture is found.
+        Return None if home itself is such a posture or if no such posture is found; episodes then start at home.
         """
         home = self._robot.home[:1]
         vectors = self._postures("start", _POSTURES)
@@ -77,7 +77,7 @@ class JointSampler:
         return np.asarray(vectors[clear.argmax()]) if clear.any() else None
 
     def _postures(self, stream: str, count: int) -> Floats:
-        """Return ``count`` joint vectors within the limits, (count, dof) [rad or m], identical in every call."""
+        """Return a fixed set of ``count`` joint vectors within the limits, (count, dof) [rad or m]."""
         return np.asarray(RandomSource(1).uniform(stream, self.lower, self.upper, (count, len(self.lower)))[0])
 
     def draw(

@@ -1,4 +1,4 @@
-"""Base class of reaching tasks that selects the robot's initial posture and a reachable goal."""
+"""Base class for reaching tasks: selects the robot's initial posture and a reachable goal."""
 
 from __future__ import annotations
 
@@ -18,15 +18,13 @@ from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.reset_options import checked_goal, checked_joint_positions
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box
 
-_FLOOR_CLEARANCE = (
-    0.05  # [m] minimum height of the tool at the start of an episode, which keeps the arm out of the floor
-)
+_FLOOR_CLEARANCE = 0.05  # [m] minimum height of the tool at the start of an episode, to keep the arm above the floor
 _FOOT_CLEARANCE = 0.03  # [m] minimum distance between a goal and the robot's base: half the width of a flange
 _SURVEY = 4096  # number of joint vectors used to check, before any goal is drawn, that the goal box is reachable
 
 
 class EpisodeStart(Task):
-    """Base class of reaching tasks that places the robot and the goal at the start of an episode.
+    """Base class for reaching tasks: places the robot and the goal at the start of an episode.
 
     Args:
         goal_low: Minimum corner of the goal box in the world frame [m], or None to derive the corner from the tool's
@@ -97,7 +95,7 @@ class EpisodeStart(Task):
         return JointSampler(self._robot)
 
     def _draw_goals(self, mask: Mask | None, rng: RandomSource) -> Floats:
-        """Draw goals (n, 3) [m] for the environments in the mask."""
+        """Draw goals (n, 3) [m] for the environments selected by the mask."""
         return self._sampler.draw("goal", rng, mask, self._is_in_box, self._box_text)[1]
 
     def _place_goal(self, rows: slice | Mask, mask: Mask | None, rng: RandomSource, given: Floats | None) -> None:

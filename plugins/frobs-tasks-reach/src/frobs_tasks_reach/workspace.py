@@ -9,7 +9,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_tasks_reach.sampling import in_box
 
-_CELL = 0.05  # [m] edge length of a cell; the joint vectors are dense enough to reach cells of this size
+_CELL = 0.05  # [m] edge length of a cell; enough joint vectors are sampled to cover cells of this size
 _MAX_CELLS = 40  # maximum number of cells along an axis, which limits the computing time for a large box
 
 

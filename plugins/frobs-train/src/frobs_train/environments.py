@@ -54,8 +54,8 @@ def make_vector_env(
 
     If the ID has a native vector environment with same-step autoreset, this environment is used. Otherwise, single
     environments are stepped one by one. A paced simulator supports only one environment. Wrappers for single
-    environments are applied to each environment, which rules out the native vector environment. Wrappers for vector
-    environments are applied to the vector environment.
+    environments are applied to each environment, so the native vector environment cannot be used with them. Wrappers
+    for vector environments are applied to the vector environment.
     """
     check_num_envs(num_envs)
     spec = find_spec(environment)

@@ -62,9 +62,9 @@ class TrainingError(RunError):
 
     Args:
         path: The run's folder.
-        steps: Environment steps taken so far.
+        steps: Number of environment steps taken so far.
         cause: The exception and its location.
-        resumable: Environment steps of the newest checkpoint, or None if no checkpoint exists yet.
+        resumable: Number of environment steps at the newest checkpoint, or None if no checkpoint exists yet.
     """
 
     def __init__(self, path: Path, steps: int, cause: str, resumable: int | None) -> None:
@@ -87,7 +87,7 @@ class JobsError(RunError):
         total: Total number of jobs.
     """
 
-    command_exit_code = 1  # not 2, because the input was valid and the other jobs are complete
+    command_exit_code = 1  # exit code 2 would mean invalid user input
 
     def __init__(self, failed: Sequence[tuple[str, Exception]], total: int) -> None:
         self.failed = tuple(failed)
@@ -97,11 +97,11 @@ class JobsError(RunError):
 
 
 class EnvironmentBuildError(ConfigurationError):
-    """An environment cannot be built with the given keywords.
+    """An environment cannot be built with the given keyword arguments.
 
     Args:
         environment: Gymnasium ID.
-        keywords: Keywords of the environment.
+        keywords: Keyword arguments of the environment.
         cause: Exception that the environment raised.
     """
 

@@ -27,7 +27,7 @@ _log = logging.getLogger("frobs")
 
 
 class BasicModel:
-    """A model of stable-baselines3 that is configured by a YAML file, as in FRobs_RL.
+    """Stable-baselines3 model that is configured by a YAML file, as in FRobs_RL.
 
     Each subclass sets ``algorithm``.
 
@@ -41,7 +41,7 @@ class BasicModel:
             file. If None, ``config_filename`` is a path.
         config_filename: Name of the YAML file, or None for ``<algorithm>_config.yaml``.
         ns: Namespace on ROS's parameter server, if a server is running.
-        on_existing: Action if the log folder exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
+        on_existing: What to do if the log folder already exists: ``error``, ``increment``, ``overwrite`` or ``resume``.
         trust: Whether to open models and replay buffers that could execute code.
 
     Attributes:
@@ -110,7 +110,7 @@ class BasicModel:
             trust: Whether to open a model that could execute code.
 
         Raises:
-            CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
+            CheckpointError: The file is missing or damaged, or it contains a model of another algorithm.
             UntrustedFileError: Opening the file requires ``trust``.
         """
         return cls(env, model_path, load_trained=True, trust=trust)
@@ -232,7 +232,8 @@ class BasicModel:
         Args:
             observation: One observation or a batch.
             state: State of a recurrent policy.
-            mask: For each environment, whether an episode begins. The name in stable-baselines3 is ``episode_start``.
+            mask: For each environment, whether an episode begins. In stable-baselines3, this argument is called
+                ``episode_start``.
             deterministic: Whether to return the most probable action instead of a sample.
 
         Returns:
@@ -270,5 +271,5 @@ class BasicModel:
 
     @property
     def _learned(self) -> tuple[int, int]:
-        """Return numbers that change whenever the model learns."""
+        """Return counters that change whenever the model learns."""
         return self.model.num_timesteps, int(getattr(self.model, "_n_updates", 0))

@@ -58,7 +58,7 @@ class OnPolicyBlock(Block):
 
 
 class PPOBlock(OnPolicyBlock):
-    """Settings in the block ``ppo_params``."""
+    """Settings in the ``ppo_params`` block."""
 
     learning_rate: PositiveFloat = 3e-4
     n_steps: PositiveInt = 100
@@ -69,7 +69,7 @@ class PPOBlock(OnPolicyBlock):
 
 
 class A2CBlock(OnPolicyBlock):
-    """Settings in the block ``a2c_params``."""
+    """Settings in the ``a2c_params`` block."""
 
     learning_rate: PositiveFloat = 7e-4
     n_steps: PositiveInt = 5
@@ -91,13 +91,13 @@ class OffPolicyBlock(Block):
 
 
 class DDPGBlock(OffPolicyBlock):
-    """Settings in the block ``ddpg_params``."""
+    """Settings in the ``ddpg_params`` block."""
 
     learning_rate: PositiveFloat = 1e-3
 
 
 class TD3Block(OffPolicyBlock):
-    """Settings in the block ``td3_params``."""
+    """Settings in the ``td3_params`` block."""
 
     learning_rate: PositiveFloat = 1e-3
     policy_delay: PositiveInt = 2
@@ -106,7 +106,7 @@ class TD3Block(OffPolicyBlock):
 
 
 class SACBlock(OffPolicyBlock):
-    """Settings in the block ``sac_params``."""
+    """Settings in the ``sac_params`` block."""
 
     learning_rate: PositiveFloat = 3e-4
     batch_size: PositiveInt = 256
@@ -117,7 +117,7 @@ class SACBlock(OffPolicyBlock):
 
 
 class DQNBlock(OffPolicyBlock):
-    """Settings in the block ``dqn_params``."""
+    """Settings in the ``dqn_params`` block."""
 
     learning_rate: PositiveFloat = 1e-4
     learning_starts: NonNegativeInt = 50_000

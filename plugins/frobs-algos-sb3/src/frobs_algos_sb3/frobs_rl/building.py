@@ -1,4 +1,4 @@
-"""Builds models of stable-baselines3 from the settings in a file."""
+"""Builds stable-baselines3 models from the settings in a YAML file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Env = gym.Env[Any, Any] | VecEnv
 _log = logging.getLogger("frobs")
 
 _ONLY_NEW = ("use_rms_prop", "rms_prop_eps", "use_sde")
-"""Settings that determine the networks. For these settings, the values in a saved model take precedence."""
+"""Settings that determine the networks. A saved model's values take precedence over the YAML file."""
 
 _REAPPLIED = (
     "batch_size",

@@ -8,7 +8,7 @@ from pathlib import Path
 from frobs_core.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
-"""Name of FRobs_RL's package. The default files are available under this name even if the package is not installed."""
+"""Name of FRobs_RL's package, under which the default files are available even if the package is not installed."""
 
 DEFAULTS = Path(__file__).parent / "config"
 """Folder of the default files."""
@@ -21,7 +21,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
         package: Name of a ROS package that contains the file in its ``config`` folder, or of a Python package that
             contains the file in its ``config`` folder or next to its modules. The default files are always available in
             the package ``"frobs_rl"``. If None, ``filename`` is a path.
-        filename: Name of the file, or its absolute path, for which ``package`` is ignored.
+        filename: Name of the file, or its absolute path, in which case ``package`` is ignored.
     """
     if package is None or Path(filename).is_absolute():
         path = Path(filename)
@@ -47,7 +47,7 @@ def find_config(package: str | None, filename: str | Path) -> Path:
 
 
 def _ros_folders(package: str) -> list[Path]:
-    """Return the ``config`` folder of a ROS package, or an empty list if ROS or the package is missing."""
+    """Return a list with the ``config`` folder of a ROS package. The list is empty if ROS or the package is missing."""
     try:
         import rospkg  # type: ignore[import-untyped,import-not-found,unused-ignore]
     except ImportError:

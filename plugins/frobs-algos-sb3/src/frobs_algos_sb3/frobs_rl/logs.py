@@ -19,7 +19,7 @@ from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
 from frobs_core.errors import ParameterValueError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
-"""Actions if the log folder already exists."""
+"""Ways to handle a log folder that already exists."""
 
 CHOICES = ("error", "increment", "overwrite", "resume")
 

@@ -9,36 +9,36 @@ from frobs_algos_sb3.frobs_rl.on_policy import OnPolicyModel
 
 
 class A2C(OnPolicyModel):
-    """Advantage actor-critic, configured by the block ``a2c_params`` of the YAML file."""
+    """Advantage actor-critic, configured by the ``a2c_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "a2c"
 
 
 class DDPG(BasicModel):
-    """Deep deterministic policy gradient, configured by the block ``ddpg_params`` of the YAML file."""
+    """Deep deterministic policy gradient, configured by the ``ddpg_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "ddpg"
 
 
 class DQN(BasicModel):
-    """Deep Q network, configured by the block ``dqn_params`` of the YAML file."""
+    """Deep Q network, configured by the ``dqn_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "dqn"
 
 
 class PPO(OnPolicyModel):
-    """Proximal policy optimization, configured by the block ``ppo_params`` of the YAML file."""
+    """Proximal policy optimization, configured by the ``ppo_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "ppo"
 
 
 class SAC(BasicModel):
-    """Soft actor-critic, configured by the block ``sac_params`` of the YAML file."""
+    """Soft actor-critic, configured by the ``sac_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "sac"
 
 
 class TD3(BasicModel):
-    """Twin delayed DDPG, configured by the block ``td3_params`` of the YAML file."""
+    """Twin delayed DDPG, configured by the ``td3_params`` block of the YAML file."""
 
     algorithm: ClassVar[str] = "td3"

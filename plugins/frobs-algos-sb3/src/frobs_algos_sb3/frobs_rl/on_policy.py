@@ -18,7 +18,7 @@ class OnPolicyModel(BasicModel):
     Args:
         *args: Positional arguments of :class:`BasicModel`.
         load_il_policy: Whether to start with the policy in ``il_policy_path``.
-        il_policy_path: Model file from imitation learning with the same algorithm.
+        il_policy_path: Model file that imitation learning with the same algorithm produced.
         **kwargs: Keyword arguments of :class:`BasicModel`.
     """
 

@@ -48,8 +48,8 @@ def current_parameters(mapping: Mapping[str, Any], ns: str) -> Mapping[str, Any]
 def parameter_server() -> Any:
     """Return an object with ``set_param``, ``has_param`` and ``get_param``, or None if no parameter server is running.
 
-    Other distributions can register functions that return such an object in the entry-point group
-    ``frobs.parameter_servers``.
+    Other distributions can use the entry-point group ``frobs.parameter_servers`` to register functions that return such
+    an object.
     """
     for entry in sorted(entry_points(group=SERVERS), key=lambda entry: entry.name):
         server = entry.load()()

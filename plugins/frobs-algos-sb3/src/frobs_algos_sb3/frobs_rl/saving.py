@@ -40,7 +40,7 @@ def existing_model(folder: Path, name: str) -> Path:
 class SaveEvery(BaseCallback):
     """Callback that regularly saves the model as ``<prefix>_<steps>_steps.zip``.
 
-    The function ``save`` writes the model to a given path.
+    The ``save`` function writes the model to a given path.
     """
 
     def __init__(self, steps: int, folder: Path, prefix: str, save: Callable[[Path], None]) -> None:

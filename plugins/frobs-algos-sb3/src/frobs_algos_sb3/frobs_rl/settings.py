@@ -134,7 +134,7 @@ class FileSettings(Strict):
     unused: tuple[str, ...] = ()
 
     def sde(self) -> dict[str, Any]:
-        """Return the keyword arguments for state-dependent exploration, or ``{}`` if it is not supported."""
+        """Return keyword arguments for state-dependent exploration, or ``{}`` if the algorithm does not support it."""
         if self.algorithm not in WITH_SDE:
             return {}
         params = self.params.sde_params.model_dump()

@@ -24,7 +24,7 @@ _ELSEWHERE = (
 
 
 def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[dict[str, Any], str]:
-    """Return the keys of :class:`frobs_train.RunConfig` that correspond to a file of FRobs_RL, and a note.
+    """Return the :class:`frobs_train.RunConfig` settings that correspond to a FRobs_RL file, and a note.
 
     The note is one line that lists the keys that have no effect on a run, or is empty if there are no such keys. A
     ConfigFileError is raised if a key or value is invalid, or if the file continues a saved model.
@@ -35,9 +35,8 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
         raise ConfigFileError(
             path,
             None,
-            "load_model continues training a saved model, but a run starts with a new model; set load_model to False, "
-            "or "
-            f"use the class frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
+            "load_model is not supported here, because a run always starts with a new model; set load_model to False, "
+            f"or continue the saved model with the class frobs_algos_sb3.frobs_rl.{algorithm.upper()}.",
         )
     config: dict[str, Any] = {"algorithm": algorithm, "num_envs": 1, "steps": params.training_steps}
     if params.save_freq:
@@ -53,7 +52,7 @@ def translate(mapping: Mapping[str, Any], algorithm: str, path: Path) -> tuple[d
 
 
 def algorithm_config(settings: FileSettings) -> dict[str, Any]:
-    """Return the algorithm's settings for ``frobs train``, which pass observations to the networks unchanged."""
+    """Return the algorithm's settings for ``frobs train``. These settings disable the scaling of observations."""
     params = settings.params
     config: dict[str, Any] = {**settings.block.model_dump(), "scale_observation": False}
     if "train_freq" in config:
@@ -63,7 +62,7 @@ def algorithm_config(settings: FileSettings) -> dict[str, Any]:
         config["action_noise"] = params.action_noise.model_dump() if settings.has_action_noise() else None
     if params.use_custom_policy:
         policy = params.policy_params
-        policy.to_kwargs()  # raises an error for abstract classes
+        policy.to_kwargs()  # this call raises an error for abstract classes
         config["policy_kwargs"] = policy.model_dump()
         if policy.features_extractor_class == "FlattenExtractor":  # the default for vectors
             del config["policy_kwargs"]["features_extractor_class"]

@@ -29,7 +29,7 @@ MAX_FILE_BYTES = 2**32
 """Maximum size of a model file."""
 
 MAX_JSON_BYTES = 64 * 2**20
-"""Maximum size of ``data``. Attributes that contain images can occupy several megabytes."""
+"""Maximum size of the JSON file ``data``, in which attributes with images can occupy several megabytes."""
 
 MAX_MEMBERS = 64
 """Maximum number of files in an archive. stable-baselines3 writes at most eight files."""
@@ -62,7 +62,7 @@ def read_archive(path: Path | str) -> ModelArchive:
         path: Path of the file. A missing ``.zip`` suffix is added.
 
     Raises:
-        CheckpointError: The file is missing or damaged, or opening it would exhaust the memory.
+        CheckpointError: The file is missing or damaged, or opening it would exhaust memory.
         UntrustedFileError: A tensor file contains other objects.
     """
     path = find_file(path)
@@ -90,7 +90,7 @@ def read_archive(path: Path | str) -> ModelArchive:
 
 
 def find_file(path: Path | str, suffix: str = ".zip") -> Path:
-    """Return the path of the file, with the suffix added if it is missing, or raise CheckpointError."""
+    """Return the path of the file, with the suffix added if necessary, or raise CheckpointError if no file exists."""
     path = Path(path)
     for candidate in (path, path.with_name(path.name + suffix)):
         if candidate.is_file():
@@ -99,7 +99,7 @@ def find_file(path: Path | str, suffix: str = ".zip") -> Path:
 
 
 def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
-    """Return a copy of the model file that contains its tensors and the attribute names ``keys``, but no pickles."""
+    """Return a copy of the model file that contains its tensors and the attribute names in ``keys``, but no pickles."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
         new.writestr("data", json.dumps(dict.fromkeys(keys)))
@@ -121,7 +121,7 @@ def _open(path: Path, file: io.BytesIO, size: int, allowed: re.Pattern[str], par
     names = [member.filename for member in members]
     for member in members:
         if not allowed.match(member.filename):
-            raise CheckpointError(f"{where} is rejected: it contains a file named {member.filename!r}.")
+            raise CheckpointError(f"{where} is rejected: it contains an unexpected file named {member.filename!r}.")
         if member.flag_bits & 0x1:
             raise CheckpointError(f"{where} is rejected: its file '{member.filename}' is encrypted.")
     if len(set(names)) < len(names):

@@ -24,7 +24,7 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     """Write the filled part of a replay buffer atomically, by writing a temporary file and then renaming it.
 
     Args:
-        buffer: Buffer of stable-baselines3, with flat or dictionary observations.
+        buffer: Stable-baselines3 replay buffer with flat or dictionary observations.
         path: Path of the file, which ends in ``.npz``.
 
     Raises:

@@ -118,7 +118,7 @@ def policy_class(value: Any) -> type[Any]:
 
 
 def policy_argument_class(field: str, written: Any) -> type[Any]:
-    """Return the class for the text of a ``policy_kwargs`` field: ``"<class 'torch.nn.modules.activation.ReLU'>"``."""
+    """Return the class named in a ``policy_kwargs`` field, such as ``"<class 'torch.nn.modules.activation.ReLU'>"``."""
     classes = _CLASSES[field]
     name = class_name(written)
     if name not in classes:

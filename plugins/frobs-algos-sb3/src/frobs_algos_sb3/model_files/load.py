@@ -66,7 +66,7 @@ def load_model(
         The model, an instance of the algorithm's class in stable-baselines3.
 
     Raises:
-        CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
+        CheckpointError: The file is missing or damaged, or it contains a model of another algorithm.
         ConfigurationError: The environment's spaces differ from the model's spaces, or an override is invalid.
         UntrustedFileError: A required attribute can only be read by executing code in the file.
     """
@@ -101,7 +101,7 @@ def _load_trusted(
 ) -> BaseAlgorithm:
     """Open the file, including its pickles, with stable-baselines3's loader.
 
-    Spaces of gym are replaced by Gymnasium's spaces.
+    Old gym's spaces are replaced by Gymnasium's spaces.
     """
     unshared = copy_shared_layers(archive)
     objects = {} if unshared is archive else {"policy_kwargs": policy_kwargs(unshared.data["policy_kwargs"], unshared)}
@@ -123,7 +123,7 @@ def _gym_as_gymnasium() -> Iterator[None]:
 
 
 def _check_algorithm(archive: ModelArchive, name: str) -> None:
-    """Raise an error if the file belongs to another algorithm. DDPG and TD3 can open each other's files."""
+    """Raise an error if the file contains a model of another algorithm. DDPG and TD3 can open each other's files."""
     real = known.identify(archive.data)
     if real is not None and real != name and {real, name} != {"td3", "ddpg"}:
         raise CheckpointError(f"{archive.path} is a model of '{real}', not of '{name}'.")
@@ -170,9 +170,8 @@ def _reason(key: str, why: str) -> str:
     elif key not in ("policy_class", "policy_kwargs"):
         way = f", or pass {key}=…"
     return (
-        f"the attribute '{key}' is stored as a pickle, which can execute code when it is opened, and the text next to "
-        "the "
-        f"pickle is not sufficient ({why}){way}"
+        f"the attribute '{key}' is stored as a pickle, which can execute code when it is opened, and cannot be "
+        f"restored from the text next to the pickle ({why}){way}"
     )
 
 
@@ -205,7 +204,7 @@ def _build(
 
 
 def _learning_rate(archive: ModelArchive) -> float:
-    """Return the last learning rate of an optimizer, which is sufficient to build a model for predictions."""
+    """Return the last learning rate of an optimizer, which is sufficient for a model that only makes predictions."""
     for name, tensors in archive.tensors.items():
         if name.endswith("optimizer") and isinstance(tensors, Mapping) and tensors.get("param_groups"):
             return max(0.0, float(tensors["param_groups"][0].get("lr", 0.0)))  # a linear schedule may end below 0

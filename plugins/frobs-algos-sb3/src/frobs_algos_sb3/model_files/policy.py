@@ -51,7 +51,7 @@ def open_policy(
         The policy, and the number of environment steps for which it was trained.
 
     Raises:
-        CheckpointError: The file is missing or damaged, or it belongs to another algorithm.
+        CheckpointError: The file is missing or damaged, or it contains a model of another algorithm.
         UntrustedFileError: The file can only be opened by executing code in it.
         RunError: The environment's spaces differ from the model's spaces.
     """

@@ -1,4 +1,4 @@
-"""Copies the layers that the actor and the critic share in model files of stable-baselines3 before 1.8.
+"""Copies the layers that the actor and the critic share in model files written by stable-baselines3 before 1.8.
 
 Copying the layers does not change predictions. During further training, the two copies diverge.
 """
@@ -43,7 +43,7 @@ def copy_shared_layers(archive: ModelArchive) -> ModelArchive:
 
 
 def _sources(names: list[str]) -> dict[str, str]:
-    """Return the old name of each tensor by its new name, in the order of the new policy's parameters."""
+    """Return a mapping from new to old tensor names, in the order of the new policy's parameters."""
     shared = [name for name in names if name.startswith(_SHARED)]
     depth = 2 * len([name for name in shared if name.endswith("weight")])  # an activation follows each layer
     found: dict[str, str] = {}

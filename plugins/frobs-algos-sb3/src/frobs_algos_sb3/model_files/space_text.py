@@ -1,7 +1,7 @@
 """Parses Gymnasium spaces from the readable text next to their pickles.
 
-The text contains the bounds of a Box with eight decimals, which is sufficient for predictions. If a model is opened
-with an environment, the environment's exact bounds are used instead.
+The text contains the bounds of a Box with eight decimal places, which is sufficient for predictions. If a model is
+opened with an environment, the environment's exact bounds are used instead.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def read_space(value: Any) -> gym.Space[Any]:
 
 
 class _Reader:
-    """Parser for the text representation of spaces: ``Dict('a': Box(-1.0, 1.0, (3,), float32), 'b': Discrete(2))``."""
+    """Parser for spaces written as text, such as ``Dict('a': Box(-1.0, 1.0, (3,), float32), 'b': Discrete(2))``."""
 
     def __init__(self, written: str) -> None:
         self._text = written

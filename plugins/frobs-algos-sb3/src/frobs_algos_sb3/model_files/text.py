@@ -18,7 +18,7 @@ MAX_VALUES = 2**24
 """Maximum number of elements in an array."""
 
 MAX_TEXT = 2**20
-"""Maximum number of characters in the text of an array. NumPy omits the middle of large arrays."""
+"""Maximum number of characters in the text of an array. NumPy's text omits the middle of large arrays."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?|inf)"
 _TOKEN = re.compile(rf"\s*(?:({_NUMBER})|([\[\],])|(\.\.\.))")
@@ -59,9 +59,9 @@ def shape(value: Any) -> tuple[int, ...]:
 def array(text: Any, of_shape: tuple[int, ...] | None = None) -> np.ndarray[Any, Any]:
     """Return a float64 array from NumPy's text (``"[-1.  0.5]"``, ``"[[0 0 ... 0 0]]"``) or from a number.
 
-    NumPy writes eight decimals, and replaces the middle of arrays with more than a thousand elements by an ellipsis.
-    Text with an ellipsis is accepted only if all its numbers are equal. If ``of_shape`` is None, the array has one
-    dimension.
+    NumPy writes eight decimal places, and replaces the middle of an array with more than a thousand elements with an
+    ellipsis. Text with an ellipsis is accepted only if all its numbers are equal. If ``of_shape`` is None, the array
+    has one dimension.
     """
     if isinstance(text, int | float) and not isinstance(text, bool):
         text = repr(text)
@@ -129,7 +129,7 @@ def action_noise(value: Any) -> ActionNoise | None:
     if kind == "stable_baselines3.common.noise.OrnsteinUhlenbeckActionNoise" and value.get("initial_noise") is None:
         mean, sigma = array(value.get("_mu")), array(value.get("_sigma"))
         return OrnsteinUhlenbeckActionNoise(mean, sigma, number(value.get("_theta")), number(value.get("_dt")))
-    raise Unreadable("the noise is of an unsupported type, which the file contains only as code")
+    raise Unreadable("the noise has an unsupported type, and the file contains it only as code")
 
 
 def class_name(text: Any) -> str:
@@ -139,7 +139,7 @@ def class_name(text: Any) -> str:
 
 
 def call(text: Any) -> tuple[str, dict[str, str]]:
-    """Return the name and the keywords of ``"Name(key=value, key=value)"``, with the values as text.
+    """Return the name and the keyword arguments in ``"Name(key=value, key=value)"``, with the values as text.
 
     For other text, return ``("", {})``.
     """

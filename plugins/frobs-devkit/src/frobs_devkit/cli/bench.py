@@ -1,4 +1,4 @@
-"""``frobs bench``: measures the time of each part of a step or training run, and how the speed scales."""
+"""``frobs bench``: measures the time of each part of a step or training run, and how speed scales with parallelism."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def report_scaling(
     out: Path | None,
     json: bool,
 ) -> None:
-    """Measure how the speed scales, print the measurements and predictions, and write the plot."""
+    """Measure how speed scales with parallelism, print the measurements and predictions, and write the plot."""
     from frobs_devkit.scaling import ScalingRanges, bench_scaling, fit_model, plot_scaling
     from frobs_train import LOCAL, usable_processors
     from frobs_train.cli.runner_options import open_runner
@@ -180,7 +180,7 @@ def report_scaling(
 
 
 def read_sizes(option: str, text: str | None) -> tuple[int, ...] | None:
-    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option is missing.
+    """Return the numbers in a list such as ``"1,8,64"`` in ascending order, or None if the option was not given.
 
     Raises:
         CommandLineError: The text is not a list of positive integers.
@@ -207,7 +207,7 @@ def scaling_facts(found: ScalingResult, model: ScalingModel) -> dict[str, Any]:
         "start-up": f"{model.startup:.1f} s",
         "experience": None
         if traffic is None
-        else f"{traffic.bytes_per_step:,.0f} bytes per environment step; a learner receives "
+        else f"{traffic.bytes_per_step:,.0f} bytes per environment step; a learner can receive "
         f"{traffic.bytes_per_second / 1e6:,.0f} MB/s = {traffic.steps_per_second:,.0f} steps/s",
         "machine": found.machine,
         "load": f"on average, {found.load:.1f} processes were running or waiting for a processor before the "
@@ -281,7 +281,7 @@ def _errors(model: ScalingModel) -> str:
     return (
         "; ".join(shown) + ", each predicted by a fit that excludes this measurement"
         if shown
-        else "unknown; measure at least two sizes to estimate the error"
+        else "unknown; to estimate the error, measure at least two numbers of processes or nodes"
     )
 
 

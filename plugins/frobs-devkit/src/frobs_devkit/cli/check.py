@@ -48,7 +48,7 @@ def check(
         typer.Option(
             metavar="NAME",
             show_default="the simulator of ID_OR_PLUGIN; for a robot, all installed simulators",
-            help="Simulator to run the checks in.",
+            help="Simulator in which to run the checks.",
         ),
     ] = None,
     expect_failure: Annotated[
@@ -56,8 +56,8 @@ def check(
         typer.Option(
             metavar="CHECK=REASON",
             show_default=False,
-            help="Check that is expected to fail, and the reason. If the check passes, it is reported as failed. "
-            "Repeatable.",
+            help="Name of a check that is expected to fail, and the reason. If this check passes, it is reported as "
+            "failed. Repeatable.",
         ),
     ] = None,
     settings: Annotated[

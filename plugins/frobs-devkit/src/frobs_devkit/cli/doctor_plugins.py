@@ -30,7 +30,7 @@ def plugins(
         ),
     ] = None,
     timeout: Annotated[
-        float, typer.Option(metavar="S", min=0.1, help="Maximum number of seconds for the import of each plugin.")
+        float, typer.Option(metavar="S", min=0.1, help="Time limit for importing each plugin, in seconds.")
     ] = 30.0,
     json: Json = False,
 ) -> None:

@@ -87,7 +87,7 @@ def _axis(axis: Sequence[float]) -> str:
 
 def _print_drives(joints: Sequence[JointFacts]) -> None:
     drives = [(joint, joint.drive) for joint in joints if joint.drive is not None]
-    _section("drives", "gains from the largest inertia, unless declared")
+    _section("drives", "default gains, from each joint's largest inertia")
     rows = []
     for joint, drive in drives:
         numbers = (drive.inertia, drive.stiffness, drive.damping, abs(drive.holding_effort))

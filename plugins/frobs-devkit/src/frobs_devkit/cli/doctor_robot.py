@@ -26,14 +26,16 @@ def robot(
     package_path: PackagePath = None,
     simulator: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", show_default="all installed", help="Simulator to check the robot in. Repeatable."),
+        typer.Option(
+            metavar="NAME", show_default="all installed", help="Simulator in which to check the robot. Repeatable."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
     """Examine a robot's model file: joints, masses, shapes, drives, and how each simulator represents the robot.
 
-    Findings include advice on how to fix the problem. Exits with status 1 if a finding prevents the use of the robot,
-    and with status 2 if the file cannot be read.
+    Each finding includes advice on how to fix the problem. Exits with status 1 if a finding prevents the use of the
+    robot, and with status 2 if the file cannot be read.
 
     Example:
         $ frobs doctor robot arm.urdf

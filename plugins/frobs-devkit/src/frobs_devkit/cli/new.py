@@ -35,7 +35,7 @@ def new(
         typer.Option(
             metavar="NAME",
             show_default="arm; file if --robot-file is given",
-            help="Example to start from: arm (reaches), wheeled (drives to a goal) or file (your own arm).",
+            help="Example to start from: arm (reaches for a goal), wheeled (drives to a goal) or file (your own arm).",
         ),
     ] = None,
     paced: Annotated[
@@ -54,7 +54,7 @@ def new(
         typer.Option(
             metavar="LINK",
             show_default="the most likely link",
-            help="Link of your arm that is the tool center point (TCP).",
+            help="Link of your arm that serves as the tool center point (TCP).",
         ),
     ] = None,
     args: XacroArgs = None,
@@ -78,7 +78,9 @@ def new(
     ] = None,
     namespace: Annotated[
         str | None,
-        typer.Option(metavar="NAME", show_default="lab", help="Namespace of the Gymnasium IDs, before the slash."),
+        typer.Option(
+            metavar="NAME", show_default="lab", help="Namespace of the Gymnasium IDs (the part before the slash)."
+        ),
     ] = None,
     author: Annotated[
         str | None, typer.Option(metavar="NAME", show_default="Your Name", help="Copyright holder.")
@@ -105,7 +107,7 @@ def new(
     ] = Path(),
     json: Json = False,
 ) -> None:
-    """Create a plugin from templates, ready to be installed, tested and used for training without edits.
+    """Create a plugin from templates. You can install it, test it and use it for training without edits.
 
     In a terminal, the command asks for missing answers unless both WHAT and NAME are given. The type 'pair' creates a
     robot and a task for it as two distributions, and 'both' creates the robot and the task as one distribution.

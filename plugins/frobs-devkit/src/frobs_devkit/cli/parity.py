@@ -1,4 +1,4 @@
-"""``frobs parity``: writes certificates of how closely simulators agree."""
+"""``frobs parity``: writes certificates that state how closely simulators agree."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def parity(
 
 
 def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an environment's keywords with absolute paths, because a job may run in another folder."""
+    """Return an environment's keyword arguments with absolute paths, because a job may run in another folder."""
     found = dict(keywords)
     if Path(str(found.get("robot", ""))).is_file():
         found["robot"] = str(Path(found["robot"]).resolve())

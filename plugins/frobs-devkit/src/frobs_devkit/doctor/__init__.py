@@ -1,4 +1,4 @@
-"""Facts and findings of ``frobs doctor`` about a robot's file or a plugin.
+"""Facts and findings that ``frobs doctor`` reports about a robot's file or a plugin.
 
 report.py       the facts and the findings, as data
 reading.py      reads the file more leniently than a simulation

@@ -1,4 +1,4 @@
-"""Compares each link's mass and inertia with the link's shape."""
+"""Checks whether each link's mass and inertia are plausible for the link's shape."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ DENSITIES = (1.0, 20_000.0)
 _AXES, _MOMENTS = "xyz", ("ixx", "iyy", "izz")
 _TURNED = 3.0  # minimum ratio between the moments about two axes that indicates a rotated inertia
 _LEAST, _MOST = 0.02, 2.0  # range of plausible moments, relative to the maximum for a body inside the box
-_SMALL = 1e-3  # [m] minimum thickness of a box, because a flat sheet has no volume
-_SHARE = 0.005  # fraction of the robot's mass or moments below which a link has no visible effect
+_SMALL = 1e-3  # [m] minimum edge length of a bounding box, so that a flat sheet has a nonzero volume
+_SHARE = 0.005  # fraction of the robot's total mass or inertia below which a link has no visible effect
 _LARGE = 20.0  # [m] a link larger than this usually has a mesh in millimeters
 
 

@@ -104,7 +104,7 @@ def joint_findings(model: RobotModel, facts: tuple[JointFacts, ...]) -> Iterator
             yield warning(
                 "limits-in-degrees",
                 about,
-                f"the joint limits are {joint.lower:g} and {joint.upper:g} rad, or {span / (2 * math.pi):.0f} turns "
+                f"the joint limits are {joint.lower:g} and {joint.upper:g} rad, up to {span / (2 * math.pi):.0f} turns "
                 "from zero",
                 "specify the limits in radians; if the joint really turns that far, make it continuous",
             )

@@ -187,7 +187,10 @@ def _clashes(
         if others:
             who = " and ".join(f"'{other.name}' of {other.distribution} {other.version}" for other in others)
             found = warning(
-                "clash", f"{kind} '{name}'", f"another plugin also provides this name: {who}", "remove one of the two"
+                "clash",
+                f"{kind} '{name}'",
+                f"another plugin also provides this name: {who}",
+                "rename or remove one of the two records",
             )
             if others[0].distribution == candidate.distribution:
                 yield replace(found, severity=Severity.ERROR)
@@ -237,7 +240,7 @@ def _manners(seen: Probe) -> Iterable[Finding]:
             "deprecated",
             place,
             f"{warned['category']}: {warned['message']}",
-            "the plugin's author should follow the advice of the warning",
+            "the plugin's author should follow the advice in the warning",
         )
 
 

@@ -74,7 +74,7 @@ def _missing(reason: str, places: list[tuple[str, int | None]]) -> Finding:
     else:
         about = f"mesh '{uri}'"
         problem = (
-            f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} based on this mesh"
+            f"{reason.rstrip('.')}; {shapes} of the robot {'is' if len(places) == 1 else 'are'} defined by this mesh"
         )
         advice = "add the missing mesh file, or correct its path in the robot file"
     return Finding(
@@ -105,7 +105,7 @@ def _negative_masses(root: Element) -> list[Finding]:
 
 
 def _numbers_of_file(root: Element) -> dict[tuple[str, str], object]:
-    """Return the link and joint values that ``read_document`` may change, by (element, quantity)."""
+    """Return the link and joint values that ``read_document`` may change, keyed by (element, quantity)."""
     numbers: dict[tuple[str, str], object] = {}
     for link in root.children("link"):
         about = f"link '{link.get('name')}'"

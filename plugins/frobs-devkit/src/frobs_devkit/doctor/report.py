@@ -148,7 +148,7 @@ class ToolCandidate:
     Attributes:
         link: Name of the link.
         actuated_joints: Number of actuated joints that move the link.
-        usual_name: Whether the link has a common tool name.
+        usual_name: Whether the link's name is a common tool name.
         reach: Largest distance from the root link that was found in random poses within the joint limits [m].
         longest_reach: Upper bound of the distance from the root link [m], or None if unbounded.
         chosen: Whether the link is used as the robot's ``tcp``.
@@ -164,13 +164,13 @@ class ToolCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """A quantity for which FRobs uses a different value than the file.
+    """A quantity whose value in FRobs differs from the value in the file.
 
     Attributes:
         about: Affected link or joint, such as ``"link 'forearm'"``.
         quantity: Name of the quantity, such as ``"mass"``, ``"inertia"`` or ``"effort limit"``.
         file: Value in the file, or None if the value is missing.
-        used: Value that is used instead, or None if there is no value or no limit.
+        used: Value that FRobs uses instead, or None if there is no value or no limit.
     """
 
     about: str
@@ -181,7 +181,7 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class TranslatedElement:
-    """Translation of one kind of model element into a simulator.
+    """How a simulator represents one kind of model element.
 
     Attributes:
         element: Kind of the element, which is a key of ``frobs_core.models.ELEMENTS``.
@@ -246,7 +246,7 @@ class RobotReport:
         joints: All joints, in file order.
         links: All links, in file order.
         tools: Candidate links for the tool center point, most likely first.
-        differences: Quantities for which FRobs uses a different value than the file.
+        differences: Quantities whose values in FRobs differ from the values in the file.
         simulators: Representation of the robot in each examined simulator.
     """
 

@@ -88,7 +88,7 @@ def examine_robot(
 
 
 def _notes(model: RobotModel) -> Iterator[Finding]:
-    """Yield the file reader's notes as findings, which are warnings if the file should be fixed."""
+    """Yield one finding for each note of the file reader: a warning if the file should be fixed, otherwise a note."""
     for note in model.notes:
         match = _NAMED.match(note.element)
         yield Finding(

@@ -1,4 +1,4 @@
-"""Certificates of how closely simulators agree on a task.
+"""Certificates that state how closely simulators agree on a task.
 
 The modules::
 

@@ -149,7 +149,8 @@ def smooth_actions(space: gym.Space[Any], steps: int, seed: int) -> np.ndarray[A
     rng = np.random.default_rng(seed)
     cycles, signs = rng.uniform(2.0, 5.0, space.shape), rng.choice((-1.0, 1.0), space.shape)
     time = np.linspace(0.0, 2.0 * math.pi, steps, endpoint=False).reshape(steps, *(1 for _ in space.shape))
-    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)  # limits wide and unbounded spaces to [-1, 1]
+    # Limit wide and unbounded spaces to [-1, 1].
+    low, high = np.maximum(space.low, -1.0), np.minimum(space.high, 1.0)
     # The actions are cosines, so their integrals are sines, which extend to both sides of the start.
     swing: np.ndarray[Any, Any] = (high + low) / 2.0 + _AMPLITUDE * (high - low) / 2.0 * signs * np.cos(cycles * time)
     return swing

@@ -39,7 +39,7 @@ class Certificate:
         facts: Facts about the environment, such as the robot, the controller and the timesteps.
         measurements: Measurements in execution order.
         versions: Versions of Python, NumPy, the engines and all FRobs distributions, and a description of the machine.
-        actions: Actions of the replay, or None if there is no replay.
+        actions: Replayed actions, or None if no actions were replayed.
     """
 
     id: str
@@ -119,7 +119,7 @@ class Certificate:
 
 
 def curves(measurements: Sequence[Measurement]) -> dict[str, Floats]:
-    """Return the lines of all panels, (2, n) each, keyed by ``measurement/panel/label/simulator``."""
+    """Return the curves of all plots as arrays (2, n), keyed by ``measurement/panel/label/simulator``."""
     return {
         f"{measurement.name}/{p}/{line.label}/{line.simulator}": np.stack([line.x, line.y])
         for measurement in measurements

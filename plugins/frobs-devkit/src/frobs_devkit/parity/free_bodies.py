@@ -48,7 +48,7 @@ class Bounded:
         """Return the quaternion (4,) that aligns the longest edge with the x axis.
 
         Args:
-            shortest: Axis to align the shortest edge with.
+            shortest: Axis that is aligned with the shortest edge.
         """
         matrix = np.zeros((3, 3))
         rows = (1, 2, 0) if shortest == "y" else (2, 1, 0)  # rows for the shortest, middle and longest edges
@@ -74,7 +74,7 @@ class Bounded:
 
 
 def bodies_of(subject: Subject) -> list[Bounded]:
-    """Return the colliding free bodies of a task's scene, but only one of several bodies with the same properties."""
+    """Return the task's free bodies with collision shapes, but only one of several bodies with the same properties."""
     found: dict[str, Body] = {}
     for name, body in subject.free_bodies.items():
         alike = replace(body, pose=Pose(), twist=AT_REST, rgba=(0.0, 0.0, 0.0, 1.0))
@@ -114,7 +114,7 @@ def compare_values(
         name: Name of the tolerance.
         quantity: Name of the value.
         values: Value of each simulator, or NaN for a simulator without a value.
-        scale: Value that the tolerance is relative to.
+        scale: Factor that scales a relative tolerance.
         unknown: Reason for skipping the comparisons if the first simulator has no value.
         unit: Unit in which the values are displayed.
         factor: Factor that converts the values to ``unit``.

@@ -17,7 +17,7 @@ from frobs_devkit.parity.subject import Subject
 _AWAY = 5.0  # [m] distance from the robot, larger than the robot's reach
 _DURATION = 2.0  # [s]
 _HALF, _STOPPED = 0.5, 0.02  # fractions of the initial speed; below the second fraction, a body is considered stopped
-_PAIR = 0.5, 0.8  # sliding friction of the plate and the floor, for which all combination rules yield different results
+_PAIR = 0.5, 0.8  # sliding friction coefficients, chosen so that every combination rule gives a different result
 _RULES = {
     "the larger": max(_PAIR),
     "the smaller": min(_PAIR),
@@ -37,7 +37,7 @@ _ROLLING = replace(_BALL, twist=((1.0, 0.0, 0.0), (0.0, 20.0, 0.0)), rolling_fri
 
 
 def friction(subjects: Sequence[Subject]) -> Measurement:
-    """Compare how torsional, rolling and sliding friction stop a body, and report how engines combine coefficients."""
+    """Compare how torsional, rolling and sliding friction stop a body, and report each engine's combination rule."""
     reference = subjects[0]
     cases = {
         "spin_time": ("time in which a spinning ball loses half its speed", "rad/s", _SPINNING),
@@ -111,7 +111,7 @@ def _number(name: str, motion: _Motion, share: float) -> float:
 
 
 def _combination(subject: Subject) -> str:
-    """Describe the measured friction coefficient between plate and floor, and the closest combination rule."""
+    """Describe the measured friction coefficient between the plate and the floor, and the closest combination rule."""
     motion = _move(subject, subject.physics_timestep, replace(_PLATE, friction=_PAIR[0]), _PAIR[1])
     assert motion is not None
     distance = motion[2][-1]  # stopping distance for an initial speed of 1 m/s

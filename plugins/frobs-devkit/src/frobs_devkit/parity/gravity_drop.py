@@ -1,4 +1,4 @@
-"""Compares how a robot falls with its drives off, which only depends on masses, inertias, damping and gravity."""
+"""Compares how a robot falls with its drives off. The fall depends only on masses, inertias, damping and gravity."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frobs_devkit.parity.subject import Subject, follows_exactly
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 DURATION = 1.0
-"""Maximum duration of the fall [s], which ends earlier if a joint reaches its limit."""
+"""Maximum duration of the fall [s]. The fall ends earlier if a joint reaches its limit."""
 
 _LEAST_FALL = 1e-3  # [rad or m] smaller motions are not compared
 

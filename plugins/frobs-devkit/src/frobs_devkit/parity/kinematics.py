@@ -15,13 +15,13 @@ from frobs_devkit.parity.tolerances import TOLERANCES
 
 POSES = 20
 FILE = "model file"
-"""Name of the reference in this measurement: the model file, not a simulator."""
+"""Name of the reference. In this measurement, the reference is the model file instead of a simulator."""
 
 _UNLIMITED = np.pi  # [rad or m] range on both sides of 0 for joints without limits
 
 
 def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: int = 0) -> Measurement:
-    """Compare the poses of all links with the model file, both for given joint vectors and after writing joint states.
+    """Compare the poses of all links with the model file's forward kinematics, with and without writing joint states.
 
     Args:
         subjects: The simulators.
@@ -73,7 +73,7 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
         comparisons=tuple(comparisons),
         panels=(
             Panel(
-                title="Largest distance of a link from its position in the file",
+                title="Largest distance of a link from its position according to the model file",
                 x_label="joint vector",
                 y_label="m",
                 lines=tuple(distances),

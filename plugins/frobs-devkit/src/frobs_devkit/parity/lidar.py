@@ -1,4 +1,4 @@
-"""Compares planar lidar scans of a scene, before and after a body of the scene is moved."""
+"""Compares planar lidar scans of a scene, before and after a body in the scene is moved."""
 
 from __future__ import annotations
 

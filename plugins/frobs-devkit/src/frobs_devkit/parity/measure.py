@@ -45,7 +45,7 @@ class Plan:
         title: Human-readable title.
         measure: Function that performs the measurement.
         needs: Capabilities that a simulator must support.
-        environment: Whether the measurement requires the complete environment.
+        environment: Whether the measurement requires a simulator that can run the complete environment.
     """
 
     title: str

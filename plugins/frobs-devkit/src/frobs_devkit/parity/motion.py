@@ -22,7 +22,7 @@ class Motion:
     """Recorded motion of the joints.
 
     Attributes:
-        times: Times since the start, (samples,) [s], beginning with one sampling period.
+        times: Times since the start, (samples,) [s]. The first sample is taken after one sampling period.
         positions: Joint positions, (samples, dof) [rad or m].
         velocities: Joint velocities, (samples, dof) [rad/s or m/s].
         efforts: Joint efforts, (samples, dof) [N·m or N].
@@ -101,7 +101,7 @@ def apart(found: Floats, expected: Floats, samples: int) -> Floats:
     Args:
         found: Recorded values, (n,).
         expected: Expected values, (n,).
-        samples: Number of expected values, before and after each sample, that belong to the range. With 0, the function
+        samples: Number of expected values before and after each sample that the range includes. With 0, the function
             returns the absolute differences.
     """
     around = np.lib.stride_tricks.sliding_window_view(np.pad(expected, samples, mode="edge"), 2 * samples + 1)

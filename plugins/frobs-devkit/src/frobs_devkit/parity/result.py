@@ -82,7 +82,7 @@ class Panel:
         lines: Lines to draw.
         tolerance: Tolerance that is drawn as a horizontal line.
         log: Whether the y axis is logarithmic. On a logarithmic axis, zeros are drawn at the bottom.
-        rows: Names of the rows at y = 0, 1, …, for lines that show when a condition is met.
+        rows: Names of the rows at y = 0, 1, …, if the lines show when a condition is met.
         map: Whether x and y are positions [m], drawn to the same scale.
         bars: Bars to draw instead of lines, as a mapping from label to (value, low, high).
     """

@@ -50,10 +50,9 @@ def rewards(subjects: Sequence[Subject], episodes: int = EPISODES, seed: int = 0
         largest = np.max(list(_errors(played[0], rollouts).values()), axis=0)
         errors_over_time.append(Line(subject.label, np.arange(1.0, len(largest) + 1.0), largest, i))
     return Measurement(
-        summary=f"The reward and its terms are compared in {episodes} episodes of {steps} random actions with "
-        f"different seeds. The episodes were selected from {_CANDIDATES} episodes on {reference.label} because their "
-        "reward "
-        "terms vary most.",
+        summary=f"The reward and its terms are compared in {episodes} episodes with different seeds and {steps} "
+        f"random actions each. The episodes were selected from {_CANDIDATES} episodes on {reference.label} because "
+        "their reward terms vary most.",
         comparisons=tuple(comparisons),
         facts={
             "moved freely": ", ".join(f"{n} of {rollout.steps}" for n, rollout in zip(free, played[0], strict=True))

@@ -1,4 +1,4 @@
-"""Plays the same actions in an environment on several simulators."""
+"""Applies the same actions to an environment on several simulators."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Rollout:
 
 
 def play(subject: Subject, episodes: Sequence[tuple[int, np.ndarray[Any, Any]]]) -> list[Rollout]:
-    """Play each episode, given by a seed and actions, until the episode ends or all actions are used."""
+    """Run each episode, defined by a seed and actions, until the episode ends or all actions are used."""
     with subject.make() as env:
         return [_play(env, seed, actions) for seed, actions in episodes]
 

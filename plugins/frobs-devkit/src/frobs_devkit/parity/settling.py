@@ -54,8 +54,9 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
     )
     near = tuple(_near_the_floor(line) for line in lines)
     return Measurement(
-        summary=f"A box of {100 * EDGE:.0f} cm and {_MASS} kg falls {100 * _CLEARANCE:.0f} cm and lands flat on the "
-        "floor. Contact models differ between engines, so a task can only rely on agreement within the tolerances.",
+        summary=f"A cube with a mass of {_MASS} kg and an edge length of {100 * EDGE:.0f} cm falls "
+        f"{100 * _CLEARANCE:.0f} cm and lands flat on the floor. Contact models differ between engines, so a task can "
+        "only rely on agreement within the tolerances.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(title="Lowest corner", x_label="s", y_label="mm above the floor", lines=lines),
@@ -65,7 +66,7 @@ def settling(subjects: Sequence[Subject]) -> Measurement:
 
 
 def _near_the_floor(line: Line) -> Line:
-    """Return the part of a line around the impact, at heights below a tenth of the initial height."""
+    """Return the part of a curve around the impact, where the height is below a tenth of the initial height."""
     near = (line.x > 0.1) & (line.x < 0.6)
     return replace(line, x=line.x[near], y=np.where(line.y[near] < 100.0 * _CLEARANCE, line.y[near], np.nan))
 
@@ -105,7 +106,7 @@ def settle(times: Floats, lowest: Floats, speed: Floats) -> dict[str, float]:
 
     ``rest_time`` is NaN if the body does not come to rest.
     """
-    moving = np.flatnonzero(~(speed < _STILL))  # NaN counts as moving
+    moving = np.flatnonzero(~(speed < _STILL))  # NaN is considered moving
     rests = len(moving) == 0 or moving[-1] + 1 < len(times)
     return {
         "rest_height": float(lowest[times > DURATION - _END].mean()),

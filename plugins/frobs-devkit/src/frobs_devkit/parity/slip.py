@@ -1,4 +1,4 @@
-"""Compares the force at which a body of the task slips out of the gripper."""
+"""Compares the force at which a free body in the task's scene slips out of the gripper."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.subject import Subject
 
 _CLOSING, _PRESSING, _HOLDING = 1.0, 0.5, 0.2  # [s]
-_PRESS = 5.0  # normal force of each finger [body weights]
+_PRESS = 5.0  # normal force on each finger [body weights]
 _GROWTH, _MOST = 10.0, 100.0  # growth of the pulling force [body weights/s], and maximum force [body weights]
 _SLIPPED = 0.005  # [m] displacement in the gripper at which a body is considered to slip
 _FREE = 0.01  # fraction of the fingers' stroke, near either end, in which the fingers cannot hold a body
 _SUMMARY = (
-    f"The gripper holds a free body of the task's scene in the air. Each finger presses with {_PRESS:g} times the "
-    f"weight of the body. A force that grows by {_GROWTH:g} body weights per second pulls the body out of the gripper, "
-    f"parallel to the finger surfaces. The slip force is the force at which the body has moved by {1e3 * _SLIPPED:g} "
-    "mm."
+    f"The gripper holds a free body of the task's scene in the air. Each finger presses on the body with a "
+    f"force of {_PRESS:g} times its weight. A force that grows by {_GROWTH:g} body weights per second pulls the body "
+    f"out of the gripper, parallel to the finger surfaces. The slip force is the force at which the body has moved by "
+    f"{1e3 * _SLIPPED:g} mm in the gripper."
 )
 
 
@@ -113,7 +113,7 @@ class _Grasp:
         The body is kept in place while the gripper closes.
 
         Args:
-            press: Normal force of each finger [N].
+            press: Normal force on each finger [N].
 
         Returns:
             Whether the body stops the fingers.
@@ -124,9 +124,9 @@ class _Grasp:
         command[:, fingers] = self._open
         robot.write_joint_state(command)
         robot.set_command_mode([CommandMode.EFFORT if i in fingers else CommandMode.POSITION for i in range(robot.dof)])
-        left = stroke / 2.0  # remaining stroke: first a guess, then the distance at which the body stopped the fingers
+        left = stroke / 2.0  # estimated remaining stroke, replaced by the measured value after the fingers stop
         for duration in (_CLOSING, _PRESSING):
-            # Virtual work: while the joints move the remaining distance, the finger gap closes by the body's width.
+            # By virtual work: if the joints moved the remaining distance, the gap would shrink by the body's width.
             command[:, fingers] = np.sign(self._closed - self._open) * press * self._body.edges[0] / left
             robot.command(command)
             self._keep(duration)

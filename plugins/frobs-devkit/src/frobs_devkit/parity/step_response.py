@@ -30,12 +30,12 @@ DURATION = 2.0
 SATURATED_SHARE = 0.2
 """Minimum fraction of samples at which a joint must be at its effort limit, in the response with effort limits."""
 
-_MOST_SATURATED = 0.8  # maximum fraction of saturated samples, so that drives also leave their effort limits
+_MOST_SATURATED = 0.8  # maximum fraction of saturated samples, so that each drive is also tested without saturation
 _STEP = {
     CommandMode.POSITION: 0.2,
     CommandMode.VELOCITY: 1.0,
 }  # step size [rad or m] and [rad/s or m/s]; smaller near limits
-_LEAVING = 2  # number of physics steps by which an approximate drive may leave its effort limit too early or too late
+_LEAVING = 2  # number of physics steps by which an approximate drive may leave saturation too early or too late
 _JUMPS = 4  # number of alternating steps in the response with effort limits
 _LONGEST_RISE, _SHORTEST_RISE = 0.3, 0.05  # [s] range of rise times of a joint at its effort limit
 
@@ -83,7 +83,7 @@ def saturated_step_response(subjects: Sequence[Subject]) -> Measurement:
             f"The reference {reference.label} itself has errors of about {_list(reference, own)} "
             f"{reference.joint_unit}, estimated as twice the change when the step size is halved. Approximate engines "
             "are not required to agree more closely than this. These errors grow while a drive is saturated, because "
-            "the joint then swings freely"
+            "the drive then cannot correct them"
         )
     return Measurement(
         summary=summary,
@@ -101,8 +101,8 @@ def choose_effort_limits(subject: Subject, commands: Floats) -> tuple[Floats, li
     """Return effort limits (dof,) at which each drive saturates often enough, and the resulting responses.
 
     Each limit is the effort that holds the joint against gravity before and after the step, plus the effort that moves
-    the joint's inertia within a rise time. The rise time is shortened for joints that approach a position limit or
-    hardly ever leave their effort limit. The result is None if no such limits are found.
+    the joint's inertia within a rise time. The rise time is shortened for joints that approach a position limit or are
+    saturated most of the time. The result is None if no such limits are found.
     """
     model, dof, period = subject.placement.model, len(commands), subject.physics_timestep
     unlimited = np.full(dof, np.inf)
@@ -144,7 +144,7 @@ def _error_of_the_step_size(subject: Subject, commands: Floats, limits: Floats, 
 
 
 def _mode(subject: Subject) -> CommandMode:
-    """Return the drives' command mode: velocity if no drive has stiffness (as for wheels), otherwise position."""
+    """Return the drives' command mode: velocity if no drive has stiffness (usual for wheels), otherwise position."""
     gains = subject.placement.robot.gains
     stiff = gains is None or any(gains.of(name)[0] > 0.0 for name in subject.placement.model.joint_names)
     return CommandMode.POSITION if stiff else CommandMode.VELOCITY

@@ -1,4 +1,4 @@
-"""All tolerances of the certificate, with their reasons. Do not define tolerances in any other module."""
+"""All tolerances used in certificates, with the reason for each. Do not define tolerances in any other module."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _LAW = (
 _FRICTION = (
     "the coefficient of Coulomb friction determines how long and how far a body slides, rolls or spins before it "
     "stops. An engine that regularizes contacts, or resolves them once per physics step, is off by a few percent. An "
-    "error of more than a tenth indicates a different coefficient."
+    "error of more than 10 % indicates a different coefficient."
 )
 
 TOLERANCES: Mapping[str, Tolerance] = {
@@ -74,17 +74,17 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=1e-3,
         approximate=0.1,
         unit="of the peak",
-        reason="a drive effort is the stiffness times an angle error, so 1e-6 rad corresponds to about a thousandth "
-        "of the peak effort. An approximate drive may leave its effort limit up to two physics steps earlier or "
-        "later; at this moment, the effort changes over its whole range. At all other times, the effort may be off by "
-        "a tenth of the peak.",
+        reason="a drive effort is the stiffness times an angle error, so an error of 1e-6 rad corresponds to about a "
+        "thousandth of the peak effort. An approximate drive may leave saturation up to two physics steps earlier or "
+        "later than the reference, so each effort is compared with all efforts of the reference within two steps. The "
+        "effort may be outside the range of these efforts by 10 % of the peak.",
     ),
     "gravity_drop": Tolerance(
         exact=1e-6,
         approximate=0.02,
         unit="rad or m",
         share=True,
-        reason=f"{_LAW} An approximate engine may be off by 2 % of the fall.",
+        reason=f"{_LAW} An approximate engine may be off by 2 % of the largest joint motion.",
     ),
     "replay_joints": Tolerance(
         exact=1e-6,
@@ -92,7 +92,8 @@ TOLERANCES: Mapping[str, Tolerance] = {
         unit="rad or m",
         share=True,
         reason=f"{_LAW} An approximate drive may be off by 5 % of the largest motion of a joint. After the "
-        "robot has touched something, contacts determine the difference, which the certificate lists separately.",
+        "first contact, the differences depend on the contact models; the certificate lists these differences "
+        "separately.",
     ),
     "replay_tool": Tolerance(
         exact=1e-6,
@@ -127,8 +128,8 @@ TOLERANCES: Mapping[str, Tolerance] = {
         exact=0.1,
         approximate=0.1,
         unit="s",
-        reason="stiffness, damping and restitution of contacts depend on the engine, so the bouncing time of a body "
-        "may differ by two or three control steps.",
+        reason="stiffness, damping and restitution of contacts depend on the engine, so the time until a body comes "
+        "to rest may differ by two or three control steps.",
     ),
     "penetration": Tolerance(
         exact=0.01,
@@ -155,8 +156,8 @@ TOLERANCES: Mapping[str, Tolerance] = {
         unit="N",
         share=True,
         reason="with Coulomb friction, a body slips when the pulling force exceeds the friction coefficient times the "
-        "sum of the fingers' normal forces. Contacts also creep below this force, differently on each engine. A "
-        "difference of more than a fifth indicates a different coefficient.",
+        "sum of the fingers' normal forces. Below this force, a body may creep at a speed that depends on the engine. "
+        "A difference of more than 20 % indicates a different coefficient.",
     ),
     "lidar": Tolerance(
         exact=1e-3,

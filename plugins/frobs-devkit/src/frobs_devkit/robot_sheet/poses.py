@@ -34,7 +34,7 @@ class Shots:
 
     Attributes:
         poses: Shots of the home position, of all joints at their lower limits, and of all joints at their upper limits.
-            A robot without actuated joints only has a shot of the home position.
+            For a robot without actuated joints, the only shot shows the home position.
         joints: For each joint, a shot at the lower limit and a shot at the upper limit, with the other joints in their
             home positions. Wheels are omitted.
         left_out: Number of omitted joints.

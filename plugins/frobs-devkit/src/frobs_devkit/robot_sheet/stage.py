@@ -22,7 +22,7 @@ from frobs_devkit.robot_sheet.poses import Shot
 
 _FINER = 2  # supersampling factor
 _TIMESTEP = 0.002  # [s] irrelevant, because no steps are simulated
-_NEAR = 0.02  # [m] height of the root above the floor, below which the robot needs no pedestal
+_NEAR = 0.02  # [m] if the root is closer to the floor than this, the robot needs no pedestal
 _AXIS = 0.1  # length of the tool frame's axes, relative to the robot's size
 _STONE = (0.42, 0.44, 0.48, 1.0)
 
@@ -137,14 +137,14 @@ def _choose(name: str | None) -> SimulatorRecord:
 def _foot(model: RobotModel) -> list[str]:
     """Return the root link and all links that are fixed to it."""
     found = [model.root]
-    for joint in model.joints:  # a single pass, which only finds joints that follow their parent joints
+    for joint in model.joints:  # a single pass, which misses joints that are listed before their parent joints
         if joint.type is JointType.FIXED and joint.parent in found and joint.child not in found:
             found.append(joint.child)
     return found
 
 
 def _ground(reach: float) -> Body:
-    """Return an invisible plate under the floor, whose size determines the range of the engine's shadows."""
+    """Return an invisible plate under the floor. Its size determines the area in which the engine draws shadows."""
     return Body(
         geometry=Cylinder(radius=2.5 * reach + 0.1, length=0.01), pose=Pose(pos=(0.0, 0.0, -0.05)), collides=False
     )

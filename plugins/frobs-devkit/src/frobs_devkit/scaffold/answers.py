@@ -95,7 +95,7 @@ def _problem_of_name(name: str) -> str:
 
 def _problem_of_namespace(namespace: str) -> str:
     if not _NAMESPACE.fullmatch(namespace):
-        return f"the namespace '{namespace}' must begin with a letter and contain only letters, digits, - and _, as in 'lab'."
+        return f"the namespace '{namespace}' must begin with a letter and contain only letters, digits, - and _, such as 'lab'."
     if namespace == "frobs":
         return "the namespace 'frobs' is reserved for FRobs; use the name of your lab, team or company."
     return ""

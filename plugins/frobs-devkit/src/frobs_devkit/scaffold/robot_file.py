@@ -158,8 +158,9 @@ def find_license(file: Path) -> tuple[str, str]:
     for folder in list(file.resolve().parents)[:_LICENSE_FOLDERS]:
         found = sorted(path for pattern in _LICENSES for path in folder.glob(pattern) if path.is_file())
         if found:
-            return f"Their license is in `MODEL_LICENSE`, a copy of `{found[0].name}`.", found[0].read_text(
-                "utf-8", errors="replace"
+            return (
+                f"The license of the model and its meshes is in `MODEL_LICENSE`, a copy of `{found[0].name}`.",
+                found[0].read_text("utf-8", errors="replace"),
             )
         manifest = folder / "package.xml"
         if not declared and manifest.is_file():
@@ -191,7 +192,7 @@ def copy_model(model: RobotModel, file: Path) -> None:
 
     Args:
         model: The parsed model.
-        file: The model file to write. Meshes and textures are copied to the folder ``meshes`` next to this file.
+        file: The model file to write. Meshes and textures are copied to the ``meshes`` folder next to the model file.
     """
     root = ElementTree.fromstring(model.xml)
     taken: dict[Path, str] = {}
@@ -240,7 +241,7 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
     """Return a home position that is clear of the floor, or an empty dictionary to use the default home position.
 
     The dictionary is empty if the default position is clear of the floor, or if no sampled position is clear.
-    Otherwise, the result is the clear sample nearest to the default position.
+    Otherwise, the result is a clear sample that is likely to be near the default position.
     """
     default = home_positions(model, {})
     if _height(model, tool, default[None])[0] > _CLEARANCE:
@@ -248,7 +249,7 @@ def _home(model: RobotModel, tool: str) -> dict[str, float]:
     low = np.array([max(joint.limits.lower, -math.pi) for joint in model.actuated_joints])
     high = np.array([min(joint.limits.upper, math.pi) for joint in model.actuated_joints])
     postures = RandomSource(1).uniform("home", low, high, (_POSTURES, len(low)))[0]
-    # Scale the samples so that their distance from the default position tends to increase.
+    # Scale the samples so that later samples tend to be farther from the default position.
     postures = default + np.linspace(0.0, 1.0, _POSTURES)[:, None] * (postures - default)
     postures = np.clip(np.round(postures, 2), np.ceil(low * 100) / 100, np.floor(high * 100) / 100)
     clear = _height(model, tool, postures) > _CLEARANCE

@@ -17,7 +17,7 @@ from frobs_devkit.timing import machine
 from frobs_train import RunConfig, Runner, usable_processors
 
 _ENOUGH = 0.9
-"""Fraction of the best measured speed at which a number of environments is considered fast enough."""
+"""A number of environments is fast enough if it reaches this fraction of the best measured speed."""
 
 
 def bench_scaling(

@@ -39,7 +39,7 @@ class Prediction:
         limit: Bottleneck of this training run: ``collection``, ``learner`` or ``network``, or None if no training run
             was measured.
         seconds: Time of the training run, including the startup [s].
-        node_hours: Number of nodes × hours of the training run.
+        node_hours: Number of nodes × duration of the training run [h].
         cost: Node-hours × price, or None if no price is given.
         runs_per_hour: Number of independent training runs, such as seeds or trials, that finish per hour on all nodes.
             Each training run uses one process.
@@ -72,10 +72,10 @@ class ScalingModel:
         learner: Times of a training run in one process, or None if no training run was measured.
         bytes_per_step: Size of the experience from one environment step [B], or None if it was not measured.
         bandwidth: Maximum rate at which the learner receives experience [B/s], or None if unlimited.
-        process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine, or None with
-            fewer than two sizes.
-        cluster_error: Predicted ÷ measured rate − 1 at the largest number of nodes, or None with fewer than two
-            numbers of nodes.
+        process_error: Predicted ÷ measured rate − 1 at the largest number of processes on this machine, or None if
+            fewer than two numbers of processes were measured.
+        cluster_error: Predicted ÷ measured rate − 1 at the largest number of nodes, or None if fewer than two numbers
+            of nodes were measured.
         corrected: Whether other programs disturbed the measurement. In this case, the model is fitted to the rates and
             times expected without other programs: rate ÷ share of processor time, and time × share of processor time.
     """
@@ -199,8 +199,8 @@ def fit_model(result: ScalingResult, *, bandwidth: float | None = None) -> Scali
     local = [(point.processes, rate_of(point)) for point in result.sweep(PROCESSES) or single]
     if not local:
         raise ConfigurationError(
-            "no scaling model can be fitted, because the result contains no measurements of processes; measure at least "
-            "one number of processes."
+            "no scaling model can be fitted, because the speed was not measured for any number of processes; measure "
+            "at least one number of processes."
         )
     rate, contention = fit_contention(local)
     model = ScalingModel(

@@ -150,7 +150,7 @@ def _log_sizes(axis: Any, sizes: set[int]) -> None:
 
 
 def _count_ticks(axis: Any) -> None:
-    """Label the logarithmic y axis with counts, so that even a narrow range has enough labels."""
+    """Label the logarithmic y axis at 1, 2 and 5 times each power of ten, so that even narrow ranges have labels."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

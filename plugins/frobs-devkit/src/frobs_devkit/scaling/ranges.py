@@ -52,7 +52,7 @@ class ScalingRanges:
         cluster_processes: tuple[int, ...] = (),
         seconds: float = 2.0,
     ) -> Self:
-        """Return the ranges, and replace each None with a range that suits the environment and this machine.
+        """Return the ranges. A range that is None is replaced with one that suits the environment and this machine.
 
         A simulator that is paced by the wall clock only supports a single environment. Environments of other libraries
         do not have simulator threads.

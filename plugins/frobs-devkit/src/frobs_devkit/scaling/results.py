@@ -25,7 +25,7 @@ class ScalingPoint:
         processes: Number of processes that step environments at the same time.
         nodes: Number of cluster nodes that run the processes, or 1 for this machine.
         hosts: Number of machines that run the processes, which is less than ``nodes`` if several nodes share a machine.
-        steps_per_second: Total environment steps per second of all processes (median of several time windows).
+        steps_per_second: Total environment steps per second across all processes (median of several time windows).
         low: Rate in the slowest window [steps/s].
         high: Rate in the fastest window [steps/s].
         processor_share: Processor time per thread ÷ elapsed time. The ratio is less than 1 if other programs use the
@@ -54,7 +54,7 @@ class ScalingPoint:
 
     @property
     def size(self) -> int:
-        """Value of the size that the sweep varies."""
+        """Value of the varied size, such as the number of environments in a sweep over environments."""
         return {NUM_ENVS: self.num_envs, THREADS: self.threads}.get(self.sweep, self.processes)
 
 
@@ -81,13 +81,13 @@ class Traffic:
 
 @dataclass(frozen=True, kw_only=True)
 class LearnerCosts:
-    """Times per environment step of a training run in one process.
+    """Time per environment step of a single-process training run.
 
     Attributes:
         algorithm: Name of the algorithm.
         inference: Time to choose an action [s].
         learning: Time for updates, storage and all other work of a central learner [s].
-        total: Total time of the training run, including the simulation [s].
+        total: Total time, including the simulation [s].
         processor_share: Processor time ÷ elapsed time, at most 1.
     """
 

@@ -23,7 +23,7 @@ from frobs_devkit.scaling.results import Traffic
 from frobs_train import Job, Report, RunConfig, Runner
 
 _ROUNDS = 3
-"""Number of jobs that return a batch, and also the number of jobs that return nothing."""
+"""Number of jobs that return a batch. The same number of jobs return nothing."""
 
 _BATCH = 32 * 2**20
 """Size of a batch [B], large enough to make the latency negligible."""

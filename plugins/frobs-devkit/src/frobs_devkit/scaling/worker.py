@@ -20,13 +20,13 @@ from typing import Any
 from frobs_core.files import write_aside
 
 _POLL = 0.005  # [s]
-_BUSY = 0.02  # [s] duration of stepping before checking again whether all processes are done
+_BUSY = 0.02  # [s] interval between checks of whether all processes are done
 _WARM_UP = 0.2  # [s]
 _STAMPS = 100  # number of clock readings during the measurement
 
 
 def main() -> None:
-    """Run the task that standard input describes."""
+    """Read the task from standard input and run it."""
     task = json.load(sys.stdin)
     folder, index = Path(task["folder"]), task["index"]
     try:
@@ -111,7 +111,11 @@ def peak_memory() -> int:
 
 
 def _record(seconds: float, advance: Callable[[], None], count: Callable[[], int]) -> list[tuple[float, int]]:
-    """Step for a given time, and return pairs of the time [s] and the number of steps completed by then."""
+    """Step the environments for a given time.
+
+    Returns:
+        Pairs of a time [s] and the number of steps completed by then.
+    """
     stamps = [(time.time(), count())]
     end, next_stamp = stamps[0][0] + seconds, stamps[0][0] + seconds / _STAMPS
     now = 0.0
@@ -128,7 +132,7 @@ def _meet(folder: Path, task: Mapping[str, Any]) -> None:
     """Wait until all processes are ready.
 
     Raises:
-        TimeoutError: Some processes are not ready before the time limit.
+        TimeoutError: Some processes are not ready within the time limit.
     """
     _touch(folder, "ready", task)
     end = time.monotonic() + task["patience"]

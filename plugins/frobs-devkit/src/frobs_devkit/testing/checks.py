@@ -46,7 +46,7 @@ class Check:
     requires: tuple[str, ...] = ()
 
     def under(self, prefix: str) -> Check:
-        """Return a copy of the check with a prefix and a dot before its own name and the names of required checks."""
+        """Return a copy of the check in which the prefix and a dot precede its name and the names in ``requires``."""
         requires = tuple(f"{prefix}.{name}" for name in self.requires)
         return replace(self, name=f"{prefix}.{self.name}", requires=requires)
 

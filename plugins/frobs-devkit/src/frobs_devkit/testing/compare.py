@@ -14,7 +14,10 @@ from frobs_devkit.testing.checks import CheckFailure
 
 
 def leaves(value: Any, path: str = "") -> dict[str, np.ndarray[Any, Any]]:
-    """Return the arrays of a nested observation or state by path. The path of an array that is not nested is ``""``."""
+    """Return the arrays of a nested observation or state as a dictionary with their paths as keys.
+
+    The path of an array that is not nested is ``""``.
+    """
     if isinstance(value, Mapping):
         items = [(f"{path}[{key!r}]", item) for key, item in value.items()]
     elif isinstance(value, tuple | list) and not all(isinstance(item, int | float) for item in value):

@@ -42,7 +42,7 @@ class Subject:
 
     @property
     def claims(self) -> Mapping[str, str]:
-        """Levels of a simulator's claimed capabilities by name, or an empty dictionary for other objects."""
+        """Level of each capability that a simulator claims, by name. The dictionary is empty for other objects."""
         if self.kind != "simulator":
             return {}
         record = plugins.get_record("simulator", self.name)
@@ -193,7 +193,7 @@ def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
         for record in report.records[kind]:
             name = record.name if record.name in plugins.records(kind) else f"{report.distribution}:{record.name}"
             own = _of(kind, name, **options)
-            # checks that also apply to environments run only for the task's environment IDs
+            # if the task has environment IDs, checks that also apply to environments run only for these IDs
             if isinstance(record, TaskRecord):
                 own = [check for check in own if not record.environments or check.name not in of_environments]
             checks += [check.under(f"{kind}:{record.name}") for check in own]

@@ -26,7 +26,7 @@ class Isolate(Protocol):
         """Replace the installed plugins with the given entry points until the test ends.
 
         Args:
-            installed: Whether the installed plugins stay available.
+            installed: Whether the installed plugins remain available.
             **entry_points: Module of each entry point by name, such as ``mine="my_package.plugin"``.
 
         Returns:

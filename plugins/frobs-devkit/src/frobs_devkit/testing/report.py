@@ -65,7 +65,7 @@ class Report:
 
     @property
     def inconclusive(self) -> tuple[Result, ...]:
-        """Results of the checks in which the tested situation did not occur."""
+        """Results of the checks during which the tested situation did not occur."""
         return tuple(result for result in self.results if result.status == "inconclusive")
 
     @property
@@ -219,7 +219,7 @@ def _versions() -> dict[str, str]:
         try:
             found[distribution] = version(distribution)
             lines = _DECIDING if distribution == "frobs-core" else requires(distribution) or ()
-        except PackageNotFoundError:  # the plugin belongs to a test and is not installed
+        except PackageNotFoundError:  # the plugin was defined by a test and is not installed
             continue
         for name in (re.split(r"[^\w.-]", line)[0] for line in lines if "extra ==" not in line):
             try:

@@ -162,7 +162,7 @@ def reading_changes_nothing(subject: TaskUnderTest) -> None:
             with closing(subject.make_vec(3, AutoresetMode.SAME_STEP)) as env:
                 trace: list[Any] = [deepcopy(env.reset(seed=4)[0])]
                 if there:
-                    with suppress(FrobsError, ValueError):  # the achieved goal may not be a valid desired goal
+                    with suppress(FrobsError, ValueError):  # the task may reject the achieved goal as a desired goal
                         trace.append(deepcopy(env.reset(seed=4, options={"goal": achieved_goal(env, trace[0])})[0]))
                 for action in draw_actions(env.action_space, 12, seed=4):
                     trace.append(deepcopy(env.step(action)[:4]))

@@ -25,8 +25,8 @@ _LOG_2_PI = 1.8378770664093453
 class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetworkAPI):
     """A policy network and a value network for flat observations.
 
-    For continuous actions, [−1, 1] corresponds to the bounds of the environment's action space. Discrete actions start
-    at 0.
+    For continuous actions, the output range [−1, 1] corresponds to the bounds of the environment's action space.
+    Discrete actions start at 0.
 
     Attributes:
         actor: Network that maps observations (batch, k) to means and log standard deviations, or to scores of discrete
@@ -69,7 +69,8 @@ class ActorCritic(TorchRLModule, InferenceOnlyAPI, ValueFunctionAPI, TargetNetwo
             generator: Random number generator.
 
         Returns:
-            The actions, their log probabilities, and the inputs of the action distribution, under RLlib's keys.
+            Dictionary with RLlib's keys for the actions, their log probabilities, and the inputs of the action
+            distribution.
         """
         inputs = self.actor(observation)
         if self.is_discrete:

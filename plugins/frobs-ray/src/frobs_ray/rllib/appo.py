@@ -17,10 +17,11 @@ class APPOConfig(OnPolicyConfig):
     """Settings of APPO. The defaults match those of RLlib.
 
     Attributes:
-        batch_size: Number of control steps in the batch of each gradient step, which is a multiple of ``n_steps`` times
-            the number of environments per runner.
+        batch_size: Number of control steps in the batch of each gradient step, rounded up to a multiple of ``n_steps``
+            times the number of environments per runner.
         tau: Soft update coefficient of the target network, where 1 copies the current weights.
-        target_update_interval: Number of times that the buffer is filled between updates of the target network.
+        target_update_interval: Number of times that the whole buffer is refilled between two updates of the target
+            network.
         buffer_batches: Number of batches that the buffer stores for further gradient steps.
         buffer_passes: Number of times that each batch is used.
     """

@@ -46,8 +46,9 @@ class RLlibConfig(Settings):
         gamma: Discount factor per control step.
         scale_observation: Whether to multiply observations by the scale that the task suggests.
         torch_threads: Number of PyTorch threads in the training process.
-        num_env_runners: Number of processes that step environments. The processes may run on any node of the cluster,
-            and share the run's ``num_envs`` environments evenly. If 0, the training process steps the environments.
+        num_env_runners: Number of processes that step environments. The processes may run on any node of the cluster.
+            The run's ``num_envs`` environments are divided evenly among the processes. If 0, the training process steps
+            the environments.
         cpus_per_env_runner: Number of processors that Ray reserves for each environment runner, which is also the
             number of threads of the runner's simulator.
         ray_address: ``host:port`` of a Ray cluster's head node, or ``auto`` for the cluster that is running on this
@@ -70,8 +71,8 @@ class RLlibConfig(Settings):
             total: Number of environment steps at the end of this call.
 
         Returns:
-            The constant rate, or the points of a linear schedule. Each point consists of the number of
-            environment steps since this call and the learning rate.
+            The constant rate, or the points of a linear schedule. Each point consists of a number of environment steps,
+            counted from the start of this call, and the learning rate.
         """
         found = schedule(self.learning_rate)
         if not callable(found):

@@ -81,7 +81,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         return EpisodeRecorder(env, self._finished.append)
 
     def get_spaces(self) -> dict[str, Any]:
-        """Return the spaces of the networks under RLlib's keys."""
+        """Return the spaces of the networks as a dictionary with RLlib's keys."""
         spaces: FlatSpaces = self.config.env_config["spaces"]
         pair = (spaces.observation, spaces.action)
         return {INPUT_ENV_SPACES: pair, INPUT_ENV_SINGLE_SPACES: pair, DEFAULT_MODULE_ID: pair}
@@ -100,7 +100,7 @@ class VectorEnvRunner(SingleAgentEnvRunner):
         Args:
             num_timesteps: Total number of steps in all environments. Defaults to the number in RLlib's configuration.
             num_episodes: Not supported.
-            explore: Not supported, because actions are always sampled.
+            explore: Ignored, because actions are always sampled.
             random_actions: Whether to sample actions uniformly from the action space.
             force_reset: Whether to start new episodes in all environments.
 

@@ -53,8 +53,8 @@ class Fragments:
             observation: Observations after the step (num_envs, k). For each episode that ended, this array contains
                 the first observation of the next episode.
             rewards: Rewards (num_envs,).
-            terminated: True for each episode that was terminated by the task (num_envs,).
-            truncated: True for each episode that was truncated (num_envs,).
+            terminated: Whether the task terminated the episode of each environment (num_envs,).
+            truncated: Whether the episode of each environment was truncated (num_envs,).
             finals: Final observation (k,) of each episode that ended, by the index of its environment.
         """
         step = self._taken

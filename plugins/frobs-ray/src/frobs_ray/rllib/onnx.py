@@ -28,7 +28,7 @@ def policy_graph(module: Any, observation: gym.Space[Any], action: gym.Space[Any
 
 
 class _Joined(nn.Module):
-    """Module that joins the parts of an observation and passes the result to a network."""
+    """Module that concatenates the parts of an observation and passes the result to a network."""
 
     def __init__(self, network: nn.Module, joins: bool) -> None:
         super().__init__()

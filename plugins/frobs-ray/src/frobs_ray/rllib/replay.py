@@ -15,7 +15,7 @@ Array = np.ndarray[Any, Any]
 
 
 class Transitions(dict[str, Array]):
-    """Sampled transitions by RLlib's column names. The length is the number of transitions."""
+    """Sampled transitions, as arrays keyed by RLlib's column names. ``len()`` returns the number of transitions."""
 
     def __len__(self) -> int:
         """Return the number of transitions."""

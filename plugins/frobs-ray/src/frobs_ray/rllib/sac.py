@@ -34,8 +34,9 @@ class SACConfig(RLlibConfig):
             control step.
         tau: Soft update coefficient of the target networks, where 1 copies the current weights.
         ent_coef: Positive weight of the entropy. ``auto`` learns the weight, starting from 1, and ``auto_0.1`` learns
-            it, starting from 0.1.
-        target_entropy: Target entropy for a learned weight. ``auto`` sets it to minus the number of action components.
+            the weight, starting from 0.1.
+        target_entropy: Target entropy for a learned weight. ``auto`` sets the target to minus the number of action
+            components.
         policy_kwargs: Settings of the networks.
     """
 
@@ -97,8 +98,8 @@ class RLlibSAC(RLlibAlgorithm):
         collected = settings.train_freq * self.env.num_envs
         updates = collected if settings.gradient_steps < 0 else settings.gradient_steps
         runners = settings.num_env_runners
-        # RLlib measures the intensity relative to the steps that all runners sample per round, but counts one runner
-        # too many.
+        # RLlib measures the training intensity relative to the steps that all runners sample per round, but counts one
+        # runner too many.
         counted = settings.train_freq * (self.env.num_envs // max(runners, 1)) * (runners + 1)
         config = sac.SACConfig(algo_class=_SAC)
         config.training(

@@ -29,7 +29,7 @@ class _Encoder(nn.Module):
         self.joins = actions > 0
 
     def forward(self, batch: dict[str, th.Tensor]) -> dict[str, th.Tensor]:
-        """Return the output of the last hidden layer under RLlib's key."""
+        """Return the output of the last hidden layer in a dictionary with RLlib's key."""
         inputs = self.scale(batch[Columns.OBS])
         if self.joins:
             inputs = th.cat([inputs, batch[Columns.ACTIONS]], dim=-1)
@@ -80,7 +80,7 @@ class SoftActorCritic(DefaultSACTorchRLModule):
             generator: Random number generator.
 
         Returns:
-            The actions, under RLlib's key.
+            Dictionary that contains the actions under RLlib's key for actions.
         """
         mean, log_std = self.pi(self.pi_encoder({Columns.OBS: observation})[ENCODER_OUT]).chunk(2, dim=-1)
         noise = th.randn(mean.shape, generator=generator)

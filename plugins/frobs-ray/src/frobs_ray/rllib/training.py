@@ -46,7 +46,7 @@ _NAMES = {
     "vf_explained_var": "explained_variance",
     "vf_loss": "value_loss",
 }
-"""RLlib's metrics, each with the name that ``frobs-algos-sb3`` uses."""
+"""RLlib's metrics, with the name that ``frobs-algos-sb3`` uses for the same metric."""
 
 
 class Training:

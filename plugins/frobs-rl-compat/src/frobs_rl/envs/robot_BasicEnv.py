@@ -15,7 +15,7 @@ class RobotBasicEnv(_RobotBasicEnv):
     """Version of :class:`frobs_ros.robot_basic_env.RobotBasicEnv` with the old gym API.
 
     ``reset`` returns only the observation, and ``step`` returns four values. Environments created by ``gymnasium.make``
-    have Gymnasium's API instead, because ``gymnasium.make`` requires that API.
+    use the Gymnasium API instead, because ``gymnasium.make`` requires that API.
     """
 
     _next_seed: int | None = None

@@ -23,7 +23,7 @@ def check_env(env: Any, warn: bool = True, skip_render_check: bool = True) -> No
         skip_render_check: Whether to skip the rendering check.
 
     Raises:
-        AssertionError: The environment does not conform to its API.
+        AssertionError: The environment violates the API that it implements.
     """
     env_checker.check_env(to_gymnasium(env), warn, skip_render_check)
 
@@ -32,7 +32,7 @@ def test_env(env: Any) -> bool:
     """Check an environment with :func:`check_env` and return True if it passes.
 
     Raises:
-        AssertionError: The environment does not conform to its API.
+        AssertionError: The environment violates the API that it implements.
     """
     check_env(env)
     return True

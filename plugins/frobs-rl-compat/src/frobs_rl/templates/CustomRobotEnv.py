@@ -20,7 +20,7 @@ class CustomRobotEnv(robot_BasicEnv.RobotBasicEnv):
             gazebo_use_gui=True,
             gazebo_recording=False,
             gazebo_freq=100,  # [Hz] of /clock
-            gazebo_max_freq=None,  # real-time factor: 10 is ten times real time
+            gazebo_max_freq=None,  # maximum real-time factor, such as 10
             gazebo_timestep=None,  # [s]
             # Gazebo's world file: either a path, or a package and a file name in that package
             world_path=None,

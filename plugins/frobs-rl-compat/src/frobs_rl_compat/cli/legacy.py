@@ -21,7 +21,7 @@ def run(
         ),
     ],
 ) -> None:
-    """Run a script or program of a package that was written for FRobs_RL.
+    """Run a script or program from a package that was written for FRobs_RL.
 
     The script and all processes that it starts can import gym, frobs_rl, rospy and ROS messages, and rospack finds the
     ROS package frobs_rl. Python scripts run with the Python interpreter that runs frobs. The command exits with the

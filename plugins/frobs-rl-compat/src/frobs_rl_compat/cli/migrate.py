@@ -39,7 +39,7 @@ def migrate(
         ),
     ] = None,
     namespace: Annotated[
-        str, typer.Option(metavar="NAME", help="Namespace of the new Gymnasium ID, before the slash.")
+        str, typer.Option(metavar="NAME", help="Namespace of the new Gymnasium ID (the part before the slash).")
     ] = "lab",
     package_path: PackagePath = None,
     json: Json = False,
@@ -47,12 +47,12 @@ def migrate(
     """Convert a FRobs_RL package to a plugin, or one of its YAML files to a run configuration.
 
     The package's code is parsed but never imported. The plugin uses the package's own robot, and can be installed and
-    used for training without edits. If the package's task is one of FRobs_RL's example tasks, possibly with different
-    numbers, the plugin reproduces the task's observations, rewards, success condition, walls and waypoints. For any
+    used for training without edits. If the package's task is one of FRobs_RL's example tasks, possibly with modified
+    constants, the plugin reproduces the task's observations, rewards, success condition, walls and waypoints. For any
     other package, the plugin contains a skeleton task whose ID ends in Skeleton-v0. TODO comments in the skeleton mark
-    where to port the old methods, and original.py contains the old spaces and numbers. MIGRATION.md lists which parts
-    were migrated, which parts behave differently, and which parts were not migrated. Existing files are never
-    overwritten.
+    where to port the old methods, and original.py contains the spaces and the constants of the old environment.
+    MIGRATION.md lists which parts were migrated, which parts behave differently, and which parts were not migrated.
+    Existing files are never overwritten.
 
     Example:
         $ frobs migrate ~/catkin_ws/src/my_arm_rl --out plugins

@@ -8,14 +8,14 @@
 - ``robot.py``: reads the URDF or xacro file
 - ``recognition.py``: recognizes FRobs_RL's example tasks
 - ``examples.py``: determines the parameters of FRobs's equivalent task
-- ``values.py``: looks up values, or reports why a task cannot be translated
+- ``values.py``: looks up the values that a recognized task uses
 - ``world.py``: converts walls, boxes, starts and goals to a floor plan
 - ``plugin.py``: creates the plugin
 - ``example_files.py``: configures the plugin's task if FRobs has an equivalent task
 - ``task.py``: edits the plugin's task if FRobs has no equivalent task
-- ``original.py``: writes the old spaces and numbers into the plugin
+- ``original.py``: writes the old environment's spaces and numerical constants into the plugin
 - ``comments.py``: inserts TODO comments
-- ``advice.py``: gives advice for the parts that are not migrated
+- ``advice.py``: gives advice on porting the parts that are not migrated
 - ``report.py``: lists which parts were migrated and which were not
 - ``errors.py``: the error class
 """

@@ -1,4 +1,4 @@
-"""Advice for the parts of a package that a migration does not convert."""
+"""Advice on porting the parts of a package that the migration does not convert."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _CONTROLLERS = (
     ("effort_controllers/JointVelocity", "joint_velocity"),
     ("effort_controllers/", "joint_effort"),
 )
-"""Substrings of ROS controller types, each with FRobs's equivalent controller."""
+"""Pairs of a substring of a ROS controller type and the equivalent FRobs controller."""
 
 
 def note_the_task(package: OldPackage, robot: RobotSource | None, made: Migration) -> None:

@@ -107,7 +107,7 @@ class _Walk:
             self.found.unknown[name] = (ast.unparse(value), str(error))
 
     def _forget(self, statement: ast.stmt) -> None:
-        """Mark all names to which a statement may assign values as unknown."""
+        """Mark as unknown all names to which a statement may assign values."""
         for node in ast.walk(statement):
             if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
                 name = ast.unparse(node)

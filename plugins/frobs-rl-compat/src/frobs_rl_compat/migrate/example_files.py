@@ -21,14 +21,14 @@ _REQUIREMENT = '  "frobs-tasks-legacy>=0.2,<0.3",\n'
 def write_example(
     example: Example, package: OldPackage, folder: Path, sources: Path, context: Mapping[str, Any], made: Migration
 ) -> None:
-    """Configure a rendered plugin to use FRobs's equivalent of a recognized package's task.
+    """Configure a rendered plugin to use the FRobs task that is equivalent to a recognized package's task.
 
     Args:
         example: FRobs's equivalent task and its parameters.
         package: The package.
         folder: The plugin's folder.
         sources: The folder of the plugin's Python package.
-        context: Template answers that were used to render the plugin.
+        context: Answers to the template's questions, which were used to render the plugin.
         made: Report to which this function adds the migrated parts and the differences.
     """
     record = plugins.get_record("task", example.task)

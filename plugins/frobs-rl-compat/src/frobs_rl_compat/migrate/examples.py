@@ -19,7 +19,7 @@ NEAREST_IDS = {
     "empty": "frobs/KobukiEmptyLegacy-v0",
     "reach_velocity": "frobs/Irb140ReachVelocityLegacy-v0",
 }
-"""ID of FRobs's environment with the original numbers, for each example task."""
+"""For each example task, the ID of the FRobs environment that uses the original parameters."""
 
 _NAVIGATION = {
     "tolerance_goal_pos": "self.tol_goal_pos",
@@ -45,7 +45,7 @@ _REACH = {
     "reached_goal_reward": "self.reached_goal_reward",
     "joint_limits_reward": "self.joint_limits_reward",
 }
-"""Attribute of the original class that contains the value, for each parameter of FRobs's tasks."""
+"""For each parameter of FRobs's tasks, the attribute of the original class that contains its value."""
 
 
 @dataclass
@@ -57,7 +57,8 @@ class Example:
         controller: Name of the controller that executes the package's actions.
         parameters: Keyword arguments of the environment.
         floor_plan: Floor plan for ``frobs-tasks-navigation`` with walls, boxes, starts and goals. It is empty for arms.
-        differences: Behavior of FRobs's task in each aspect in which it differs from the package's task.
+        differences: Aspects in which FRobs's task differs from the package's task, each with the behavior of FRobs's
+            task.
     """
 
     task: str
@@ -157,7 +158,7 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
     }
     if name == "maze":
         task |= {key: value_of(package, attribute) for key, attribute in _MAZE.items()}
-        differences["distance and bearing in the step after a waypoint"] = (
+        differences["distance and bearing in the step after a waypoint is reached"] = (
             "relative to the next waypoint (previously relative to the waypoint that was reached)"
         )
     else:

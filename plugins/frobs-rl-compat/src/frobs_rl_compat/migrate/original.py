@@ -1,4 +1,4 @@
-"""Writes the plugin's ``original.py``, which contains the old package's spaces, numbers and parameters."""
+"""Writes the plugin's ``original.py``, which contains the spaces and parameters of the old package."""
 
 from __future__ import annotations
 

@@ -134,7 +134,7 @@ def _scripts(python: PythonFiles, id: str) -> list[Path]:
 
 
 def _loaded(lineage: list[OldClass]) -> list[Any]:
-    """Return the names of the YAML files that the constructors load, whose values take precedence over other files."""
+    """Return the names of the YAML files that the constructors load, whose values override those in other files."""
     calls = [node for old in lineage for node in ast.walk(old.node) if isinstance(node, ast.Call)
              and ast.unparse(node.func).endswith("ros_load_yaml_from_pkg")]  # fmt: skip
     return [argument.value for call in calls for argument in call.args[1:2] if isinstance(argument, ast.Constant)]

@@ -45,13 +45,13 @@ def migrate_package(
         name: Name of the new robot and task. Defaults to the package's name.
         id: ID of the environment to migrate. Defaults to a task that a training script uses, or else to the first
             registered task.
-        namespace: First part of the new ID.
+        namespace: Namespace of the new ID, before the slash.
         package_paths: Folders of ROS packages that are neither next to this package nor in ``ROS_PACKAGE_PATH``, by
             package name.
 
     Raises:
-        ConfigurationError: The package contains no FRobs_RL environment, or the plugin's folder or one of its names
-            already exists.
+        ConfigurationError: The package contains no FRobs_RL environment, the plugin's folder already exists, or one of
+            the plugin's names is already in use.
         UnknownNameError: The package does not register the environment ID.
     """
     package = read_package(path, id)

@@ -63,8 +63,8 @@ class PythonFiles:
     """The contents of a package's Python files.
 
     Attributes:
-        classes: Classes in the order of the files.
-        registrations: Registrations in the order of the files.
+        classes: All classes, sorted by file.
+        registrations: All registrations of environments, sorted by file.
         calls: Calls in each file, by function name without its module, such as ``"TimeLimitWrapper"``.
         unread: Error message for each file that is not valid Python 3.
     """
@@ -99,13 +99,13 @@ class PythonFiles:
         ]  # fmt: skip
 
     def _find(self, name: str, *places: Path) -> OldClass | None:
-        """Return a class by name, preferably from the given files if several classes have this name."""
+        """Return the class with the given name. If several classes have this name, prefer one from the given files."""
         found = [each for each in self.classes if each.name == name]
         return next((each for place in places for each in found if each.path == place), found[0] if found else None)
 
 
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
-"""Pattern for files that define a class or register an environment."""
+"""Pattern that matches files that define a class or register an environment."""
 
 
 def read_python_files(folder: Path) -> PythonFiles:

@@ -23,7 +23,7 @@ from frobs_rl_compat.migrate.python_files import OldClass
 KNOWN_TASKS = Path(__file__).with_name("known_tasks.yaml")
 
 _SETTINGS = ("__init__", "get_params")
-"""Methods whose numbers are looked up by the names of the variables that contain them."""
+"""Methods that assign numbers to variables. These numbers are looked up by variable name."""
 
 _NAMED = ("get_param", "has_param", "ros_load_yaml_from_pkg", "urdf_parse_from_pkg")
 """Functions whose arguments specify a parameter or a file to read."""
@@ -98,7 +98,7 @@ def _is_number(node: ast.AST) -> bool:
 
 
 class _Structure(ast.NodeTransformer):
-    """Transformer that removes code that has no effect on the task, and literals that are read separately.
+    """AST transformer that removes code that has no effect on the task, and literals that are read separately.
 
     Args:
         method: Name of the method.
@@ -180,7 +180,7 @@ def _is_literal(node: ast.expr) -> bool:
 
 
 def _plain(node: Any) -> Any:
-    """Convert a syntax tree to lists and strings, without the fields that differ between Python versions."""
+    """Convert a syntax tree to nested lists and strings, omitting the fields that differ between Python versions."""
     if isinstance(node, ast.AST):
         fields = [[name, _plain(value)] for name, value in ast.iter_fields(node)
                   if name not in _IGNORED_FIELDS and value is not None and value != []]  # fmt: skip

@@ -64,7 +64,7 @@ class RobotSource:
 
     @property
     def base_link(self) -> str:
-        """Link that represents the whole robot, which is ``base_link`` if it exists and the root link otherwise."""
+        """Link that represents the whole robot: ``base_link`` if it exists, or else the root link."""
         links = [link.name for link in self.model.links]
         return "base_link" if "base_link" in links else links[0]
 
@@ -77,7 +77,7 @@ class RobotSource:
 
 
 def find_robot(package: OldPackage, package_paths: Mapping[str, str | Path]) -> tuple[RobotSource | None, str]:
-    """Return the robot that the package spawns, or None with the reason why the robot cannot be used."""
+    """Return the robot that the package spawns, or None and the reason why the robot cannot be used."""
     given = package.constructed.parameters
     file = given.get("urdf_file")
     if not file:

@@ -1,4 +1,4 @@
-"""Edits the plugin's ``task.py``: inserts the old task's numbers and comments about the remaining work."""
+"""Edits the plugin's ``task.py``: inserts the old task's parameters, and comments about the remaining work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from frobs_rl_compat.migrate.report import Migration
 HOOKS = {
     "_get_observation": (
         ("observation_terms",),
-        "return terms with the values that {name} returns, one row for each environment",
+        "return observation terms with the values that {name} returns, one row for each environment",
     ),
     "_get_reward": (
         ("reward",),
@@ -32,7 +32,7 @@ _ELSEWHERE = (*HOOKS, "_send_action", "_check_subs_and_pubs_connection", "__init
 
 
 def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
-    """Insert into a plugin's task file the known numbers and a comment for each old method to port."""
+    """Insert the known parameters, and a comment for each old method to port, into a plugin's task file."""
     text = _with_numbers(package, file.read_text("utf-8"), made)
     for hook, (methods, advice) in HOOKS.items():
         old = package.hook(hook)
@@ -51,7 +51,7 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
     if pose and has_method(text, "scene"):
         shown = ", ".join(f"{key}={value}" for key, value in pose.items())
         text = insert_in_method(text, "scene", todo(f"Pass robot_pose=… to Scene: the old robot was at {shown}.", 8))
-        made.leave("the robot's pose in the world", f"in task.py, pass robot_pose=… to Scene with {shown}")
+        made.leave("the robot's pose in the world frame", f"in task.py, pass robot_pose=… to Scene with {shown}")
     helpers = [old.place(name) for old in package.lineage for name in old.methods if name not in _ELSEWHERE]
     if helpers:
         made.leave("other methods", f"if the hooks call these methods, port them to task.py: {', '.join(helpers)}")
@@ -59,7 +59,7 @@ def edit_task(package: OldPackage, file: Path, made: Migration) -> None:
 
 
 def _with_numbers(package: OldPackage, text: str, made: Migration) -> str:
-    """Return the text of the task file with known numbers inserted."""
+    """Return the text of the task file with known parameters inserted."""
     given = package.constructed.parameters
     step = given.get("gazebo_timestep") or 0.001
     if given.get("step_mode", 1) == 2:

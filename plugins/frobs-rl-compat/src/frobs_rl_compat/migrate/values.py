@@ -1,4 +1,4 @@
-"""Looks up values in a recognized package, or reports why its task cannot be translated."""
+"""Looks up the values that the task of a recognized package uses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 
 
 class UntranslatableError(Exception):
-    """A value in a recognized package is unknown, or FRobs's equivalent task does not support it."""
+    """A value in a recognized package is unknown, or FRobs's equivalent task does not support the value."""
 
 
 def value_of(package: OldPackage, name: str) -> Any:

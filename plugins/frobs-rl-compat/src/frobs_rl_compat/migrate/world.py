@@ -1,4 +1,4 @@
-"""Converts a recognized Kobuki task's world to a floor plan with walls, boxes, starts, and goals or routes."""
+"""Converts a recognized Kobuki task's world to a floor plan with walls, boxes, start poses, and goals or routes."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ LEGACY_IDS = {
     "kobuki_dynamic": "frobs/KobukiDynamicLegacy-v0",
     "kobuki_maze": "frobs/KobukiMazeLegacy-v0",
 }
-"""Root keys of the example repository's task files, mapped to IDs of environments that accept the unmodified files."""
+"""Root keys of FRobs_RL's example task files, mapped to IDs of environments that accept the unmodified files."""
 
 
 @dataclass
@@ -82,7 +82,7 @@ def read_yaml_files(folder: Path) -> YamlFiles:
 
 
 def run_configuration(path: Path, mapping: Mapping[str, Any], environment: str | None) -> tuple[str, str]:
-    """Convert a FRobs_RL training file to a run configuration, and return it with a note about ignored settings.
+    """Convert a FRobs_RL training file to a run configuration, and return it and a note about ignored settings.
 
     Raises:
         ConfigurationError: The file is invalid.

@@ -1,1 +1,1 @@
-"""Stand-in for ``moveit_commander`` and the node ``move_group``, based on FRobs's motion planner."""
+"""Stand-in for ``moveit_commander`` and the ``move_group`` node, based on FRobs's motion planner."""

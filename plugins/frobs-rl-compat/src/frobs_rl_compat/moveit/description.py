@@ -26,8 +26,8 @@ class RobotDescription:
         semantics: The contents of the robot's SRDF.
         max_acceleration: Acceleration limits from ``joint_limits.yaml`` [rad/s² or m/s²], by joint name. Joints without
             an acceleration limit are omitted.
-        velocity_scaling: Default fraction of the velocity limits that motions use.
-        acceleration_scaling: Default fraction of the acceleration limits that motions use.
+        velocity_scaling: Default velocity scaling factor, as a fraction of the velocity limits.
+        acceleration_scaling: Default acceleration scaling factor, as a fraction of the acceleration limits.
     """
 
     model: RobotModel

@@ -22,7 +22,7 @@ _PERIOD = 0.05  # [s]
 
 
 class Execution:
-    """Sends trajectories to controllers as goals of the action ``follow_joint_trajectory``.
+    """Sends trajectories to controllers as goals of the ``follow_joint_trajectory`` action.
 
     Args:
         namespace: Namespace of the node ``move_group``.

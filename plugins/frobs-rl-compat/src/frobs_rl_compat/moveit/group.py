@@ -70,7 +70,7 @@ class MoveGroupCommander:
         self._link = self._group.tip
         self._joint_target: Floats | None = None
         self._pose_target: tuple[str, Floats, bool] | None = (
-            None  # the link, its pose, and whether the rotation is constrained
+            None  # the link, the link's target pose, and whether the rotation is constrained
         )
         self._tolerances = {"joint": 1e-4, "position": 1e-4, "orientation": 1e-3}
         self._velocity_scaling = self._description.velocity_scaling
@@ -155,8 +155,8 @@ class MoveGroupCommander:
         """Set joint positions as the target.
 
         Args:
-            arg1: All positions in the group's joint order, positions by joint name, a ``JointState``, the name of one
-                joint, or a pose.
+            arg1: A list of all positions in the group's joint order, a mapping of joint names to positions, a
+                ``JointState``, the name of one joint, or a pose.
             arg2: The position of the joint if ``arg1`` is a joint name, or the end-effector link if ``arg1`` is a pose.
             arg3: Whether an approximate solution is sufficient. Approximate solutions are not supported.
 
@@ -231,11 +231,11 @@ class MoveGroupCommander:
     # Settings
 
     def set_max_velocity_scaling_factor(self, value: float) -> None:
-        """Set the fraction of the velocity limits that motions use, in (0, 1]."""
+        """Set the velocity scaling factor of motions: a fraction of the velocity limits, in (0, 1]."""
         self._velocity_scaling = _share("velocity", value)
 
     def set_max_acceleration_scaling_factor(self, value: float) -> None:
-        """Set the fraction of the acceleration limits that motions use, in (0, 1]."""
+        """Set the acceleration scaling factor of motions: a fraction of the acceleration limits, in (0, 1]."""
         self._acceleration_scaling = _share("acceleration", value)
 
     def get_goal_tolerance(self) -> tuple[float, float, float]:
@@ -252,7 +252,7 @@ class MoveGroupCommander:
         return self._tolerances["position"]
 
     def get_goal_orientation_tolerance(self) -> float:
-        """Return the maximum permitted angle from a pose target [rad]."""
+        """Return the maximum permitted orientation error relative to a pose target [rad]."""
         return self._tolerances["orientation"]
 
     def set_goal_tolerance(self, value: float) -> None:
@@ -269,7 +269,7 @@ class MoveGroupCommander:
         self._tolerances["position"] = _positive("the position tolerance", value)
 
     def set_goal_orientation_tolerance(self, value: float) -> None:
-        """Set the maximum permitted angle from a pose target [rad]."""
+        """Set the maximum permitted orientation error relative to a pose target [rad]."""
         self._tolerances["orientation"] = _positive("the orientation tolerance", value)
 
     def set_planning_time(self, seconds: float) -> None:
@@ -337,7 +337,7 @@ class MoveGroupCommander:
         return success and self.execute(trajectory, wait)
 
     def execute(self, plan_msg: Any, wait: bool = True) -> bool:
-        """Execute a motion returned by :meth:`plan`. See :meth:`go` for ``wait`` and the return value."""
+        """Execute a motion returned by :meth:`plan`. See :meth:`go` for the ``wait`` argument and the return value."""
         return self._execution.execute(plan_msg.joint_trajectory, wait=wait)
 
     def stop(self) -> None:

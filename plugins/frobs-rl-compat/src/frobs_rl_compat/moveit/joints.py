@@ -51,7 +51,7 @@ class JointStates:
             wait: Maximum time to wait for the first message [s].
 
         Raises:
-            MoveItCommanderException: The position of at least one joint did not arrive in time.
+            MoveItCommanderException: The position of at least one joint was not received in time.
         """
         wanted, began = list(names), time.monotonic()
         with self._changed:

@@ -1,4 +1,4 @@
-"""Stand-in for the node ``move_group``, which the launch files of MoveIt packages start.
+"""Stand-in for the ``move_group`` node that the launch files of MoveIt packages start.
 
 This node stores the planning scene. Motions are planned and executed in the process that uses ``moveit_commander``.
 """

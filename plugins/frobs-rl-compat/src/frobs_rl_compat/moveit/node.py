@@ -21,7 +21,7 @@ def resolve(namespace: str, name: str) -> str:
 
 
 def group_parameters(namespace: str) -> dict[str, Any]:
-    """Return the parameters of the node ``move_group``."""
+    """Return the parameters of the ``move_group`` node."""
     import rospy
 
     found = rospy.get_param(resolve(namespace, "move_group"), {})

@@ -20,12 +20,12 @@ from frobs_rl_compat.moveit.semantics import Group
 CLEARANCE = 0.01
 """Distance that planned motions keep from obstacles [m], which allows for the tracking errors of the controllers."""
 
-_HELD = 1e-9  # [rad or m] half range of held joints, because the search requires a nonzero range for every joint
-_MOVED = 1e-4  # [rad or m] motion of a joint outside the group that requires a new planner
+_HELD = 1e-9  # [rad or m] half the width of a held joint's range; the search requires a nonzero range for every joint
+_MOVED = 1e-4  # [rad or m] the planner is rebuilt after a joint outside the group moves by about this amount
 
 
 class GroupPlanner:
-    """Plans motions of one group, during which all other joints stay at their initial positions.
+    """Plans motions of one joint group, while all other joints stay at their initial positions.
 
     Args:
         description: The robot.
@@ -105,9 +105,9 @@ class GroupPlanner:
 
 
 def hold(model: RobotModel, positions: Mapping[str, float]) -> RobotModel:
-    """Return a robot model whose joints with an entry in ``positions`` are held at that position [rad or m].
+    """Return a robot model in which each joint in ``positions`` is held at the given position [rad or m].
 
-    Held joints keep their type, so that the same pairs of links are allowed to touch as in the original model.
+    Held joints keep their type, so that the set of link pairs that are allowed to touch does not change.
     """
 
     def limits(joint: Joint) -> JointLimits:

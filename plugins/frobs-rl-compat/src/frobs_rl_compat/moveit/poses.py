@@ -47,7 +47,7 @@ def to_message(array: Floats) -> Any:
 
 
 def from_list(numbers: Sequence[float]) -> Floats:
-    """Convert a list with x, y, z and either roll, pitch, yaw or a quaternion x, y, z, w to a pose array.
+    """Convert a list to a pose array. The list contains x, y, z and either roll, pitch, yaw or a quaternion x, y, z, w.
 
     Raises:
         MoveItCommanderException: The list has neither 6 nor 7 numbers, or the numbers are not a valid pose.

@@ -126,7 +126,7 @@ def mesh_message(path: str, scale: tuple[float, float, float]) -> Any:
 
 
 def append(known: Any, added: Any) -> None:
-    """Add one ``moveit_msgs/CollisionObject``'s shapes to another object in the same frame without moving them."""
+    """Add the shapes of one collision object to another object in the same frame, without moving the shapes."""
     into = poses.inverse(poses.from_message(known.pose))
     outer = compose(into, poses.from_message(added.pose))
     for shapes, places in (("primitives", "primitive_poses"), ("meshes", "mesh_poses")):

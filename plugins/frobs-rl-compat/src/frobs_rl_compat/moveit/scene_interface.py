@@ -36,15 +36,15 @@ class PlanningSceneInterface:
         raise NotOfferedError("PlanningSceneInterface", name, dir(self))
 
     def add_box(self, name: str, pose: Any, size: Size = _UNIT) -> None:
-        """Add a box with the given edge lengths [m] at a ``PoseStamped``."""
+        """Add a box with the given edge lengths [m] at the pose in a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "BOX", size))
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1.0) -> None:
-        """Add a sphere with the given radius [m] at a ``PoseStamped``."""
+        """Add a sphere with the given radius [m] at the pose in a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "SPHERE", (radius,)))
 
     def add_cylinder(self, name: str, pose: Any, height: float, radius: float) -> None:
-        """Add a cylinder along z with the given height and radius [m] at a ``PoseStamped``."""
+        """Add a cylinder along z with the given height and radius [m] at the pose in a ``PoseStamped``."""
         self.add_object(_primitive(name, pose, "CYLINDER", (height, radius)))
 
     def add_mesh(self, name: str, pose: Any, filename: str, size: Size = _UNIT) -> None:
@@ -107,7 +107,7 @@ class PlanningSceneInterface:
         self._apply(attached=[item])
 
     def get_known_object_names(self, with_type: bool = False) -> list[str]:
-        """Return the names of all objects in the scene, or of all objects with a type if ``with_type`` is True."""
+        """Return the names of all objects in the scene, or only those with a type if ``with_type`` is True."""
         objects = current_scene(self._namespace).world.collision_objects
         return [item.id for item in objects if item.type.key or not with_type]
 

@@ -1,4 +1,4 @@
-"""Access to the planning scene through the services of the node ``move_group``."""
+"""Access to the planning scene through the services of the ``move_group`` node."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _connection(name: str, service: Any) -> Any:
 def _call(name: str, service: Any, request: Any) -> Any:
     import rospy
 
-    for attempt in range(2):  # the cached connection may belong to a move_group that has ended
+    for attempt in range(2):  # the cached connection may belong to a move_group process that has exited
         try:
             return _connection(name, service)(request)
         except (rospy.ServiceException, rospy.exceptions.TransportException, OSError) as error:

@@ -51,7 +51,7 @@ def read_srdf(text: str, model: RobotModel, source: str) -> Semantics:
     Args:
         text: XML text of the SRDF.
         model: The robot.
-        source: Origin of the text, which is shown in error messages.
+        source: Source of the text, such as the parameter's name, for error messages.
 
     Raises:
         ModelFileError: The text is not an SRDF, refers to an unknown joint or link, or uses an unsupported feature.
@@ -135,6 +135,6 @@ def _link(element: Element, attribute: str, links: set[str]) -> str:
 def _planning_frame(root: Element, model: RobotModel) -> str:
     for joint in root.children("virtual_joint"):
         if joint.get("type") != "fixed":
-            joint.refuse("only virtual joints of the type 'fixed' are supported: the base cannot move.")
+            joint.refuse("only virtual joints of the type 'fixed' are supported, because the robot's base cannot move.")
         return joint.required("parent_frame")
     return model.root

@@ -1,4 +1,4 @@
-"""Settings of trajectory execution for the service ``/move_group/trajectory_execution/set_parameters``."""
+"""Trajectory execution settings, which the service ``/move_group/trajectory_execution/set_parameters`` changes."""
 
 from __future__ import annotations
 

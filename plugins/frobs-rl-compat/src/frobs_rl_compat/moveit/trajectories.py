@@ -21,7 +21,7 @@ def to_message(plan: Plan, joint_names: Sequence[str], columns: Sequence[int], o
     Args:
         plan: Result of the planner.
         joint_names: Joints of the message.
-        columns: Index in the plan for each joint of the message (k,).
+        columns: For each joint of the message, the joint's index in the plan (k,).
         offset: Offset that is added to each joint position (k,) [rad or m].
         frame: The planning frame.
     """

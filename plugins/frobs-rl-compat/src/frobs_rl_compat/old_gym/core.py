@@ -35,8 +35,8 @@ class Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], Env):
     """Base class for wrappers with the old gym API that also expose the wrapped environment's attributes.
 
     Args:
-        env: An environment with the old gym API or the Gymnasium API. ``self.env`` is this environment with the old gym
-            API.
+        env: An environment with the old gym API or the Gymnasium API. ``self.env`` provides this environment through
+            the old gym API.
     """
 
     has_gym_api = True

@@ -1,4 +1,4 @@
-"""Random number generators with the interface of old gym."""
+"""Random number generators with the interface of old gym's generators."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Bridge:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per wall-clock second, or 0 for no limit."""
+        """Maximum number of simulated seconds per wall-clock second, or 0 for no limit."""
         return max(0.0, self.max_update_rate) * self.world.timestep
 
     @property
@@ -101,7 +101,7 @@ class Bridge:
         self.tell()
 
     def advance(self, most: float) -> None:
-        """Advance the simulation by up to ``most`` [s], rounded to physics steps, but by at least one step.
+        """Advance the simulation by up to ``most`` seconds, rounded to whole physics steps, but by at least one step.
 
         Only the simulation thread calls this method.
         """
@@ -127,7 +127,7 @@ class Bridge:
             component.publish(self.world)
 
     def fail(self, error: Exception) -> None:
-        """Log an error that occurred in a step and paused the simulation."""
+        """Log the error that paused the simulation."""
         LOG.error("the simulation is paused because a step failed: %s", error, exc_info=error)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Base class of the bridge's components, which schedules publishing and has empty defaults for optional methods."""
+"""Base class of the bridge's components. It schedules publishing and has empty defaults for optional methods."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Component:
     def publish(self, world: World) -> None:
         """Publish now and schedule the next publication."""
         if self._period_ns is not None:
-            # Publish at multiples of the period, so that components publish at the same time as often as possible.
+            # Publish at multiples of the period, so that the publishing times of components coincide where possible.
             self._next_ns = (world.time_ns // self._period_ns + 1) * self._period_ns
         self.tell(world)
 

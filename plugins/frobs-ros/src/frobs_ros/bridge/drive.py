@@ -52,7 +52,7 @@ class Drive:
         self._ahead = None
 
     def look_ahead(self, joints: np.ndarray[Any, Any], rows: Floats) -> None:
-        """Set (n, k) targets of some joints for the n physics steps of the next :meth:`command`.
+        """Set the targets of some joints, (n, k), for each of the n physics steps of the next :meth:`command` call.
 
         The joints keep the last target after these steps.
         """

@@ -28,7 +28,7 @@ class SensorElement:
 
     Attributes:
         kind: Value of the ``type`` attribute, such as ``"camera"``.
-        link: Name of the link that carries the sensor.
+        link: Name of the link to which the sensor is attached.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Plugin:
     Attributes:
         file: Name of the plugin's library, without ``lib`` and ``.so``.
         parameters: Plugin parameters by XML tag.
-        link: Link that the ``<gazebo>`` element refers to, or an empty string.
+        link: Link that the ``<gazebo>`` element refers to, or an empty string for the whole model.
         sensor: Sensor that the plugin belongs to, or None for a plugin of the model.
     """
 

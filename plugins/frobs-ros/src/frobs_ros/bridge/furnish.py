@@ -64,7 +64,7 @@ def furnish(bridge: Bridge, model: Model) -> Sequence[Component]:
 def add_manager(bridge: Bridge, model: Model, space: str) -> ControllerManager:
     """Create a controller manager for a model and register the manager's services.
 
-    The namespace ``space`` is empty or begins with a slash.
+    The namespace ``space`` must be empty or begin with a slash.
     """
     import rospy
 
@@ -124,7 +124,7 @@ PLUGINS: dict[str, Callable[[Bridge, Model, Plugin, str], Component]] = {
     "gazebo_ros_imu_sensor": lambda bridge, model, plugin, space: ImuTopic(*read_imu_sensor(plugin, model, space)),
     "gazebo_ros_bumper": lambda bridge, model, plugin, space: BumperTopic(model, plugin, space),
 }
-"""For each plugin, a function that creates the component from the bridge, the model, the plugin and the namespace."""
+"""Functions that create a component from the bridge, the model, the plugin and the namespace, by library name."""
 
 _NEEDS = {
     "gazebo_ros_laser": "rays",

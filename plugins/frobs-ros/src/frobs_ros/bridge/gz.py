@@ -1,8 +1,8 @@
-"""The command ``gz``, limited to the subcommands that FRobs_RL and similar packages use.
+"""The ``gz`` command, limited to the subcommands that FRobs_RL and similar packages use.
 
 ``gz world -m N`` makes N physics steps, ``-s`` makes one step, ``-p 1|0`` pauses or unpauses, ``-r`` resets the time
 and all models, and ``-o`` resets only the models. The command returns after the bridge has executed the request. If no
-bridge responds, the next ``gz`` on the path, which is usually Gazebo's own command, runs instead. The command calls
+bridge responds, the next ``gz`` on ``PATH``, which is usually Gazebo's own command, runs instead. The command calls
 the bridge without rospy, because importing rospy would account for most of the command's run time.
 """
 
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(given: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="gz", description="Run commands of Gazebo's program gz on the FRobs bridge.")
+    parser = argparse.ArgumentParser(prog="gz", description="Run commands of Gazebo's gz program on the FRobs bridge.")
     world = parser.add_subparsers(dest="command", required=True).add_parser(
         "world", help="pause, step or reset the simulation"
     )
@@ -135,7 +135,7 @@ def _exactly(connection: socket.socket, size: int) -> bytes:
 
 
 def _next_gz() -> str | None:
-    """Return the first ``gz`` on the path that is not this command, or None."""
+    """Return the first ``gz`` on ``PATH`` that is not this command, or None."""
     own = Path(sys.argv[0]).resolve().parent
     folders = [folder for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
     return shutil.which("gz", path=os.pathsep.join(folder for folder in folders if Path(folder).resolve() != own))

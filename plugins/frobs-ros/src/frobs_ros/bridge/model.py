@@ -18,7 +18,7 @@ from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """A parsed model file, without the model's pose in the world.
+    """A parsed model file, without the model's pose in the world frame.
 
     Attributes:
         placement: Placement of a moving model, or None for a static model.
@@ -28,7 +28,7 @@ class Description:
         offsets: Pose of each published link frame, relative to the robot's link of the same name. The two frames differ
             if the frame of an SDF link is not located at the link's joint.
         modes: Command mode of each joint while no controller is running.
-        elements: ``<gazebo>`` elements of a URDF, or equivalent elements with the plugins and sensors of an SDF.
+        elements: ``<gazebo>`` elements of a URDF, or equivalent elements created from an SDF.
         has_transmissions: Whether the file defines joint transmissions.
     """
 
@@ -110,7 +110,7 @@ class Model:
         return () if placement is None else tuple(joint.name for joint in placement.model.joints)
 
     def placement(self) -> Placement:
-        """Return the model's placement in a simulation, at the spawn pose."""
+        """Return the model's placement in a simulation at its spawn pose."""
         found = self.description.placement
         assert found is not None
         return replace(found, pose=self.spawned.to_pose())
@@ -123,7 +123,7 @@ class Model:
         }
 
     def place(self) -> Place:
-        """Return the model's pose in the world."""
+        """Return the model's pose in the world frame."""
         if self.robot is None:
             return self._standing
         pos, quat = self.robot.base_pose
@@ -137,7 +137,7 @@ class Model:
         return Motion(linear[0].copy(), angular[0].copy())
 
     def link_place(self, link: str) -> Place:
-        """Return the pose of a link in the world."""
+        """Return the pose of a link in the world frame."""
         if self.robot is None:
             return place_of(self.description.links[link]).after(self._standing)
         pos, quat = self.robot.frame_pose(link)

@@ -43,8 +43,8 @@ def serve(options: Options) -> None:
     """Run a simulation with Gazebo's interface until the node is shut down.
 
     Raises:
-        MasterError: No ROS master answers.
-        FrobsError: An option is invalid, or ROS, the simulator, the robot or the world is unavailable or invalid.
+        MasterError: No ROS master responds.
+        FrobsError: An option, the robot or the world is invalid, or ROS or the simulator is unavailable.
     """
     _bind(options.listen)
     from frobs_ros import master
@@ -114,7 +114,7 @@ def open_bridge(options: Options) -> Bridge:
         offer_link_services(offers)
         offer_joint_services(offers)
         offer_light_services(offers, file.lights or ["sun"])
-        offer_world_services(offers)  # offered last, because clients wait for these services
+        offer_world_services(offers)  # registered last, because clients wait until these services exist
         bridge.call(bridge.tell)
     except BaseException:
         bridge.close()
@@ -124,7 +124,7 @@ def open_bridge(options: Options) -> Bridge:
 
 
 def _check_alone() -> None:
-    """Raise an error if Gazebo or another bridge is running, because this node would shut down the running one."""
+    """Raise an error if Gazebo or another bridge is running, because this node would shut down the other node."""
     import rosgraph
 
     try:
@@ -152,7 +152,7 @@ def _log(verbose: bool) -> None:
 
 
 class OnlyOnce(logging.Filter):
-    """Filter that logs the loss of the ROS master only once, instead of once per topic and service."""
+    """Filter that logs a lost connection to the ROS master only once, instead of once per topic and service."""
 
     said = False
 

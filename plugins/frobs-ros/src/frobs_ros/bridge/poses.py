@@ -80,7 +80,7 @@ def read_pose(message: Any) -> Place:
 
 
 def read_state(state: Any, frame: Place, frame_motion: Motion) -> tuple[Place, Motion]:
-    """Read a gazebo_msgs/ModelState or LinkState in ``frame`` and return its pose and velocity in the world.
+    """Read a gazebo_msgs/ModelState or LinkState in ``frame`` and return its pose and velocity in the world frame.
 
     Raises:
         ConfigurationError: The message contains a number that is not finite.

@@ -104,7 +104,7 @@ def _touches(model: Model, link: str, models: Sequence[Model], floor: bool) -> I
 
 
 def _sides(model: Model, link: str) -> list[tuple[str, str]]:
-    """Return the colliding parts of a link and their Gazebo names, or an empty list if the link does not collide."""
+    """Return the colliding parts of a link and their Gazebo names, or an empty list if it has no collision shapes."""
     placement = model.description.placement
     if placement is None:
         shapes = [name for name in model.shapes if name.startswith(f"{link}/")]

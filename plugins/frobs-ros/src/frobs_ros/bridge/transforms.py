@@ -1,4 +1,4 @@
-"""Topics ``/tf`` and ``/tf_static`` for the initial robot. Spawned robots require a separate state publisher."""
+"""Topics ``/tf`` and ``/tf_static`` for the initial robot. Robots spawned later require a separate state publisher."""
 
 from __future__ import annotations
 

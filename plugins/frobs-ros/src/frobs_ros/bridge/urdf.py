@@ -1,4 +1,4 @@
-"""Conversion of URDF or xacro text to a model description, with the same interpretation as in Gazebo."""
+"""Conversion of URDF or xacro text to a model description. The text is interpreted as in Gazebo."""
 
 from __future__ import annotations
 

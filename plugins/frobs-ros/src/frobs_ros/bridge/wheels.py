@@ -1,4 +1,4 @@
-"""Differential drives, which convert twists to wheel speeds and wheel angles to odometry."""
+"""Differential drives, which convert velocity commands to wheel speeds, and compute odometry from wheel angles."""
 
 from __future__ import annotations
 

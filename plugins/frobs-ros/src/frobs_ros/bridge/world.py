@@ -1,4 +1,4 @@
-"""A world whose models can be added and removed during a simulation. Only one thread may use a world."""
+"""A world whose models can be added and removed during a simulation. Only one thread at a time may use a world."""
 
 from __future__ import annotations
 
@@ -208,7 +208,7 @@ class World:
         return self._find("joint", name, {model.name: tuple(model.joints) for model in self.models.values()})
 
     def frame(self, name: str) -> tuple[Place, Motion]:
-        """Return the pose and velocity of a frame, which is the world, a model or a link.
+        """Return the pose and velocity of a frame: the world, a model or a link.
 
         Raises:
             UnknownNameError: The frame does not exist.
@@ -234,7 +234,7 @@ class World:
         """Release the simulation. Further calls have no effect."""
         if self.simulation is not None:
             self.simulation.close()
-            # Break reference cycles, because late garbage collection would fragment the memory with each spawn.
+            # Break reference cycles, so that memory is freed immediately and repeated spawns do not fragment it.
             self.simulation.robots, self.simulation.bodies = {}, {}
             self.simulation = None
 

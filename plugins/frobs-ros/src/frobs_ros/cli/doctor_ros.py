@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def ros(json: Json = False) -> None:
-    """Check which parts of ROS and Gazebo are installed, and whether a ROS master answers.
+    """Check which parts of ROS and Gazebo are installed, and whether a ROS master responds.
 
     For each missing part, the output shows the package that provides it. The exit status is 1 if a part that frobs-ros
     requires is missing.

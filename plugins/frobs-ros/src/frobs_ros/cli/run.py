@@ -29,7 +29,7 @@ def run(
         typer.Option(
             metavar="FILE",
             show_default=False,
-            help="Model file of the robot, which is compared with the robot that the policy was trained on.",
+            help="Model file of your robot, to be compared with the robot on which the policy was trained.",
         ),
     ] = None,
     namespace: Annotated[str, typer.Option(metavar="NS", help="ROS namespace of the robot.")] = "/",

@@ -12,7 +12,7 @@ from frobs_ros.packages import find_anywhere
 from frobs_ros.services import is_offered
 
 LAUNCH_TIMEOUT = 120.0
-"""Maximum time to wait for the simulation to answer [s]."""
+"""Maximum time to wait for the simulation to respond [s]."""
 _GRACE = 10.0
 _LAST, _FIRST = "/gazebo/get_world_properties", "/gazebo/pause_physics"
 OUTPUTS = ("screen", "log")
@@ -36,11 +36,11 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
     gui_required: bool = False,
     launch_new_term: bool = True,
 ) -> bool:
-    """Launch Gazebo or the bridge, and wait until the simulation answers.
+    """Launch Gazebo or the bridge, and wait until the simulation responds.
 
     The environment variable or ROS parameter ``FROBS_ROS_BACKEND`` selects the backend: ``gazebo``, ``bridge:mujoco``,
     ``bridge:pybullet`` or ``bridge:gazebo``. The default is Gazebo if gazebo_ros is installed, and the bridge with
-    MuJoCo otherwise. If no ROS master answers, a master is started.
+    MuJoCo otherwise. If no ROS master responds, a master is started.
 
     Args:
         paused: Whether to start the simulation paused.
@@ -61,7 +61,7 @@ def launch_Gazebo(  # noqa: N802 # FRobs_RL's name
         launch_new_term: Whether to run the simulation in an xterm window.
 
     Returns:
-        Whether the simulation answers.
+        Whether the simulation responds.
     """
     if output not in OUTPUTS:
         raise ParameterValueError("output", output, "'screen' or 'log'")

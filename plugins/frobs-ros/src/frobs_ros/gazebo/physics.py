@@ -29,7 +29,7 @@ ODE = {
     "erp": 0.2,
     "max_contacts": 20,
 }
-"""Settings of the physics engine ODE that :func:`gazebo_set_default_properties` applies."""
+"""Settings of the ODE physics engine that :func:`gazebo_set_default_properties` applies."""
 
 
 @answers(False)
@@ -46,7 +46,7 @@ def gazebo_set_max_update_rate(max_update_rate: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_max_update_rate() -> float:
-    """Return the maximum speed of the simulation as a real-time factor, or NaN if no simulation answers."""
+    """Return the maximum speed of the simulation as a real-time factor, or NaN if no simulation responds."""
     now = _get()
     return float(now.max_update_rate * now.time_step)
 
@@ -65,7 +65,7 @@ def gazebo_set_time_step(new_time_step: float) -> bool:
 
 @answers(math.nan)
 def gazebo_get_time_step() -> float:
-    """Return the physics time step [s], or NaN if no simulation answers."""
+    """Return the physics time step [s], or NaN if no simulation responds."""
     return float(_get().time_step)
 
 
@@ -83,7 +83,7 @@ def gazebo_set_gravity(x: float, y: float, z: float) -> bool:
 
 @answers(None)
 def gazebo_get_gravity() -> Any:
-    """Return the gravity vector [m/s²] as a ``geometry_msgs/Vector3``, or None if no simulation answers."""
+    """Return the gravity vector [m/s²] as a ``geometry_msgs/Vector3``, or None if no simulation responds."""
     return _get().gravity
 
 
@@ -100,7 +100,7 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
     erp: float,
     max_contacts: int,
 ) -> bool:
-    """Set the parameters of the physics engine ODE.
+    """Set the parameters of the ODE physics engine.
 
     Args:
         auto_disable_bodies: Whether bodies at rest are excluded from the computation.
@@ -111,7 +111,7 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
         contact_surface_layer: Depth to which bodies may penetrate each other [m].
         contact_max_correcting_vel: Maximum velocity at which penetrating bodies are separated [m/s].
         cfm: Constraint force mixing parameter.
-        erp: Error reduction parameter, the fraction of an error that is corrected at each step, from 0 to 1.
+        erp: Error reduction parameter, the fraction of a constraint error corrected at each step, from 0 to 1.
         max_contacts: Maximum number of contacts between two bodies.
 
     Returns:
@@ -125,7 +125,7 @@ def gazebo_set_ODE_physics(  # noqa: N802 # FRobs_RL's name
 
 @answers(None)
 def gazebo_get_ODE_physics() -> Any:  # noqa: N802 # FRobs_RL's name
-    """Return the settings of ODE as a ``gazebo_msgs/ODEPhysics``, or None if no simulation answers."""
+    """Return the settings of ODE as a ``gazebo_msgs/ODEPhysics``, or None if no simulation responds."""
     return _get().ode_config
 
 

@@ -13,7 +13,7 @@ _TOLERANCE = 1e-3
 def orientation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
     """Return a unit quaternion with the scalar part last.
 
-    Four zeros are FRobs_RL's default and mean no rotation in Gazebo, so they are converted to the identity.
+    Four zeros are FRobs_RL's default and mean no rotation in Gazebo, so they are converted to the identity quaternion.
 
     Raises:
         ConfigurationError: The norm of the quaternion is not 1.

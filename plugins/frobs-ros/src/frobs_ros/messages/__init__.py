@@ -1,6 +1,6 @@
 """Provides FRobs's own frobs_msgs, and message packages that Debian does not contain or that are rarely installed.
 
-The folder ``definitions`` contains the message definitions, which are based on the packages' public interfaces. The
+The ``definitions`` folder contains the message definitions, which are based on the packages' public interfaces. The
 Python packages are generated into the user's cache on first use. Checksums ensure that the message types match the
 types that other ROS nodes use.
 """

@@ -18,14 +18,14 @@ from frobs_ros.overlay import delete_unused
 DEFINITIONS = Path(__file__).with_name("definitions")
 
 _DIGEST = "sha256"  # file with the digest of all other files; it is written last
-_lock = threading.RLock()  # required because genpy stores its state in module variables
+_lock = threading.RLock()  # prevents concurrent use of genpy, which stores its state in module variables
 
 
 def message_folder() -> Path:
     """Return the folder of the generated message packages, and generate the packages if they are not in the cache.
 
     The folder's name is a digest of the definitions and of the generator's source code. Several processes may call this
-    function simultaneously, because they write the same files, and each file is written atomically. Damaged files are
+    function simultaneously, because they write identical files, and each file is written atomically. Damaged files are
     generated again.
 
     Raises:

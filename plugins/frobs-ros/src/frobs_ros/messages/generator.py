@@ -1,4 +1,4 @@
-"""Generates Python source code from message definitions in this process, with ROS's generator genpy."""
+"""Generates Python source code from message definitions by running ROS's code generator, genpy, in this process."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def generate(definitions: Path) -> dict[str, str]:
     for kind, specs, generator in (("msg", messages, msg_generator), ("srv", services, srv_generator)):
         for name, spec in sorted(specs.items()):
             package, _, short = name.partition("/")
-            reset_var()  # otherwise, genpy would continue to count the temporary variables of the previous message
+            reset_var()  # otherwise, genpy would continue the numbering of temporary variables
             files[f"{package}/{kind}/_{short}.py"] = "".join(f"{line}\n" for line in generator(context, spec, {}))
             files.setdefault(f"{package}/__init__.py", "")
             index = f"{package}/{kind}/__init__.py"

@@ -1,7 +1,7 @@
 """Contains stand-ins for missing ROS packages, with the launch files, programs and arguments of the original packages.
 
 If the originals are not installed, ``frobs legacy run`` appends the folders of the stand-ins to ``ROS_PACKAGE_PATH``.
-The stand-ins' programs run with the Python interpreter that the environment variable ``FROBS_PYTHON`` specifies.
+The stand-in programs run with the Python interpreter that the environment variable ``FROBS_PYTHON`` specifies.
 """
 
 from __future__ import annotations

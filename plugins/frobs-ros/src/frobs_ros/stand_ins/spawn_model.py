@@ -1,4 +1,4 @@
-"""Spawn a model from a file, a parameter or standard input, like the program ``spawn_model`` of ``gazebo_ros``."""
+"""Spawn a model from a file, a parameter or standard input, like ``gazebo_ros``'s ``spawn_model`` program."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _call(name: str, kind: type[Any], *fields: Any) -> None:
     """Call a service.
 
     Raises:
-        ServiceError: The service does not answer, or rejects the call.
+        ServiceError: The service does not respond, or rejects the call.
     """
     wait_for(name, _TIMEOUT)
     answer = call(name, kind, *fields)

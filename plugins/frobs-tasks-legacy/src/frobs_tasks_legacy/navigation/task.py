@@ -22,11 +22,11 @@ _OBSERVED = {
 
 
 class NavigateLegacy(Navigate):
-    """FRobs_RL's navigation task for the Kobuki, for comparing results with FRobs_RL and for porting its projects.
+    """FRobs_RL's navigation task for the Kobuki, for comparisons with FRobs_RL and for porting FRobs_RL projects.
 
-    A step always lasts 0.2 s. In FRobs_RL, a step lasted about as long, but its duration varied. The distance, bearing
-    and waypoint in an observation always refer to the same waypoint. In FRobs_RL, the observed distance and bearing
-    switched to the next waypoint one step after the observed waypoint did.
+    A step always lasts 0.2 s. In FRobs_RL, the duration of a step varied. The distance, bearing and waypoint position
+    in an observation always refer to the same waypoint. In FRobs_RL, the observed distance and bearing switched to the
+    next waypoint one step after the observed waypoint position did.
 
     The reward is a sum of these terms, where b is the absolute bearing [rad]:
 
@@ -47,7 +47,7 @@ class NavigateLegacy(Navigate):
         config_file: Task YAML file of FRobs_RL, with the root key ``kobuki_maze``, ``kobuki_dynamic`` or
             ``kobuki_empty``. FRobs_RL's files work without changes. Missing values are taken from FRobs_RL's original
             files, which are in this package's folder ``navigation/tasks/``. If ``config_file`` is None, all values are
-            taken from these files. Arguments that have the name of a key, such as ``lidar_samples``, take precedence
+            taken from these files. Arguments with the same name as a key, such as ``lidar_samples``, take precedence
             over the file.
         floor_plan: Walls, boxes, start poses and waypoints, as a YAML file or a mapping in the format of
             :class:`frobs_tasks_navigation.Navigate`, or None to use the floor plan of ``world``.
@@ -75,7 +75,7 @@ class NavigateLegacy(Navigate):
     success_rule: ClassVar[str] = "the robot is within the tolerance of the last waypoint"
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "reached": "reached_midway_reward when a waypoint is reached, or reached_goal_reward in worlds without routes",
-        "distance": "−multiplier_dist_reward for each meter to the waypoint",
+        "distance": "−multiplier_dist_reward for each meter of distance to the waypoint",
         "bearing": "−angle_diff_reward_multiplier for each radian between the direction to the waypoint and the "
         "robot's forward or backward direction, whichever is closer",
         "way_points": "not_reached_midway_reward for each remaining waypoint",

@@ -20,17 +20,17 @@ from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, di
 
 
 class ReachLegacy(Reach):
-    """FRobs_RL's reaching task with joint position control, for comparison and for porting projects from FRobs_RL.
+    """FRobs_RL's reaching task with joint position control, for comparisons and for porting FRobs_RL projects.
 
     Actions cover the whole range of each joint. FRobs_RL executed each action as a complete motion and waited until the
     motion ended. Therefore, the registered environments use the controller ``joint_delta_position`` with
     ``full_range=True`` and a control timestep of 0.5 s (1 s for the UR5), in which the drives reach any commanded
     position unless an obstacle stops them. In contrast to FRobs_RL, motions have neither a planned path nor a speed
-    limit, goals are tool positions at random joint positions instead of points that a planner accepts, and the arm can
-    collide with obstacles.
+    limit, and the arm can collide with obstacles. Goals are tool positions at random joint positions, whereas FRobs_RL
+    used random points to which MoveIt could plan a motion.
 
     The observation, (dof + 6) float32, consists of the unit vector from the tool to the goal, the goal [m], and the
-    joint positions [rad]. If the distance is zero, the unit vector is zero (in FRobs_RL, NaN).
+    joint positions [rad]. If the distance is zero, the unit vector is zero (FRobs_RL returned NaN).
 
     The reward is ``reached_goal_reward`` if the tool is within the tolerance of the goal, and otherwise
     ``−multiplier_dist_reward`` · distance + ``step_reward``. If a joint is within 1e-4 rad of a limit or beyond the
@@ -42,10 +42,10 @@ class ReachLegacy(Reach):
         profile: Name of the original task that provides the default values: ``"irb120"``, ``"irb140"``,
             ``"irb140_velocity"`` or ``"ur5"``. If None, ``"irb120"`` is used, or ``"irb140_velocity"`` with joint
             velocity control.
-        config_file: Unchanged task YAML file of FRobs_RL for this task, with the arm's name as the root key, or None
-            for no file. Values that are not in the file are taken from FRobs_RL's original files, which are in this
-            package's folder ``reach/tasks/``. Arguments with the names of the file's keys, such as ``min_joint_pos``,
-            take precedence over the file.
+        config_file: Task YAML file of FRobs_RL, with the arm's name as the root key, or None to use only FRobs_RL's
+            original values. FRobs_RL's files work without changes. Values that are not in the file are taken from
+            FRobs_RL's original files, which are in this package's folder ``reach/tasks/``. Arguments with the same name
+            as a key, such as ``min_joint_pos``, take precedence over the file.
         min_joint_pos: Minimum joint positions, one for each joint [rad].
         max_joint_pos: Maximum joint positions, one for each joint [rad].
         position_goal_min: Minimum corner of the goal box in the world frame [m].
@@ -61,8 +61,8 @@ class ReachLegacy(Reach):
         joint_limits_reward: Reward for each step that ends with a joint at its limit.
         limit_margin: Distance from a limit within which a joint is considered to be at the limit [rad]. If None, 1e-4
             is used, or 0.09 with joint velocity control.
-        limits: Joint limits for ``joint_limits_reward``. With ``"reachable"``, the narrower of the robot's and the
-            configured limits apply. With ``"configured"``, only ``min_joint_pos`` and ``max_joint_pos`` apply.
+        limits: Joint limits to which ``joint_limits_reward`` refers. With ``"reachable"``, the narrower of the robot's
+            and the configured limits apply. With ``"configured"``, only ``min_joint_pos`` and ``max_joint_pos`` apply.
         goals: Distribution of goals in the goal box: ``"reachable"`` for tool positions at random joint positions, or
             ``"box"`` for uniformly distributed goals, which may be out of reach.
         initial: Joint positions at reset: ``"home"``, or ``"random"`` for random positions within the limits.
@@ -144,7 +144,7 @@ class ReachLegacy(Reach):
             self._watched = np.array(self.config["min_joint_pos"]), np.array(self.config["max_joint_pos"])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the direction to the goal, the goal, and the joint positions.
+        """Return the observation terms for the direction to the goal, the goal, and the joint positions.
 
         If an action moves a joint across its whole range, the arm can hit the floor so hard that a light joint briefly
         exceeds its limit. The observed joint position is then clipped to the bound of the observation space.

@@ -14,7 +14,7 @@ from frobs_tasks_legacy.reach.task import ReachLegacy
 
 
 class ReachLegacyVelocity(ReachLegacy):
-    """FRobs_RL's IRB 140 reaching task with joint velocity control, for comparison and for porting from FRobs_RL.
+    """FRobs_RL's IRB 140 reaching task with joint velocity control, for comparisons and for porting FRobs_RL projects.
 
     By default, the goal moves. Episodes never terminate. The task has the same parameters as
     :class:`frobs_tasks_legacy.reach.task.ReachLegacy` and differs from ``ReachLegacy`` as follows:
@@ -56,6 +56,6 @@ class ReachLegacyVelocity(ReachLegacy):
         return None
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the terms for the joint positions, the goal, and the direction to the goal."""
+        """Return the observation terms for the joint positions, the goal, and the direction to the goal."""
         known = super().observation_terms()
         return {name: known[name] for name in ("joint_positions", "goal", "goal_direction")}

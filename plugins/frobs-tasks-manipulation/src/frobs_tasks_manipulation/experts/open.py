@@ -18,8 +18,8 @@ _ALIGNED = 0.01  # [m] maximum position error at which the tool is considered al
 _LOST = 0.05  # [m] distance between tool and handle above which the handle is considered lost
 _CLOSING = 8  # minimum number of control steps for closing the gripper
 _STOPPED = 0.005  # change in the opening per control step below which the fingers are assumed to touch the handle
-_ARRIVED, _LEFT = 0.3, 0.8  # error, in tolerances, below which to release and above which to grip again
-_STEP = 0.03  # [m] distance along the handle's path between the handle and the command
+_ARRIVED, _LEFT = 0.3, 0.8  # errors, in multiples of the tolerance, at which to release the handle and to grip it again
+_STEP = 0.03  # [m] distance by which the command is ahead of the handle along its path
 
 
 class PullHandle(ToolExpert[Any]):

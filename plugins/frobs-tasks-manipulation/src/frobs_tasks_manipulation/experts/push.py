@@ -18,8 +18,8 @@ BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.09  # [m] height of the tool while it moves to another side of the cube
 _GAP = 0.03  # [m] distance between the cube and the tool before a push
 _ALIGNED = 0.008  # [m] maximum position error at which the tool is considered aligned
-_LEAD = 0.035  # [m] distance between the tool and the command during a push
-_ARRIVED, _LEFT = 0.2, 0.7  # error, in tolerances, below which a push ends and above which a new one begins
+_LEAD = 0.035  # [m] distance by which the command is ahead of the tool during a push
+_ARRIVED, _LEFT = 0.2, 0.7  # errors, in multiples of the tolerance, at which a push ends and at which a new push begins
 
 
 class PushCube(ToolExpert[Any]):

@@ -1,4 +1,4 @@
-"""Base class of the experts, which work in phases with a target position and a gripper opening."""
+"""Base class of the experts, which work in phases that each have a target position and a gripper opening."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ToolExpert(Expert, Generic[TaskT]):
     """
 
     def __init__(self, env: RobotEnv | RobotVectorEnv) -> None:
-        self.task: TaskT = env.task  # type: ignore[assignment] # the task names its expert
+        self.task: TaskT = env.task  # type: ignore[assignment] # only tasks of this type name this expert
         self._control_timestep = env.control_timestep
         robot = env.robot
         tool = gripper_of(robot)
@@ -73,6 +73,7 @@ class ToolExpert(Expert, Generic[TaskT]):
         action = np.zeros((len(phase), self._width))
         soon = self.task.tcp + _LAG * self.task.tcp_velocity
         step = _GAIN * (place - soon) / self._arm.max_delta  # type: ignore[union-attr] # checked above
+
         # All axes are scaled by the same factor, so that the tool moves in a straight line.
         largest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1.0)
         action[:, self._arm_columns] = step / largest
@@ -87,7 +88,7 @@ class ToolExpert(Expert, Generic[TaskT]):
 
     def _gripper_action(self, opening: Floats) -> Floats:
         max_delta = getattr(self._gripper, "max_delta", None)
-        if max_delta is None:  # the action specifies the opening, or its sign opens or closes the gripper
+        if max_delta is None:  # the action specifies the opening, or only its sign matters
             return 2.0 * opening - 1.0
         # A gripper that holds an object is commanded to close further, so that it keeps squeezing.
         wanted = np.where(opening <= 0.0, -1.0, opening)
@@ -96,7 +97,7 @@ class ToolExpert(Expert, Generic[TaskT]):
     # -- Methods that experts define --
 
     def _begin(self, mask: Mask) -> None:
-        """Discard the state from previous episodes in the masked environments."""
+        """Discard the state from previous episodes in the environments selected by the mask."""
 
     @abstractmethod
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:

@@ -106,7 +106,7 @@ def compare(
 
 
 def _evaluate(runs: Sequence[Run], episodes: int, runner: Runner) -> dict[Path, Mapping[str, Any]]:
-    """Evaluate each run, and return the results by run folder.
+    """Evaluate each run, and return a mapping from run folders to results.
 
     Raises:
         JobsError: An evaluation failed.

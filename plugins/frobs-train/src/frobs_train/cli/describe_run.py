@@ -87,7 +87,7 @@ def _best(run: Run) -> int | None:
 
 
 def _threads(path: Path) -> str | None:
-    """Return a description of the processors and threads that the run used when it began, or None if unknown."""
+    """Return a description of the processors and threads at the start of the run, or None if unknown."""
     from frobs_train import Threads
 
     try:

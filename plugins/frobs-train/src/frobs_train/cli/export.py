@@ -34,9 +34,9 @@ def export(
 ) -> None:
     """Export the policy of a run as a single file that needs only NumPy and onnxruntime to run.
 
-    The bundle contains the network with all pre- and postprocessing. The bundle also describes how to use the policy:
-    joints, units, control rate, observation, limits and origin. The bundle is written only if the exported policy
-    reproduces the actions of the trained policy.
+    The bundle contains the network with all pre- and postprocessing. The bundle also describes the policy's joints,
+    units, control rate, observation, limits and origin. The bundle is written only if the exported policy reproduces
+    the actions of the trained policy.
 
     Example:
         $ frobs export runs/first

@@ -28,7 +28,8 @@ def collect_outcomes(
 
     Args:
         names: Names of the jobs.
-        start: Function that runs the jobs, and reports the index and the progress of a job to a given callback.
+        start: Function that runs the jobs. The function receives a callback, and calls this callback with the index and
+            the progress of a job.
         if_interrupted: Message of the KeyboardInterrupt that is raised if the user presses Ctrl-C.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Options of ``frobs evaluate`` and ``frobs play`` that select a policy, and a function that opens this policy."""
+"""Policy-selection options of ``frobs evaluate`` and ``frobs play``, and a function that opens the selected policy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from frobs_train import Run
 
 _RUN_OR_ID = (
-    "Run folder that 'frobs train' wrote, or bundle that 'frobs export' wrote. With --model, --pretrained or "
+    "Run folder written by 'frobs train', or bundle written by 'frobs export'. With --model, --pretrained or "
     "--expert: a Gymnasium environment ID."
 )
 
@@ -35,7 +35,8 @@ ModelPath = Annotated[
         "--model",
         metavar="FILE",
         show_default=False,
-        help="Use this trained model instead of a run. The file has the format of the library that trained the model.",
+        help="Use this trained model instead of a run. The file must be in the format of the library that trained the "
+        "model.",
     ),
 ]
 
@@ -71,8 +72,8 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Open the --model file even if loading it executes code from the file, or a bundle even if it refers to "
-        "files, modules or wrappers to import. Use this flag only if you trust the author of the file.",
+        help="Also accept a --model file that executes code when it is loaded, and a bundle that refers to files, "
+        "modules or wrappers to import. Use this flag only if you trust the author of the file.",
     ),
 ]
 

@@ -19,7 +19,8 @@ def plot(
         typer.Option(
             metavar="FILE",
             dir_okay=False,
-            show_default="plots/learning_curve.png in the run or learning_curves.png next to the first of several runs",
+            show_default="plots/learning_curve.png in the run folder, or learning_curves.png next to the first run "
+            "if there are several runs",
             help="PNG file to write.",
         ),
     ] = None,

@@ -22,8 +22,8 @@ class TrainingProgress:
     """Context manager that shows the steps, speed, success, reward and remaining time of a training run.
 
     Args:
-        headline: Description of the training run. The description is printed once training has begun. If the input is
-            invalid, only the error message is printed.
+        headline: Description of the training run. The description is printed only after training has begun, so invalid
+            input produces only an error message.
         total_steps: Total number of environment steps.
 
     Attributes:
@@ -39,7 +39,7 @@ class TrainingProgress:
         self._next_line = 0.0
 
     def __enter__(self) -> Self:
-        """Start the bar, which is already shown while the environment is built."""
+        """Start the bar, so that it is visible while the environment is being built."""
         if self._console.is_terminal:
             self._bar = self._make_bar()
             self._task = self._bar.add_task("", total=self._total, numbers="starting")

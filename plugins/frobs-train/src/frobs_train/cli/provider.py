@@ -55,7 +55,7 @@ PROVIDER = TrainProvider()
 
 
 def _pretrained(id: str) -> dict[str, Any]:
-    """Return facts about an ID's trained policy, or an entry ``error`` if the policy file cannot be used."""
+    """Return facts about an ID's trained policy, or ``{"error": message}`` if the policy file cannot be used."""
     from frobs_core.errors import FrobsError
     from frobs_deploy import DeployError
     from frobs_train.export.pretrained import describe_pretrained, read_pretrained

@@ -18,7 +18,7 @@ def resume(
             metavar="N",
             min=1,
             show_default="the run's total",
-            help="Total number of environment steps. To extend the run, specify a larger number than its current "
+            help="Total number of environment steps. To extend the run, specify a number larger than its current "
             "total.",
         ),
     ] = None,
@@ -40,7 +40,7 @@ def resume(
     If the simulator restores its state exactly, a run that was stopped or killed continues as if it had not been
     interrupted. If the resumed run may differ from an uninterrupted run, a message explains why. A complete run is left
     unchanged unless --steps exceeds its total number of steps. Changed settings are recorded in the run's history.json.
-    --set rejects settings that the checkpoints depend on, and explains why.
+    --set rejects changes to settings that the checkpoints depend on, and explains why.
 
     Example:
         $ frobs resume runs/first

@@ -23,7 +23,7 @@ def train_and_report(
     Args:
         config: The configuration. The first run uses the configured seed, or 0 if no seed is configured.
         count: Number of seeds.
-        runner: Runner that runs the training jobs.
+        runner: Runner that executes the training jobs.
         run_dir: See :func:`frobs_train.runners.seeds.train_seeds`.
         on_existing: See :func:`frobs_train.runners.seeds.train_seeds`.
         json: Whether to write only JSON to stdout.
@@ -40,7 +40,7 @@ def train_and_report(
         outcomes = collect_outcomes(
             [f"seed {seed}" for seed in seeds],
             lambda update: train_seeds(config, seeds, runner, run_dir, update, on_existing=on_existing),
-            "repeat the command with --on-existing resume to continue all seeds",
+            "repeat the command with --on-existing resume to continue the runs of all seeds",
         )
     trained = [outcome.result for outcome in outcomes if outcome.error is None]
     if json:

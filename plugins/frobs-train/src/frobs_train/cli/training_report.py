@@ -22,7 +22,8 @@ def report_training(
     Args:
         headline: Description of the training run.
         total_steps: Total number of environment steps.
-        train: Function that trains a policy, and reports the progress after each row of the log to a given callback.
+        train: Function that trains a policy. The function receives a callback, and calls this callback with the
+            progress after each log row.
         json: Whether to write only JSON to stdout.
     """
     with only_json(json), TrainingProgress(headline, total_steps) as progress:

@@ -77,7 +77,7 @@ def tune(
     num_envs: NumEnvs = None,
     steps: Annotated[
         int | None,
-        typer.Option(metavar="N", min=1, show_default=False, help="Number of environment steps of each run."),
+        typer.Option(metavar="N", min=1, show_default=False, help="Number of environment steps in each run."),
     ] = None,
     seeds: Annotated[
         int, typer.Option(metavar="N", min=1, help="Number of runs per trial, each with its own seed.")
@@ -132,8 +132,8 @@ def tune(
     """Search for better training settings.
 
     Each trial trains one run per seed and is scored by evaluating these runs. The best settings are written to a file
-    for 'frobs train'. Run the same command again to continue an interrupted study, or to join a study that another
-    process is running.
+    that 'frobs train --config' accepts. Run the same command again to continue an interrupted study, or to join a study
+    that another process is running.
 
     Example:
         $ frobs tune frobs/Irb120Reach-v0 --trials 50 --steps 100_000
@@ -242,7 +242,7 @@ def _row(trial: TrialResult, keys: list[str]) -> list[str]:
 
 
 def _rounded(value: Any) -> Any:
-    """Round a number, even if it follows a prefix such as ``lin_``."""
+    """Round a number. If a prefix such as ``lin_`` precedes the number, keep the prefix."""
     if isinstance(value, str) and "_" in value:
         prefix, _, number = value.rpartition("_")
         try:

@@ -31,7 +31,7 @@ class Group:
     runs: tuple[RunScore, ...]
     final: Estimate  # interquartile mean of the final results over seeds
     reached: int  # number of runs that reached the threshold
-    steps_to_threshold: float | None  # median over seeds; None without a threshold, or if half of the runs missed it
+    steps_to_threshold: float | None  # median over seeds; None if no threshold is set or half of the runs missed it
     seconds: float  # training time [s], median over seeds
     steps_per_second: float  # median over seeds
     curve: Curve
@@ -100,11 +100,11 @@ def compare(
         metric: Metric to compare. Defaults to success if every environment reports it, else to reward.
         threshold: Target value of the metric. The comparison includes the number of environment steps that each run
             needs to reach this value. Defaults to 0.95 for success and to no threshold for reward.
-        evaluations: Fields of an :class:`frobs_train.Evaluation` for each run folder, used instead of the run's newest
-            evaluation.
+        evaluations: Mapping from run folders to the fields of an :class:`frobs_train.Evaluation`, used instead of each
+            run's newest evaluation.
 
     Raises:
-        RunError: No run is given, a run has no log yet, or success is requested but a run does not report success.
+        RunError: No runs are given, a run has no log yet, or the metric is success but a run does not report success.
         ConfigurationError: The threshold is not finite.
     """
     if not runs:
@@ -178,7 +178,7 @@ def _notes(groups: Sequence[Group], repeated: int, blind: int, count: int) -> li
     notes = []
     scores = [score for group in groups for score in group.runs]
     if repeated:
-        notes.append(f"Each run folder is used only once; number of repeated folders: {repeated}.")
+        notes.append(f"Repeated run folders are ignored (number ignored: {repeated}).")
     if 0 < blind < count:
         notes.append(f"Success is not reported by {blind} of {count} runs, so all runs are compared by their reward.")
     for group in groups:

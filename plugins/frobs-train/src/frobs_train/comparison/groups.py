@@ -24,7 +24,7 @@ _SPOKEN = ("environment", "algorithm")
 """Settings whose values appear in a label without the name of the setting."""
 
 _MOST = 3
-"""Maximum number of settings in a label. If more settings differ, the label shows a run folder name instead."""
+"""Maximum number of settings in a label. If more settings differ, the label shows the name of a run folder instead."""
 
 
 def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:

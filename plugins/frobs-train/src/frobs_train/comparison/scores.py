@@ -144,7 +144,7 @@ def _last_part(columns: Columns, values: Floats) -> float:
 
 
 def _smoothed(columns: Columns, metric: str) -> tuple[Floats, Floats]:
-    """Return the steps and the smoothed values of all rows that have a value."""
+    """Return the step counts and the smoothed values of a metric, omitting log rows without a value."""
     steps = columns[STEPS]
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     smoothed = smooth(values, columns.get("episode/count", np.ones(len(steps))))

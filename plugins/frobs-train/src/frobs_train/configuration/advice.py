@@ -23,6 +23,6 @@ def advise_controller(config: RunConfig) -> str | None:
     if steps[own] >= steps[chosen]:
         return None
     return (
-        f"'--controller {own}' learns faster: it needs {steps[own]:,} steps, whereas '{chosen}' needs "
+        f"Training is faster with '--controller {own}', which needs {steps[own]:,} steps; '{chosen}' needs "
         f"{steps[chosen]:,}."
     )

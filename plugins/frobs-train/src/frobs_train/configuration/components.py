@@ -1,4 +1,4 @@
-"""Import and build wrappers and callbacks from their names (``"package.module:Name"``) and keywords."""
+"""Import and build wrappers and callbacks from their names (``"package.module:Name"``) and keyword arguments."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def load_wrapper(component: ComponentConfig) -> type[Any]:
 
 
 def check_components(components: Sequence[ComponentConfig], written: Any, what: str) -> None:
-    """Import components, and check their keywords without building the components.
+    """Import components, and check their keyword arguments without building the components.
 
     Args:
         components: Wrappers or callbacks of the configuration.
@@ -75,7 +75,7 @@ def check_components(components: Sequence[ComponentConfig], written: Any, what: 
 
 
 def build_component(factory: Any, args: Sequence[Any], component: ComponentConfig, what: str) -> Any:
-    """Call the factory of a component, and convert its exceptions to ComponentError."""
+    """Build a component by calling its factory, and convert exceptions to ComponentError."""
     try:
         return factory(*args, **component.kwargs)
     except FrobsError:
@@ -88,7 +88,7 @@ def build_component(factory: Any, args: Sequence[Any], component: ComponentConfi
 
 
 def _keywords(factory: Any, without_first: bool) -> list[str] | None:
-    """Return the keywords that a factory accepts, or None if it accepts any keyword or has no signature."""
+    """Return the argument names that a factory accepts, or None if it accepts any name or has no signature."""
     try:
         parameters: Mapping[str, inspect.Parameter] = inspect.signature(factory).parameters
     except (TypeError, ValueError):

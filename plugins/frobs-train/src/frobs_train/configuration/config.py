@@ -31,7 +31,7 @@ class ThreadsConfig(BaseModel):
 
 
 class ComponentConfig(BaseModel):
-    """Configuration of a wrapper or callback. The constructor receives all keys except ``name``.
+    """Configuration of a wrapper or callback. All keys except ``name`` are passed to the constructor.
 
     Attributes:
         name: ``"package.module:Name"``.
@@ -43,7 +43,7 @@ class ComponentConfig(BaseModel):
 
     @property
     def kwargs(self) -> dict[str, Any]:
-        """Keywords of the constructor."""
+        """Keyword arguments of the constructor."""
         return dict(self.model_extra or {})
 
 
@@ -68,12 +68,12 @@ class RunConfig(BaseModel):
 
     Attributes:
         environment: Gymnasium ID. If the ID has the form ``"module:ID"``, the module is imported first.
-        environment_kwargs: Keywords of the environment, such as simulator, controller and task parameters.
+        environment_kwargs: Keyword arguments of the environment, such as simulator, controller and task parameters.
         randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.randomization`.
             Evaluations are randomized only on request.
         reset_from: Settings of the reverse curriculum, or None for no curriculum. Evaluations never use the curriculum.
         stagger: Whether to end the first episodes at random times, so that the environments do not all reach the time
-            limit in the same step.
+            limit at the same step.
         algorithm: Name of the algorithm.
         algorithm_config: Settings of the algorithm.
         num_envs: Number of environments in the vector environment.
@@ -87,8 +87,8 @@ class RunConfig(BaseModel):
         evaluation_episodes: Number of episodes of each evaluation during training.
         stop_at_success: Success rate, in (0, 1], at which an evaluation ends training, or None to train for all steps.
         threads: Thread counts, see :func:`frobs_train.decide_threads`.
-        wrappers: Gymnasium wrappers of the environment, innermost first, each with a ``name`` and keywords.
-        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`, each with a ``name`` and keywords.
+        wrappers: Gymnasium wrappers of the environment, innermost first, each with a ``name`` and keyword arguments.
+        callbacks: Subclasses of :class:`frobs_train.TrainingCallback`, each with a ``name`` and keyword arguments.
         log: Services to which the log and the evaluations are sent, ``"wandb"`` or ``"mlflow"``.
     """
 
@@ -123,7 +123,7 @@ class RunConfig(BaseModel):
     def keywords(
         self, *, simulator: str | None = None, randomize: bool | Mapping[str, Any] | None = None
     ) -> dict[str, Any]:
-        """Return the keywords of the environment.
+        """Return the keyword arguments of the environment.
 
         Args:
             simulator: Name of the simulator. Defaults to the training run's simulator.

@@ -33,8 +33,8 @@ def resolve_config(
     """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
     In order of increasing precedence, the sources are the settings for the ID in the algorithm's record, the file, the
-    flags, and the individual settings. If the file has another layout that the algorithm supports, the file is
-    translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
+    flags, and the individual settings. If the file has another layout, which the algorithm's record declares, the file
+    is translated and the tuned settings are ignored. The file may have a section ``controllers`` with one mapping per
     controller. Only the mapping of the chosen controller is used.
 
     Args:
@@ -156,7 +156,7 @@ def _environment_kwargs(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _with_section(layer: ConfigMapping, controller: Any) -> tuple[Mapping[str, Any], ...]:
-    """Return a settings layer without controller sections, followed by the controller's section if it exists."""
+    """Return a layer's general settings, followed by the section of the chosen controller if this section exists."""
     sections = layer.get("controllers")
     if sections is None:
         return (layer,)

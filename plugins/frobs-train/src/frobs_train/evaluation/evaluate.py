@@ -42,8 +42,8 @@ class Evaluation:
         tracking_error: Mean tracking error [m] in the second half of each episode, after the robot has had time to
             approach the target. None if the task has no tracking error.
         episodes: Number of episodes.
-        success_by_octant: Success in each octant of the goal box. The keys are the signs of the goal position relative
-            to the center of the box, such as ``"+x-y+z"``. None if the task has no goal positions.
+        success_by_octant: Success statistics for each octant of the goal box. The keys are the signs of the goal
+            position relative to the center of the box, such as ``"+x-y+z"``. None if the task has no goal positions.
         environment: Gymnasium ID.
         simulator: Name of the chosen simulator, or None if the training run's simulator was used.
         randomize: Randomization settings, or None if the nominal models were used.
@@ -97,12 +97,13 @@ def evaluate(
         seed: Seed of the episodes, ≥ 0. Defaults to the run's seed.
         num_envs: Number of environments in the vector environment, ≥ 1. By default, the number is chosen automatically.
         deterministic: Whether to use the policy's deterministic actions instead of sampling.
-        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
+        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
+            environment steps.
         on_progress: Called after each step with the number of finished episodes.
 
     Raises:
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
-        ConfigurationError: A number is out of range.
+        ConfigurationError: A numeric argument is out of range.
         RunError: The environment's spaces differ from the spaces used in training.
     """
     config = run.config
@@ -170,7 +171,7 @@ def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = Non
 
 
 def _digest(settings: Mapping[str, Any]) -> str:
-    """Return a digest of settings, which distinguishes the result files of different evaluations."""
+    """Return a hash of settings, used to give the result files of different evaluations different names."""
     return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
 
 

@@ -96,7 +96,7 @@ class EpisodeCounter:
             self._begun[:] = self._goals[0]()
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Add the results of the episodes that ended in a step."""
+        """Add the results of the episodes that ended at a step."""
         wanted = self._left[finished.env_ids] > 0
         self._left[finished.env_ids[wanted]] -= 1
         self.rewards += finished.rewards[wanted].tolist()
@@ -107,7 +107,7 @@ class EpisodeCounter:
         self._finished = finished
 
     def after_step(self) -> None:
-        """Store the goals of the episodes that began in this step, and accumulate the tracking errors."""
+        """Store the goals of the episodes that began at this step, and accumulate the tracking errors."""
         if self._errors is not None:
             self._steps += 1
             if self._finished is not None:
@@ -127,7 +127,10 @@ class EpisodeCounter:
         return self._error_sum / self._error_count if self._error_count else None
 
     def by_octant(self) -> dict[str, OctantResult] | None:
-        """Return the success in each octant that contained a goal, or None if goals or successes are not available."""
+        """Return success statistics for each octant that contained a goal.
+
+        Return None if goals or successes are not available.
+        """
         if self._goals is None or not self.successes:
             return None
         above = np.concatenate(self._ended) > self._goals[1]  # (episodes, 3)

@@ -39,7 +39,8 @@ def record_video(
         path: File to write. Defaults to ``video.mp4`` in the run's folder.
         episodes: Number of episodes, ≥ 1. The episodes are seeded with the run's evaluation seed.
         randomized: Whether to use the training run's randomization instead of the nominal models.
-        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
+        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
+            environment steps.
         on_progress: Called after each frame with the number of frames so far.
 
     Returns:
@@ -48,7 +49,7 @@ def record_video(
     Raises:
         RenderingUnavailableError: This machine cannot render images.
         RunError: imageio-ffmpeg is not installed, or the environment does not render RGB images.
-        ConfigurationError: The environment cannot render, or a number is out of range.
+        ConfigurationError: The environment cannot render, or a numeric argument is out of range.
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
     """
     whole_number("episodes", episodes, 1)

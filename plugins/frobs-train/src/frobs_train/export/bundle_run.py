@@ -1,4 +1,4 @@
-"""Open policy bundles with the interface of a run, so that they can be evaluated and played like runs."""
+"""Open policy bundles as objects with the interface of a run, so that bundles can be evaluated and played."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ class BundleRun(Run):
             if trained[what] != now:
                 raise BundleMismatchError(
                     self.path,
-                    f"the environment's {what} space differs from the one that the policy was trained with; use the same "
-                    "environment version and keywords as in training.",
+                    f"the environment's {what} space differs from the one that the policy was trained with; use the "
+                    "same environment version and keyword arguments as in training.",
                 )
         return BundlePolicy(policy, observation_space, action_space), self.steps
 
 
 class BundlePolicy:
-    """Policy of a bundle, with the spaces and the ``predict`` method of an algorithm."""
+    """Adapter that gives a bundle's policy the spaces and the ``predict`` method of an algorithm."""
 
     def __init__(self, policy: Policy, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> None:
         self._policy = policy
@@ -90,7 +90,7 @@ class BundlePolicy:
 
 
 def open_pretrained(environment: str) -> BundleRun:
-    """Open the trained policy of an environment ID with the interface of a run.
+    """Open the trained policy of an environment ID as an object with the interface of a run.
 
     Args:
         environment: Environment ID, optionally in the form ``frobs_core:frobs/…``.

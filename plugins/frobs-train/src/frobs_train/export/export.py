@@ -44,7 +44,8 @@ def export(
     Args:
         run: The run.
         out: File to write or replace. Defaults to ``policy.frobs`` in the run folder.
-        checkpoint: ``"newest"``, ``"best"`` according to evaluations during training, or a number of environment steps.
+        checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
+            environment steps.
         license: An SPDX identifier such as ``"MIT"``, or the path of a text file. By default, no license is given.
 
     Raises:
@@ -83,7 +84,7 @@ def export(
 
 
 def compare(algorithm: Algorithm, policy: Policy, env: gym.vector.VectorEnv[Any, Any, Any], seed: int) -> float:
-    """Return the largest :func:`difference` between the actions of two policies in episodes of the first policy."""
+    """Return the largest :func:`difference` between two policies' actions in episodes played by the first policy."""
     observation, _ = env.reset(seed=seed)
     state, start = None, np.ones(env.num_envs, np.bool_)
     policy.reset()
@@ -120,7 +121,7 @@ def difference(space: gym.Space[Any], expected: Any, found: Any, scores: Any) ->
 
 
 def _scores_of(space: gym.Space[Any], scores: Any, column: int, choices: tuple[int, int]) -> tuple[float, float]:
-    if isinstance(space, gym.spaces.MultiBinary):  # one logit per column, compared with 0
+    if isinstance(space, gym.spaces.MultiBinary):  # the action is 1 in columns with a positive logit, else 0
         return float(scores[column]), 0.0
     first = int(space.nvec[:column].sum()) if isinstance(space, gym.spaces.MultiDiscrete) else 0
     return float(scores[first + choices[0]]), float(scores[first + choices[1]])

@@ -142,12 +142,12 @@ def license_text(license: str | None) -> str:
 
 
 def _names(keywords: Mapping[str, Any]) -> dict[str, str]:
-    """Return the names of the registered task, robot, controller and simulator in an environment's keywords."""
+    """Return the task, robot, controller and simulator that the keyword arguments specify by name."""
     return {part: name for part in _PARTS if isinstance(name := keywords.get(part), str)}
 
 
 def _parameters(config: RunConfig) -> Mapping[str, Any]:
-    """Return the environment ID's registered keywords, or an empty mapping for an ID of another package."""
+    """Return the keyword arguments registered with the environment ID, or an empty mapping for other packages' IDs."""
     try:
         return registry.find_environment(config.environment.rpartition(":")[2])[1].parameters
     except PluginError:

@@ -12,7 +12,7 @@ from frobs_core.errors import UntrustedFileError
 from frobs_train.configuration.config import RunConfig
 
 PARTS = ("task", "robot", "controller", "simulator")
-"""Environment keywords whose values are names of registered parts."""
+"""Keyword arguments of the environment whose values are names of registered components."""
 
 WRAPPERS: Mapping[str, int] = {
     **{

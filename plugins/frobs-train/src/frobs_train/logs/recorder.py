@@ -19,13 +19,13 @@ TERM_PREFIX = "frobs/reward/"
 """Prefix of the keys of reward terms in ``info``."""
 
 FROM_PATH = "frobs/from_path"
-"""Key in ``final_info``, (num_envs,) bool, which is True for episodes that began on an expert's path. These episodes
-are excluded from the statistics."""
+"""Key of a Boolean array, (num_envs,), in ``final_info``. The array is True for episodes that began on an expert's
+path. These episodes are excluded from the statistics."""
 
 
 @dataclass(frozen=True)
 class FinishedEpisodes:
-    """Results of the n episodes that ended in the same step. All arrays have shape (n,)."""
+    """Results of the n episodes that ended at the same step. All arrays have shape (n,)."""
 
     env_ids: npt.NDArray[np.intp]  # indices of the environments in which the episodes ended
     rewards: Floats  # undiscounted return of each episode
@@ -126,7 +126,7 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         }
 
     def _wrappers(self) -> list[Any]:
-        """Return the wrappers between the recorder and the environment that support snapshots."""
+        """Return the wrappers that support snapshots, among those between the recorder and the environment."""
         found, env = [], self.env
         while isinstance(env, gym.vector.VectorWrapper):
             if hasattr(type(env), "snapshot") and hasattr(type(env), "restore"):

@@ -41,7 +41,7 @@ class ServiceLogger(TrainingCallback):
 
     The file ``<name>.json`` in the run folder stores the ID of the service's run and the step count of the last row
     sent. A resumed training run can therefore continue the service's run without sending rows twice. Rows that could
-    not be sent are sent again at the next checkpoint. Rows that were logged before the service was chosen are sent
+    not be sent are sent again at the next checkpoint. Rows that were logged before the service was enabled are sent
     first.
     """
 
@@ -55,7 +55,7 @@ class ServiceLogger(TrainingCallback):
         self._run: Run | None = None
 
     def on_start(self, run: Run, steps: int) -> None:
-        """Open the service's run, and send missing rows."""
+        """Open the service's run, and send the rows that the run does not yet contain."""
         self._state = read_state(run, self.name)
         self._state |= self._open(run, self._state)
         self._run = run

@@ -23,7 +23,7 @@ class EpisodeStatistics:
         self.recent_successes: deque[float] = deque(maxlen=100)
 
     def add(self, finished: FinishedEpisodes) -> None:
-        """Add the episodes that ended in a step."""
+        """Add the episodes that ended at a step."""
         self._since.append(finished)
         self.recent_rewards.extend(finished.rewards.tolist())
         self.recent_lengths.extend(finished.lengths.tolist())
@@ -33,7 +33,7 @@ class EpisodeStatistics:
     def take_row(self, terms: Sequence[str]) -> dict[str, float | None]:
         """Return the means over all episodes since the last call, as columns of the log.
 
-        ``terms`` contains the names of all reward terms. Means are None if no episode has ended.
+        ``terms`` contains the names of all reward terms. Means are None if no episode has ended since the last call.
         """
         episodes, self._since = self._since, []
         row: dict[str, float | None] = {"episode/count": sum(len(item.env_ids) for item in episodes)}

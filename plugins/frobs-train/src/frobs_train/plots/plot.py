@@ -36,8 +36,8 @@ class _Curves:
 def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
     """Plot the learning curves of runs as a PNG file.
 
-    Runs that differ only in their seed form a group. Each group is drawn as a bold mean line with a band from the
-    lowest to the highest run. Reward terms are also plotted if all runs belong to the same group.
+    Runs that differ only in their seed form a group. Each group is drawn as a bold mean line with a band between the
+    lowest and the highest run. Reward terms are also plotted if all runs belong to the same group.
 
     Args:
         runs: One or more runs to plot.
@@ -48,7 +48,7 @@ def plot_runs(runs: Sequence[Run], path: Path | str | None = None) -> Path:
         The path of the written file.
 
     Raises:
-        RunError: matplotlib is not installed, no run is given, or a run has no log yet.
+        RunError: matplotlib is not installed, no runs are given, or a run has no log yet.
     """
     curves = [_Curves(run, read_columns(run.path)) for run in runs]
     if not curves:

@@ -27,11 +27,11 @@ _COLUMNS = {
     "reward": "episode/reward",
     "length": "episode/length",
 }
-"""Log column of each fact about a training run."""
+"""Log column that contains each fact about a training run."""
 
 
 def training_job(config: RunConfig, run_dir: Path) -> Job:
-    """Return a job that trains a run, or continues an existing run in the folder.
+    """Return a job that starts a training run, or continues an existing run in the folder.
 
     The result of the job is described in :func:`frobs_train.train_seeds`.
     """
@@ -60,7 +60,7 @@ def evaluation_job(
         kind: ``"run"``, ``"pretrained"`` for the trained policy of the ID, or ``"expert"`` for the ID's expert.
         settings: Settings of the environment, if ``kind`` is ``"expert"``.
         trust: Whether a bundle may specify files, modules and wrappers to import.
-        keywords: Keywords of :func:`frobs_train.evaluate`.
+        keywords: Keyword arguments for :func:`frobs_train.evaluate`.
     """
     return Job(
         name=str(run),
@@ -77,7 +77,7 @@ def evaluation_job(
 
 
 def train_run(config: Mapping[str, Any], run_dir: Path, report: Report) -> dict[str, Any]:
-    """Train a run, or continue an existing run."""
+    """Start a training run, or continue an existing run."""
     run = train(RunConfig(**config), run_dir, report, on_existing="resume")
     log = read_progress(run.path / "progress.csv")
     facts = {name: last_value(log.get(column, [])) for name, column in _COLUMNS.items()}

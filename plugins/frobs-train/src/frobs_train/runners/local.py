@@ -14,7 +14,7 @@ from frobs_train.tuning.tune import Search, tune
 
 
 class LocalRunner(Runner):
-    """Runner that runs one job after another in this process, where each job can use all processors."""
+    """Runner that runs one job after another in this process, so that each job can use all processors."""
 
     name: ClassVar[str] = LOCAL
 

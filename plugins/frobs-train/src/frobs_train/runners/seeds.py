@@ -39,7 +39,7 @@ def train_seeds(
     Args:
         config: Configuration from :func:`frobs_train.resolve_config`. The configured seed is ignored.
         seeds: The seeds, each in [0, 2³²).
-        runner: Runner that runs the training jobs.
+        runner: Runner that executes the training jobs.
         run_dir: Parent folder of the run folders ``seed0``, ``seed1``, …. By default, each run folder is
             ``runs/<ID>/<algorithm>_seed<seed>``.
         on_progress: Called with the index of a seed and the progress of its run.
@@ -47,8 +47,9 @@ def train_seeds(
             are not trained again.
 
     Yields:
-        The outcome of each seed as soon as its run has ended. The result of an outcome is a mapping with ``run``,
-        ``environment``, ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``, ``reward`` and ``length``.
+        The outcome of each seed as soon as its run has ended. The result of an outcome is a mapping with the keys
+        ``run``, ``environment``, ``algorithm``, ``seed``, ``steps``, ``seconds``, ``success``, ``reward`` and
+        ``length``.
 
     Raises:
         RunExistsError: A run folder exists.

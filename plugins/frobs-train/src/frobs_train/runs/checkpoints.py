@@ -142,7 +142,7 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
 
 
 def _remove(path: Path) -> None:
-    """Remove a checkpoint atomically, so that a killed process leaves no incomplete checkpoint."""
+    """Remove a checkpoint atomically. If the process is killed during the removal, no incomplete checkpoint remains."""
     aside = path.with_name(f".{path.name}.old")
     shutil.rmtree(aside, ignore_errors=True)
     try:

@@ -1,4 +1,4 @@
-"""The scripted expert of a task, with the interface of a run."""
+"""Run the scripted expert of a task through the interface of a training run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from frobs_train.runs.run import Run
 
 
 class ExpertRun(Run):
-    """The scripted, untrained expert of an environment's task, with the interface of a run.
+    """The scripted, untrained expert of an environment's task, used through the interface of a training run.
 
     Args:
         environment: Gymnasium ID.

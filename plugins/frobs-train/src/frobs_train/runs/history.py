@@ -40,12 +40,12 @@ _PART = "the policy and the checkpoints depend on this setting"
 
 
 def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
-    """Check that a run can continue with another configuration.
+    """Check that a run can continue with a different configuration.
 
     Args:
         before: The previous configuration.
         after: The new configuration.
-        source: Origin of the new configuration for the error message, such as ``"--set"``.
+        source: Origin of the new configuration, for use in the error message, such as ``"--set"``.
 
     Raises:
         RunError: A setting that cannot change during a run differs.
@@ -93,7 +93,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:
-    """Return a record of the settings that changed after a number of environment steps."""
+    """Return a record of the changed settings and of the environment steps completed before the change."""
     found = differences(before.model_dump(), after.model_dump())
     return {
         "steps": steps,

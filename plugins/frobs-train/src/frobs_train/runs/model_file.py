@@ -1,4 +1,4 @@
-"""A model file of another library, with the interface of a run."""
+"""Use a model file of another library through the interface of a training run."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ from frobs_train.runs.run import Run
 
 
 class ModelFile(Run):
-    """A model saved by an algorithm's library, with the interface of a run. The model cannot be trained further.
+    """A model saved by an algorithm's library and used through the interface of a training run.
+
+    The model cannot be trained further.
 
     Args:
         file: The model file. The suffix of the file determines which algorithms can read it.
         environment: Gymnasium ID of the environment in which the model acts.
-        algorithm: Name of the algorithm. By default, the name is read from the file.
+        algorithm: Name of the algorithm. By default, the algorithm's name is read from the file.
         settings: Assignments to keys of :class:`frobs_train.RunConfig`, such as
             ``"environment_kwargs.controller=joint_position"``, ``"seed=3"`` or ``"wrappers=[…]"``.
         trust: Whether to open the file even if opening it executes code from the file.
@@ -75,7 +77,7 @@ class ModelFile(Run):
 
 
 def _opener(file: Path, algorithm: str | None) -> str:
-    """Return the name of the function that opens a file, taken from the algorithm's record."""
+    """Return the name of the function, defined in the algorithm's record, that opens a file."""
     records = cast("Mapping[str, AlgorithmRecord]", plugins.records("algorithm"))
     if algorithm is not None:
         record = algorithm_record(algorithm)

@@ -24,7 +24,8 @@ def acting_policy(run: Run, env: Any, checkpoint: str | int = "newest") -> tuple
     Args:
         run: The run.
         env: A single or vector environment.
-        checkpoint: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of environment steps.
+        checkpoint: Checkpoint to load: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
+            environment steps.
 
     Returns:
         The policy, which supports at least ``predict``, and the number of environment steps for which it was trained.
@@ -49,7 +50,8 @@ def load_policy(
         run: The run.
         observation_space: Observation space of a single environment in which the policy will act.
         action_space: Action space of a single environment in which the policy will act.
-        checkpoint: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of environment steps.
+        checkpoint: Checkpoint to load: ``"newest"`` for the newest undamaged checkpoint, ``"best"``, or a number of
+            environment steps.
 
     Returns:
         The algorithm, and the number of environment steps for which it was trained. For a bundle or a model file,
@@ -63,7 +65,7 @@ def load_policy(
     if run.edited is not None:
         keys = ", ".join(key for key, _, _ in differences(run.config.model_dump(), run.edited.model_dump()))
         _log.warning(
-            "%s was edited: %s. The edits are ignored; the values that the run was trained with are used.",
+            "%s was edited: %s. The edits are ignored, and the values from training are used.",
             run.path / "config.yaml",
             keys,
         )
@@ -75,7 +77,7 @@ def load_policy(
         if trained != now:
             raise RunError(
                 f"{run.path}: the policy was trained with {what} space {trained}, but the space of the environment is "
-                f"{now}; use the same environment keywords as in training."
+                f"{now}; use the same keyword arguments as in training."
             )
     return algorithm, steps
 

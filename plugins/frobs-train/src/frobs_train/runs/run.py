@@ -147,8 +147,8 @@ class Run:
         """Return a checkpoint for prediction, and one message for each newer checkpoint that is damaged.
 
         Args:
-            which: ``"newest"`` for the newest undamaged checkpoint, ``"best"`` according to evaluations during
-                training, or a number of environment steps.
+            which: Checkpoint to return: ``"newest"`` for the newest undamaged checkpoint, ``"best"`` according to
+                evaluations during training, or a number of environment steps.
 
         Raises:
             CheckpointError: The checkpoint does not exist or is damaged.

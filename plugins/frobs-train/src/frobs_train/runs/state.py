@@ -72,12 +72,12 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
-    """Write ``best.json``, which contains the environment steps and the rank of the best policy."""
+    """Write ``best.json``, which contains the number of environment steps and the rank of the best policy."""
     (folder / "best.json").write_text(json.dumps({"steps": steps, "rank": list(rank)}) + "\n", encoding="utf-8")
 
 
 def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
-    """Return the environment steps and the rank, (success, reward), of the best policy."""
+    """Return the number of environment steps and the rank, (success, reward), of the best policy."""
     path = folder / "best.json"
     try:
         values = json.loads(path.read_text("utf-8"))

@@ -23,10 +23,10 @@ def has_snapshot(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) ->
 
 
 def why_not_exact(config: RunConfig, env: gym.vector.VectorEnv[Any, Any, Any]) -> str | None:
-    """Return why a resumed run may differ from an uninterrupted run, or None if both are identical."""
+    """Return why a resumed run may differ from an uninterrupted run, or None if both runs are identical."""
     record = algorithm_record(config.algorithm)
     if not record.exact_resume:
-        return f"the algorithm {config.algorithm} does not save its episodes and random numbers"
+        return f"the algorithm {config.algorithm} does not save its episodes or its random number state"
     if not has_snapshot(config, env):
         how = ", stepped one by one," if hasattr(env.unwrapped, "envs") else ""
         return f"{config.environment}{how} does not support snapshots, so the resumed run begins new episodes"

@@ -23,7 +23,7 @@ class TrainingInterrupt(KeyboardInterrupt):
 
     Args:
         path: The run's folder.
-        checkpoint: Environment steps of the newest checkpoint, or None if there is no checkpoint.
+        checkpoint: Number of environment steps at the newest checkpoint, or None if there is no checkpoint.
         signum: Number of the received signal.
 
     Attributes:
@@ -70,4 +70,7 @@ class Interrupts:
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
         with contextlib.suppress(RuntimeError):  # the signal arrived while another message was being logged
-            _log.warning("Training stops with a checkpoint after the current rollout; %s stops it immediately.", again)
+            _log.warning(
+                "Training stops after the current rollout and writes a checkpoint; %s stops training immediately.",
+                again,
+            )

@@ -31,7 +31,7 @@ class Progress:
         steps: Number of environment steps so far.
         total_steps: Total number of environment steps.
         elapsed: Training time, including the time before interruptions [s].
-        steps_per_second: Mean speed since the start [environment steps/s].
+        steps_per_second: Mean speed since the beginning of the run [environment steps/s].
         seconds_left: Estimated remaining time [s].
         reward: Mean reward per episode over the last 100 episodes, or None before the first episode ends.
         length: Mean length of the last 100 episodes [control steps], or None before the first episode ends.
@@ -99,7 +99,7 @@ class RunMonitor:
         self._plan(self.steps)
 
     def _plan(self, steps: int) -> None:
-        """Determine after how many steps the next row, checkpoint and evaluation are due.
+        """Determine after how many steps the next log row, checkpoint and evaluation are due.
 
         The plan depends only on the number of steps.
         """
@@ -109,7 +109,7 @@ class RunMonitor:
         self._next = min(self._next_row, self._next_checkpoint, self._next_evaluation)
 
     def is_due(self, steps: int) -> bool:
-        """Return whether a row, an evaluation or a checkpoint is due, or an interruption has been requested."""
+        """Return whether a log row, an evaluation or a checkpoint is due, or an interruption has been requested."""
         if steps >= self._next:
             return True
         if self._context.interrupts.requested is None:
@@ -118,7 +118,7 @@ class RunMonitor:
         return True
 
     def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Write a row, report the progress, and evaluate if an evaluation is due.
+        """Write a log row, report the progress, and evaluate the policy if an evaluation is due.
 
         If an interruption is the only reason for this call, no row is written. The metrics are kept for the next row,
         so that the log is identical to the log of an uninterrupted run.

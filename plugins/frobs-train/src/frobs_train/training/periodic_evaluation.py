@@ -1,4 +1,4 @@
-"""Evaluate during training, and keep the best policy."""
+"""Evaluate the policy during training, and save the best policy."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ class PreparedTraining:
 
     Attributes:
         env: The seeded environments. The caller must close the environments when the run ends.
-        recorder: Wrapper around the environments that counts steps and reports finished episodes.
+        recorder: Wrapper that counts the environments' steps and reports finished episodes.
         episodes: Statistics of the episodes that the recorder reports.
         algorithm: The untrained algorithm, which steps the recorder.
     """
@@ -40,7 +40,8 @@ def prepare_training(config: RunConfig) -> PreparedTraining:
 
     Raises:
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the action space.
+        ConfigurationError: A setting or keyword argument is invalid, or the algorithm does not support the action
+            space.
     """
     record = algorithm_record(config.algorithm)
     settings = resolve_algorithm_config(record, config.algorithm_config)

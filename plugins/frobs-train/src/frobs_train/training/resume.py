@@ -52,15 +52,16 @@ def resume(
             changes its configuration. Schedules such as ``lin_3e-4`` then use the new total, so their values increase
             abruptly once.
         settings: Changed settings in the form ``"key=value"``. Only settings of evaluations, logging, checkpoints,
-            callbacks, simulator threads and task parameters can change. Edits of ``config.yaml`` can change
-            only the same settings.
+            callbacks, simulator threads and task parameters can change. The same restriction applies to edits of
+            ``config.yaml``.
         on_progress: Called after each row of the log. If this function returns False, training ends with a checkpoint.
 
     Returns:
         The run. A complete run is returned unchanged.
 
     Raises:
-        RunError: The folder is not a writable run folder, or a changed setting is fixed for the run.
+        RunError: The folder is not a writable run folder, or a setting that must stay constant during a run was
+            changed.
         RunBusyError: Another process is training in the folder.
         ConfigurationError: ``steps`` is below the number of steps already taken, or a setting is invalid.
         CheckpointError: Checkpoints exist, but none of them is usable.

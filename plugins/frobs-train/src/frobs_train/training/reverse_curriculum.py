@@ -19,8 +19,8 @@ from frobs_train.logs.recorder import FROM_PATH
 _WITHOUT = "to train without reset_from, pass --set reset_from=null"
 
 _AT_FRONT = 0.5
-"""Probability that an episode on the path begins at the front. Otherwise, the episode begins between the front and the
-end of the path."""
+"""Probability that an episode that begins on the expert's path begins at the front. Otherwise, the episode begins
+between the front and the end of the path."""
 
 _EPISODES = 50
 """Number of episodes that must have begun at the front before the front can move."""
@@ -64,7 +64,7 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         base.call_after_reset(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
-        """Move a fraction of the masked environments to states on the path."""
+        """Move a fraction of the environments selected by ``mask`` to states on the path."""
         rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
         drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
         on_path = drawn[:, 0] < self._config.share

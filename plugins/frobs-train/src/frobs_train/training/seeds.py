@@ -1,4 +1,4 @@
-"""Derive the seeds of a run from one seed, so that runs with neighboring seeds share no random numbers."""
+"""Derive the seeds of a run from one seed, so that runs with consecutive seeds share no random numbers."""
 
 from __future__ import annotations
 

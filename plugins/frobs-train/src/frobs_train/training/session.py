@@ -92,7 +92,7 @@ def run_training(
     """Train for all remaining steps, or until training is stopped.
 
     Args:
-        run: The run, whose folder is locked.
+        run: The run. The caller must hold the lock of the run folder.
         env: The environments.
         episodes: Episode statistics, which the recorder of the environments updates.
         algorithm: The new or loaded algorithm.

@@ -67,11 +67,10 @@ def _affinity() -> int:
 def decide_threads(config: RunConfig) -> Threads:
     """Decide how many threads the simulator and the algorithm use.
 
-    The number of simulator threads is ``threads.simulator``, which defaults to the environment keyword ``num_threads``
-    or else to the number of processors. There is at most one simulator thread per environment. The number of algorithm
-    threads is the algorithm's setting ``torch_threads``, which does not depend on the machine, because a different
-    number of threads may lead to different rounding errors. The setting defaults to 1, which is fastest for small
-    networks.
+    The number of simulator threads is ``threads.simulator``, which defaults to the environment's keyword argument
+    ``num_threads`` or else to the number of processors. There is at most one simulator thread per environment. The
+    number of algorithm threads is the algorithm's setting ``torch_threads``. The default is 1 on all machines, because
+    a different number of threads may lead to different rounding errors. One thread is fastest for small networks.
     """
     processors = usable_processors()
     simulator = None

@@ -46,7 +46,8 @@ def train(
         RunExistsError: The folder already exists.
         RunBusyError: Another process is training in the folder.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting or keyword is invalid, or the algorithm does not support the action space.
+        ConfigurationError: A setting or keyword argument is invalid, or the algorithm does not support the action
+            space.
         CheckpointError: A checkpoint cannot be written.
         TrainingError: The environment or the algorithm raised an exception.
         TrainingInterrupt: Ctrl-C or SIGTERM was received.

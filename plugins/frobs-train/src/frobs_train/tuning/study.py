@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import optuna
 
 SAMPLERS = ("tpe", "gp", "random")
-"""Methods that choose settings: tree-structured Parzen estimator, Gaussian process, or random."""
+"""Methods that choose settings: tree-structured Parzen estimator, Gaussian process, or random sampling."""
 
 PRUNERS = ("median", "halving", "hyperband", "population", "none")
 """Methods that stop unpromising trials: median rule, successive halving, Hyperband, population, or none. ``population``
@@ -102,7 +102,7 @@ def open_study(name: str, storage: str, sampler: str, pruner: str, seeds: int) -
                 sampler=_sampler(sampler),
                 pruner=_pruner(pruner, seeds),
             )
-        except Exception as error:  # each database raises its own exceptions
+        except Exception as error:  # each database driver has its own exception types
             reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
             raise StudyError(
                 name,

@@ -102,7 +102,7 @@ class Session:
     Raises:
         RunError: Optuna is not installed, or the folder contains the trials of another study.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting, the search space, the storage or a number is invalid.
+        ConfigurationError: A setting, the search space, the storage or a numeric argument is invalid.
     """
 
     def __init__(self, search: Search) -> None:
@@ -175,7 +175,7 @@ def tune(
     Raises:
         RunError: Optuna is not installed, or the folder contains the trials of another study.
         UnknownNameError: The environment ID or algorithm does not exist.
-        ConfigurationError: A setting, the search space, the storage or a number is invalid.
+        ConfigurationError: A setting, the search space, the storage or a numeric argument is invalid.
     """
     if search.pruner == "population":
         raise ConfigurationError(
@@ -260,7 +260,7 @@ def run_trial(
             on_progress(index, progress)
             value = _metric(search, progress.success, progress.reward)
             part = REPORTS * progress.steps // progress.total_steps
-            if value is None or part <= reported or part >= REPORTS:  # the final value comes from the evaluation
+            if value is None or part <= reported or part >= REPORTS:  # an evaluation measures the final value
                 return True
             reported = part
             stopped = not report(REPORTS * index + part, float(np.mean([*values, value])))

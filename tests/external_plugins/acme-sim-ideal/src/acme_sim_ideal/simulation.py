@@ -22,7 +22,7 @@ class IdealBody(BodyHandle):
 
     @property
     def pose(self) -> tuple[Floats, Floats]:
-        """pos and quat_wxyz in the world."""
+        """pos and quat_wxyz in the world frame."""
         return self._pos.copy(), self._quat.copy()
 
     @property

@@ -12,7 +12,7 @@ from frobs_core.sensors import Instrument
 
 @dataclass(frozen=True, kw_only=True)
 class Anemometer(Sensor):
-    """Measures the velocity of the wind in the world, (3,) [m/s]."""
+    """Measures the velocity of the wind in the world frame, (3,) [m/s]."""
 
     type_name: ClassVar[str] = "anemometer"
     instrument: ClassVar[str] = "acme_sim_ideal.wind:WindInstrument"

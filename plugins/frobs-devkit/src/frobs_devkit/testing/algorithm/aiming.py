@@ -13,15 +13,15 @@ from gymnasium.envs.registration import EnvSpec
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest
 from frobs_devkit.testing.checks import NotApplicable, expect
 
-_WORSE = 0.2  # tolerated decrease of the mean reward, which is −0.5 before training, and 0 for the best policy
+_WORSE = 0.2  # tolerated decrease of the mean reward (about −0.5 before training, 0 for the best policy)
 _OBSERVATIONS = 256
 
 
 class Aim(gym.Env[Any, Any]):
     """An environment whose observation directly shows the best action.
 
-    Each observation is a random number in [−1, 1]. The reward is 0 for a continuous action that equals this number, or
-    for a discrete action that is 1 for positive numbers and 0 otherwise. All other actions have a negative reward.
+    Each observation is a random number in [−1, 1]. The best continuous action equals this number. The best discrete
+    action is 1 if the number is positive, and 0 otherwise. The reward is 0 for the best action, and negative otherwise.
     """
 
     def __init__(self, discrete: bool) -> None:
@@ -39,7 +39,7 @@ class Aim(gym.Env[Any, Any]):
         return self._show(), reward, False, False, {}
 
     def rewards(self, shown: Any, actions: Any) -> Any:
-        """Return the reward (n,) of each action for the observed number (n, 1) in the same row."""
+        """Return the reward (n,) of each action, given the observed number (n, 1) in the same row."""
         if isinstance(self.action_space, gym.spaces.Discrete):
             return -np.abs(np.asarray(actions).reshape(-1) - (shown[:, 0] > 0.0))
         return -np.abs(np.asarray(actions).reshape(-1) - shown[:, 0])

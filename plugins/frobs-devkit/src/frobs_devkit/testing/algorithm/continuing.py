@@ -16,7 +16,7 @@ from frobs_devkit.testing.compare import difference, expect_same
 
 
 class _SavingMonitor(Monitor):
-    """A monitor that saves the first checkpoint offered at or after a given step, and copies the environment."""
+    """A monitor that saves the first checkpoint at or after a given step, along with a copy of the environment."""
 
     def __init__(self, env: Watched, folder: Path, when: int) -> None:
         super().__init__(env)
@@ -25,7 +25,7 @@ class _SavingMonitor(Monitor):
         self._folder, self._when = folder, when
 
     def offer_checkpoint(self, steps: int, save: Callable[[Path, Path | None], None]) -> None:
-        """Save the first checkpoint that is offered at or after the given step, and copy the environment."""
+        """Save the first checkpoint offered at or after the given step, and copy the environment at the same time."""
         super().offer_checkpoint(steps, save)
         if steps >= self._when and self.saved_at is None:
             save(self._folder, None)
@@ -56,8 +56,8 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         before, after = ([step for step in told.steps if (step > saved_at) == late] for late in (False, True))
         if len(before) < 2 or len(after) < 2:
             raise Inconclusive(
-                f"in a training run of {total} steps, {len(before)} iterations precede the checkpoint at step "
-                f"{saved_at} and {len(after)} follow it, but at least two before and two after are needed; use "
+                f"in a training run of {total} steps, {len(before)} iterations run before the checkpoint at step "
+                f"{saved_at} and {len(after)} after it, but at least two are needed before and two after; use "
                 "settings with shorter iterations, or more steps"
             )
         started = type(whole).load(Path(folder))

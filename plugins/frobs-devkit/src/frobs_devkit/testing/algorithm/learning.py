@@ -16,7 +16,7 @@ from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
-_FARTHEST = 10.0  # limit that replaces infinite bounds of observations
+_FARTHEST = 10.0  # largest absolute observation to test, even if the space allows larger values
 
 
 class _Impatient(Monitor):
@@ -137,7 +137,7 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
         raise NotApplicable("the algorithm's record declares reproducible=False")
     seen, (trained, told) = subject.observations(8), subject.trained
     total = subject.steps
-    if len(told.steps) < 2:  # if there is only one report, no training follows the predictions
+    if len(told.steps) < 2:  # with only one report, no training would follow the predictions
         total = subject.enough
         trained = subject.train(total)[0]
     with closing(subject.make_env()) as env:
@@ -164,7 +164,7 @@ def settings_resolve_once(subject: AlgorithmUnderTest) -> None:
 
 
 def _extreme_observations(space: gym.Space[Any]) -> Any:
-    """Return four corners of a flat observation space, (4, k), or None for other spaces.
+    """Return four corners of a flat observation space as an array (4, k), or None for other spaces.
 
     The corners are far from the observations that occur during training.
     """

@@ -24,7 +24,7 @@ _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """A vector wrapper that counts steps and stores reset seeds and the first actions outside the action space."""
+    """A vector wrapper that counts steps, and stores reset seeds and the first actions outside the action space."""
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
@@ -132,7 +132,7 @@ class AlgorithmUnderTest:
 
     @property
     def enough(self) -> int:
-        """Number of environment steps that give at least four iterations, estimated from a first training run."""
+        """Number of environment steps needed for at least four iterations, estimated from a first training run."""
         told = [0, *self.trained[1].steps]
         return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
 

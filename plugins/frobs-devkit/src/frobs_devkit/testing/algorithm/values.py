@@ -70,8 +70,8 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
         raise Inconclusive(f"no episode was truncated in {subject.steps} steps")
     expect(
         _differs(subject, *told),
-        f"{ends} episodes were truncated, but different final observations do not change the result; bootstrap from "
-        "info['final_obs'], because step() returns the first observation of the next episode.",
+        f"{ends} episodes were truncated, but changing their final observations does not affect training; bootstrap "
+        "from info['final_obs'], because step() returns the first observation of the next episode.",
     )
 
 

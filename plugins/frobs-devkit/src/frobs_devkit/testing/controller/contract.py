@@ -46,7 +46,10 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
         try:
             with subject.bind(reverse=reverse) as bound:
                 if not isinstance(bound.controller.action_space, gym.spaces.Box):
-                    raise NotApplicable("the action space is discrete, so an action may refer to a particular joint")
+                    raise NotApplicable(
+                        "the action space is discrete, and a discrete action may move the same joint regardless of the "
+                        "joint order"
+                    )
                 actions = [bound.constant(value) for value in (0.0, 1.0, -1.0)]
                 commands.append([np.array(bound.controller.apply(action)) for action in actions])
         except ConfigurationError as error:
@@ -66,7 +69,7 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                     raise NotApplicable("the action does not have one element for each joint")
                 if all(joint.type is JointType.PRISMATIC for joint in bound.robot.joints):
                     raise NotApplicable(
-                        "all joints are prismatic, so action elements may be Cartesian directions instead of joints"
+                        "all joints are prismatic, so action elements may refer to Cartesian axes instead of joints"
                     )
                 moved = [_moved_columns(bound, number) for number in range(len(names))]
         except ConfigurationError as error:
@@ -148,7 +151,7 @@ def action_changes_are_followed(subject: ControllerUnderTest) -> None:
         middle = (space.low.astype(np.float64) + space.high) / 2.0
         for _ in range(1 + subject.count(100)):
             before = bound.step(bound.constant(middle))
-        # fraction of max_action_change for which the action stays in its space
+        # fraction of max_action_change that keeps the action within the action space
         share = np.minimum(0.5, (space.high - middle) / change)
         after = bound.step(bound.constant(middle + share * np.where(np.isfinite(change), change, 0.0)))
         moved = (after - before).reshape(NUM_ENVS, -1, robot.dof)[:, -1]
@@ -184,7 +187,7 @@ def needs_are_capabilities(subject: ControllerUnderTest) -> None:
         expect(capability in abilities(), f"the record's 'needs' contains '{capability}', which is not a capability.")
         expect(
             isinstance(level, Level),
-            f"the record's 'needs' contains the level {level!r} for '{capability}'; expected a Level.",
+            f"the record's 'needs' has the value {level!r} for '{capability}'; expected a Level.",
         )
 
 

@@ -43,7 +43,7 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
     with subject.bind() as bound:
         for action in bound.opposites():
             bound.begin()
-            # if the controller uses the action in update() but not in apply(), only the positions differ
+            # also compare positions, because a controller may use the action in update() but not in apply()
             commands.append((bound.step(action), bound.robot.joint_positions.copy()))
     expect(
         difference(*commands) is not None,
@@ -66,7 +66,7 @@ def zero_action_rests(subject: ControllerUnderTest) -> None:
 def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     """Under gravity, a position controller's zero action holds the robot without drift.
 
-    If the zero action holds the current position, it must also hold positions that other actions have reached.
+    If the zero action holds the current position, it must also hold positions reached with other actions.
     """
     with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
         space = bound.controller.action_space
@@ -86,7 +86,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
         bound.step(bound.constant(0.0))
         if (
             np.abs(bound.robot.joint_positions - start).max() < 0.02
-        ):  # otherwise, the zero action commands a fixed position
+        ):  # if the robot moves, the zero action commands a fixed position
             for _ in range(subject.count(12)):
                 bound.step(bound.constant(0.5 * space.high))
             led = bound.robot.joint_positions - start

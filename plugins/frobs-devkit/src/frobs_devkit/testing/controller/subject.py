@@ -68,7 +68,7 @@ class Bound:
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
 
     def extremes(self, number: int) -> Iterator[Floats]:
-        """Begin two episodes, and yield an action with one element at its minimum, then at its maximum."""
+        """Begin two episodes, and yield an action for each, with one element at its minimum and then at its maximum."""
         space = self.controller.action_space
         assert isinstance(space, gym.spaces.Box)
         for bounds in (space.low, space.high):

@@ -53,7 +53,7 @@ def check_env(id: str, **kwargs: Any) -> list[Check]:
 
 
 def _if_able(function: Callable[[EnvUnderTest], None]) -> Callable[[EnvUnderTest], None]:
-    """Return a check that raises NotApplicable if the simulator does not claim a required ability."""
+    """Return a check that raises NotApplicable if the simulator lacks a required capability."""
 
     @wraps(function)
     def check(subject: EnvUnderTest) -> None:

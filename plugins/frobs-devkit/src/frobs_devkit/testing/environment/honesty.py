@@ -37,7 +37,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
             steps = []
             for action in (first, second):
                 env.reset(seed=seed)
-                # results that are delayed by one step depend only on these identical actions
+                # both episodes begin with the same actions, so a result delayed by one step would be the same in both
                 for before in draw_actions(space, 2, seed):
                     env.step(before)
                 steps.append(deepcopy(env.step(action)[:2]))
@@ -60,7 +60,7 @@ def step_shows_its_action(subject: EnvUnderTest) -> None:
 
 
 def ends_have_their_reason(subject: EnvUnderTest) -> None:
-    """Episodes are truncated after exactly ``max_episode_steps``, and terminated if and only if the task ends them."""
+    """Episodes are truncated after exactly ``max_episode_steps``, and terminated whenever the state is terminal."""
     with closing(subject.make()) as env:
         limit = env.spec.max_episode_steps if env.spec else None
         if not limit or limit > _LONGEST:
@@ -87,8 +87,8 @@ def ends_have_their_reason(subject: EnvUnderTest) -> None:
         last, by_task = next(iter(ends), (0, False))
         expect(
             len(ends) != 1 or not by_task or last < limit - 1,
-            f"every episode is terminated at step {last}, and the time limit is {limit} steps; the time limit must "
-            "truncate episodes, so that the final value is bootstrapped.",
+            f"every episode is terminated at step {last}, near the time limit of {limit} steps; episodes must be "
+            "truncated at the time limit instead, so that the final value is bootstrapped.",
         )
     if not ours:
         _expect_reached(reached)

@@ -123,7 +123,7 @@ def reset_options_hold(subject: EnvUnderTest) -> None:
 
 
 def options_hold_by_row(subject: EnvUnderTest) -> None:
-    """If only some environments of a batch are reset, each of them uses its own row of a reset option."""
+    """If only some environments of a batch are reset, each of these environments uses its own row of a reset option."""
     subject.require_pause()
     with closing(subject.make()) as single:
         require_ours(single)
@@ -131,7 +131,7 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
         given = {name: values for name, values in tried.items() if values is not None}
         if not given:
             raise Inconclusive(
-                "the check found no reset option with two accepted values that make episodes begin differently"
+                "the check found no reset option with two accepted values that give different initial states"
             )
         with closing(subject.make_vec(3, AutoresetMode.DISABLED)) as batch:
             for name, (one, other) in given.items():
@@ -147,7 +147,7 @@ def options_hold_by_row(subject: EnvUnderTest) -> None:
 
 
 def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
-    """Return two accepted values of an option that make episodes begin differently, or None if none are found."""
+    """Return two accepted values of an option that give different initial states, or None if none are found."""
     accepted: list[tuple[Any, Any]] = []
     for seed in (1, 2):
         goal, marks = _goal(env.reset(seed=seed)[0]), [mark.pos[0] for mark in inside(env).task.markers()]
@@ -167,7 +167,7 @@ def _two_values(env: Any, name: str) -> tuple[Any, Any] | None:
 
 
 def _changes_the_beginning(env: Any, name: str) -> bool | None:
-    """Return whether an option changes the start of an episode, or None if no tested value is accepted."""
+    """Return whether an option changes the initial state of an episode, or None if no tested value is accepted."""
     robot, task = inside(env).robot, inside(env).task
 
     def begin(seed: int, options: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Checks that joint groups, robots and observation terms use their own parts of actions and observations."""
+"""Checks that joint groups, robots and observation terms use only their own parts of actions and observations."""
 
 from __future__ import annotations
 

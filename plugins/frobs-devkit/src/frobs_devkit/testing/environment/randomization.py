@@ -34,7 +34,7 @@ def randomized_equals_single(subject: EnvUnderTest) -> None:
 
 @after("snapshot_continues", "reset_forgets_history")
 def randomized_state_is_complete(subject: EnvUnderTest) -> None:
-    """With all randomization enabled, a restored batch continues exactly, and a seeded reset discards all history."""
+    """With all randomization enabled, a restored batch continues as before, and a seeded reset discards all history."""
     randomized = _randomize_everything(subject)
     state.snapshot_continues(randomized)
     seeding.reset_forgets_history(randomized)
@@ -71,7 +71,7 @@ def _everything(subject: EnvUnderTest, env: Any) -> dict[str, Any]:
 
 @after("disabled_equals_single", "snapshot_continues")
 def sensors_may_be_bad(subject: EnvUnderTest) -> None:
-    """With imperfect sensors, batched and single environments are identical, and a restored batch continues exactly."""
+    """With imperfect sensors, batched and single environments match, and a restored batch continues as before."""
     with closing(subject.make()) as env:
         require_ours(env)
         there = inside(env).robot.robot.sensors

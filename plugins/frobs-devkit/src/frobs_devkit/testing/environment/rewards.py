@@ -45,7 +45,7 @@ def success_in_every_step(subject: EnvUnderTest) -> None:
 
 
 def success_comes_and_goes(subject: EnvUnderTest) -> None:
-    """Success is not constant, an achieved goal counts as success, and the task's expert succeeds."""
+    """Not all steps are successful, reaching the goal is reported as success, and the task's expert succeeds."""
     with closing(subject.make()) as env:
         require_ours(env)
         told = {info.get("is_success") for _, _, info in _steps(env)}
@@ -57,7 +57,7 @@ def success_comes_and_goes(subject: EnvUnderTest) -> None:
         of_goals = isinstance(observation, dict) and "achieved_goal" in observation
         if 1.0 not in told and "goal" in task.reset_options and observes_truly(env, "achieved_goal", "desired_goal"):
             reached = achieved_goal(env, observation)
-            with suppress(FrobsError, ValueError):  # the achieved goal may not be a valid desired goal
+            with suppress(FrobsError, ValueError):  # the task may reject the achieved goal as a desired goal
                 env.reset(seed=8, options={"goal": reached})
                 success = bool(task.is_success()[0])
                 expect(
@@ -108,7 +108,7 @@ def terms_sum_to_reward(subject: EnvUnderTest) -> None:
     for k, (_, reward, info) in enumerate(steps, start=1):
         missing = sorted(names - info.keys())
         expect(not missing, f"step {k}: the info does not contain {missing}, which the info of other steps contains.")
-        if "frobs/diverged" not in info:  # the reward of a diverged step is 0, regardless of its terms
+        if "frobs/diverged" not in info:  # if the physics diverged, the reward is 0, regardless of the terms
             total = sum(info[name] for name in sorted(names))
             expect_close(reward, total, 1e-9 * max(1.0, abs(reward)), f"step {k}: the sum of {sorted(names)}")
 
@@ -119,7 +119,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
         steps = _steps(env)
         if not isinstance(steps[0][0], dict) or "desired_goal" not in steps[0][0]:
             raise NotApplicable("not goal-conditioned")
-        with suppress(FrobsError, ValueError, TypeError):  # the achieved goal may not be a valid desired goal
+        with suppress(FrobsError, ValueError, TypeError):  # the task may reject the achieved goal as a desired goal
             steps += _steps(env, {"goal": steps[-1][0]["achieved_goal"].astype(np.float64)}, _NEAR_STEPS)
         if not observes_truly(env, "achieved_goal", "desired_goal"):
             raise NotApplicable("the goals are observed with noise or delay, but the reward uses the true goals")
@@ -154,7 +154,7 @@ def compute_reward_equals_step(subject: EnvUnderTest) -> None:
 
 
 def approaching_pays(subject: EnvUnderTest) -> None:
-    """A motion toward a goal earns a higher reward than the same motion away from a goal."""
+    """A motion earns a higher reward if it leads toward the goal than if it leads away from the goal."""
     subject.require_pause()
     with closing(subject.make()) as env:
         require_ours(env)

@@ -31,11 +31,13 @@ def seeds_differ(subject: EnvUnderTest) -> None:
     """Different seeds give different initial observations."""
     with closing(subject.make()) as env:
         first = {seed: deepcopy(env.reset(seed=seed)[0]) for seed in _SEEDS}
-    _expect_distinct(first, "seeds {} and {} begin with the same observation; derive the initial state from the seed.")
+    _expect_distinct(
+        first, "seeds {} and {} give the same initial observation; derive the initial state from the seed."
+    )
 
 
 def episodes_differ(subject: EnvUnderTest) -> None:
-    """Consecutive episodes begin differently, because a reset without a seed continues the random number sequence."""
+    """Consecutive episodes have different initial observations, because unseeded resets continue the random stream."""
     with closing(subject.make()) as env:
         first = {0: deepcopy(env.reset(seed=7)[0])}
         for episode in range(1, 5):

@@ -19,7 +19,7 @@ _NUM_ENVS = 3
 
 @after("same_seed_repeats")
 def snapshot_continues(subject: EnvUnderTest) -> None:
-    """A batch continues exactly after a snapshot is restored, even in a new batch and across episode ends."""
+    """After a snapshot is restored, a batch continues as before, even in a new batch and across episode ends."""
     with closing(subject.make_vec(_NUM_ENVS, AutoresetMode.SAME_STEP)) as env:
         require_ours(env)
         actions = draw_actions(env.action_space, 140, seed=12)
@@ -40,7 +40,7 @@ def snapshot_continues(subject: EnvUnderTest) -> None:
 
 
 def _task_values(env: Any) -> dict[str, Any]:
-    """Return the task's reward and success in the current state, without a step."""
+    """Return the task's reward and success in the current state, without stepping the environment."""
     task, context = inside(env).task, inside(env).step_context
     return {"reward()": np.array(task.reward(context)), "is_success()": np.array(task.is_success())}
 

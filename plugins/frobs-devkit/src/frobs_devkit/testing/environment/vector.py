@@ -123,7 +123,7 @@ def threads_agree(subject: EnvUnderTest) -> None:
 
 
 class _Singles:
-    """Recordings of single environments that ``gym.make`` creates, with the same seeds as the batch."""
+    """Recorded episodes of single environments from ``gym.make``, with the same seeds as the batch."""
 
     def __init__(self, subject: EnvUnderTest, reset_after: Any = None) -> None:
         self.plays: list[list[Transition]] = []

@@ -30,7 +30,7 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
-_LIGHT = 0.02  # fraction of the robot's mass, below which a link needs no collision shape
+_LIGHT = 0.02  # fraction of the robot's mass below which a link needs no collision shape
 _NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
 
 
@@ -83,7 +83,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
     poses = np.concatenate(model.frame_pose(tcp, np.stack([home, home + 0.1])), axis=1)
     moves = np.abs(poses[0] - poses[1]).max() > 1e-6
     if not moves and not subject.robot.groups and tcp in (tool.tcp for tool in subject.robot.end_effectors.values()):
-        raise NotApplicable("the robot is a tool that is moved by an arm's joints")
+        raise NotApplicable("the robot is a tool, which only the joints of an arm can move")
     expect(moves, f"no joint moves the tcp '{tcp}'; choose a link at the end of the kinematic chain.")
     fixed = {joint.name for joint in joint_path(model, tcp)}
     for name in names:
@@ -95,7 +95,7 @@ def tcp_moves(subject: RobotUnderTest) -> None:
         on_chain = tcp in [joint.parent for joint in joint_path(model, name)]
         expect(
             not on_chain
-            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # one additional joint may belong to a gripper
+            or (len(beyond) < 2 and not (beyond and usual_rank(name))),  # a joint after the tcp may move a gripper
             f"joints {', '.join(beyond)} move the link '{name}' but not the tcp '{tcp}', which is closer to the "
             "base; choose a link at the end of the kinematic chain.",
         )
@@ -237,7 +237,7 @@ def fingers_close(subject: RobotUnderTest) -> None:
 
 def _gap(model: RobotModel, joints: Sequence[str], positions: Floats) -> float | None:
     """Return the mean distance [m] between the parts that the given joints move, or None for fewer than two parts."""
-    fingers: dict[str, list[Floats]] = {}  # centers of the links that each joint moves
+    fingers: dict[str, list[Floats]] = {}  # for each joint, the centers of the links that it moves
     for link in model.links:
         leaders = [(joint.name, model.leader(joint)) for joint in joint_path(model, link.name)]
         first = next((name for name, leader in leaders if leader is not None and leader.joint in joints), None)

@@ -17,7 +17,7 @@ from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 _SLIP, _SLIP_TURNING = (
     0.2,
     0.45,
-)  # fractions of the speed that a base may lose when it drives straight ahead, and when it turns
+)  # tolerated loss of speed, as a fraction, when a base drives straight ahead and when it turns
 _SAG = 0.05  # [rad or m], maximum deflection caused by gravity
 
 
@@ -119,7 +119,7 @@ def wheels_drive_as_described(subject: RobotUnderTest) -> None:
 
 
 def _pos_and_ahead(robot: RobotHandle) -> tuple[Floats, Floats]:
-    """Return the base's position [m] and x axis in the world frame, (3,) each."""
+    """Return the base's position [m] and x axis in the world frame, each of shape (3,)."""
     pos, quat = robot.base_pose
     return pos[0].copy(), quat_rotate(quat, np.array([[1.0, 0.0, 0.0]]))[0]
 

@@ -42,12 +42,12 @@ _BOX = Body(
     ),
     mass=1.0,
 )
-"""A box at the pose in which ``attachments_hold`` attaches it to a ball at :data:`TILTED`."""
+"""A box whose pose relative to a ball at :data:`TILTED` is the pose at which ``attachments_hold`` attaches it."""
 
 
 @verifies("teleport")
 def bodies_are_thrown(subject: SimulatorUnderTest) -> None:
-    """Free bodies start with the twist from the scene and accept a written twist. Other bodies reject a twist."""
+    """Free bodies start with the twist from the scene and accept a new twist. Other bodies reject a twist."""
     with subject.build(
         bodies={"ball": replace(BALL, pose=TILTED, twist=_TWIST), "bar": BAR}, gravity=_WEIGHTLESS, floor=False
     ) as (sim, _):
@@ -96,9 +96,14 @@ def compound_bodies_move(subject: SimulatorUnderTest) -> None:
             spin = np.linalg.solve(turn @ inertia_matrix(inertial) @ turn.T, torque) * TIMESTEP
             speed = force * TIMESTEP / inertial.mass - np.cross(spin, turn @ inertial.origin.pos)
             tolerance = subject.tolerance("wrench", exact=1e-6)
-            expect_close(np.tile(spin, (n, 1)), hammer.twist[1], tolerance, "ang_vel_world of a hammer after a torque")
             expect_close(
-                np.tile(speed, (n, 1)), hammer.twist[0], tolerance, "lin_vel_world of a hammer's origin after a force"
+                np.tile(spin, (n, 1)), hammer.twist[1], tolerance, "ang_vel_world of a hammer after applying a torque"
+            )
+            expect_close(
+                np.tile(speed, (n, 1)),
+                hammer.twist[0],
+                tolerance,
+                "lin_vel_world of a hammer's origin after applying a force",
             )
 
 

@@ -15,7 +15,7 @@ from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
-_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # 1 mm inside the rover's left wheel
+_KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
 _MASS = 2.0  # [kg]
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=_MASS)
 _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5**0.5, 0.0, 0.0)))
@@ -120,7 +120,7 @@ def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None
             what = f"contact_resultant('{name}') of a box on the floor [N]"
             expect_close(sign * weight, sim.contact_resultant(name), tolerance, what)
             if name != "floor":
-                # the box touches the floor at no more than four corners and their center
+                # the box has at most five contact points with the floor: four corners and their center
                 low = sim.contact_force(name).min() > weight.max() / 9.0
                 expect(low, f"contact_force('{name}') of a box on the floor is too small: {sim.contact_force(name)} N.")
         if subject.level("wrench"):

@@ -129,7 +129,7 @@ def robots_stand_apart(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def static_bodies_stay(subject: SimulatorUnderTest) -> None:
-    """Static bodies reject writes, and bodies that do not collide fall through the floor."""
+    """Static bodies reject new poses, and bodies that do not collide fall through the floor."""
     ghost = type(BALL)(geometry=BALL.geometry, pose=Pose(pos=(0.0, 2.0, 0.1)), mass=0.5, collides=False)
     with subject.build(bodies={"wall": WALL, "ghost": ghost}, num_threads=1) as (sim, _):
         sim.step(150)

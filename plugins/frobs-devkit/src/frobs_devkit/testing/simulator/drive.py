@@ -1,4 +1,4 @@
-"""Checks of the drive law against its closed-form solution, and of the commands that drives hold."""
+"""Checks of the drive law against its closed-form solution, and of how drives hold commands."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def unknown_frames_refused(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def bases_are_placed(subject: SimulatorUnderTest) -> None:
-    """A written base pose can be read back, moves all frames, and affects only the environments of the mask."""
+    """A written base pose can be read back, moves all frames, and affects only environments selected by the mask."""
     with subject.build() as (sim, robot):
         mask = np.arange(sim.num_envs) == 0
         before = [part.copy() for part in robot.base_pose]

@@ -42,7 +42,7 @@ def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def mimics_follow(subject: SimulatorUnderTest) -> None:
-    """A mimic joint follows its leading joint after a reset, after written positions, and during motion."""
+    """A mimic joint follows its leading joint after a reset, after its position is written, and during motion."""
     with subject.build(GRIPPER) as (sim, robot):
         n = sim.num_envs
         for positions in (np.zeros((n, 1)), np.linspace(-0.4, 0.4, n)[:, None]):

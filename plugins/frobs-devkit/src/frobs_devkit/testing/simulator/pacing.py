@@ -74,7 +74,7 @@ def missed_deadlines_are_reported(subject: SimulatorUnderTest) -> None:
         waited = time.monotonic() - start
         sim.step(10)
         late, count = pacer.lateness - lateness, pacer.missed - missed
-        least = pause - 2 * duration  # the previous step may have returned almost one duration too late
+        least = pause - 2 * duration  # the previous step may have returned almost one step duration late
         expect(
             late >= least, f"a step {waited:.3f} s after the previous step increases 'lateness' by only {late:.3f} s."
         )

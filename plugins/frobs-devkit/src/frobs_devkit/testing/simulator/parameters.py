@@ -54,7 +54,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
         wanted = 2.0 * 10 * TIMESTEP / values
         expect_close(wanted, lin_vel[:, 0], tolerance, "velocity of a pushed ball [m/s]")
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * values * _RADIUS**2)  # a solid ball
-        expect_close(turned, ang_vel[:, 2], tolerance, "angular velocity of a ball after a torque [rad/s]")
+        expect_close(turned, ang_vel[:, 2], tolerance, "angular velocity of a ball after applying a torque [rad/s]")
 
 
 @verifies("randomize_gains")
@@ -157,13 +157,16 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         turned = 1e-3 * 10 * TIMESTEP / (0.4 * 0.5 * (_RADIUS * values) ** 2)  # a solid ball of 0.5 kg
         tolerance = subject.tolerance("randomize_size", exact=1e-6)
         expect_close(
-            turned, sim.bodies["ball"].twist[1][:, 2], tolerance, "angular velocity of a ball after a torque [rad/s]"
+            turned,
+            sim.bodies["ball"].twist[1][:, 2],
+            tolerance,
+            "angular velocity of a ball after applying a torque [rad/s]",
         )
 
 
 @verifies("randomize_mass")
 def parameters_stay(subject: SimulatorUnderTest) -> None:
-    """Written parameters affect only the environments of the mask and survive a reset. Unknown names raise errors."""
+    """Parameters affect only environments selected by the mask and survive resets. Unknown names raise errors."""
     with subject.build(bodies={"ball": BALL}) as (sim, _):
         n = sim.num_envs
         sim.write_parameter("mass", "ball", np.array([0.9]), np.arange(n) == 0)

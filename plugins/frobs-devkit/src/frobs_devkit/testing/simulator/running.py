@@ -24,7 +24,7 @@ from frobs_devkit.testing.simulator.subject import (
 def time_counts_steps(subject: SimulatorUnderTest) -> None:
     """``time`` equals the number of physics steps since the last reset, multiplied by ``physics_timestep``."""
     if subject.record.is_paced:
-        raise NotApplicable("the simulator is paced; the check steps_wait_for_the_world tests its time")
+        raise NotApplicable("the simulator is paced, so the check steps_wait_for_the_world verifies its time instead")
     with subject.build() as (sim, _):
         expect_close(np.zeros(sim.num_envs), sim.time, 0.0, "time after a reset [s]")
         sim.step(3)

@@ -28,7 +28,7 @@ FLOATING = Robot(model="kit_arm", name="kit_arm", tcp="tool", base="floating", g
 
 @verifies("teleport")
 def joints_are_placed(subject: SimulatorUnderTest) -> None:
-    """Written joint states can be read back and affect only the environments of the mask."""
+    """Written joint states can be read back and affect only the environments selected by the mask."""
     with subject.build() as (sim, robot):
         n = sim.num_envs
         q, v = spread(-1, 1, (n, 2)), spread(-1, 1, (n, 2), seed=1)
@@ -44,7 +44,7 @@ def joints_are_placed(subject: SimulatorUnderTest) -> None:
 
 @verifies("teleport")
 def floating_bases_fly(subject: SimulatorUnderTest) -> None:
-    """A floating base keeps a written twist and falls under gravity, and a fixed base rejects a twist."""
+    """A floating base keeps a twist that is written to it and falls under gravity. A fixed base rejects a twist."""
     with subject.build(FLOATING, pose=TILTED, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, robot):
         n = sim.num_envs
         linear, angular = spread(-1, 1, (n, 3)), spread(-1, 1, (n, 3), seed=1)
@@ -55,7 +55,10 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> None:
         before = robot.base_pose[0].copy()
         sim.step(1)
         expect_close(
-            before + TIMESTEP * linear, robot.base_pose[0], 1e-4, "position of the base one step after a twist [m]"
+            before + TIMESTEP * linear,
+            robot.base_pose[0],
+            1e-4,
+            "position of the base one step after writing a twist [m]",
         )
     with subject.build(FLOATING, floor=False) as (sim, robot):
         sim.step(50)
@@ -66,7 +69,7 @@ def floating_bases_fly(subject: SimulatorUnderTest) -> None:
 
 
 def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
-    """A reset affects only the environments of its mask, sets the time to 0, and makes the robot hold still at home."""
+    """A reset affects only environments selected by its mask, sets time to 0, and leaves the robot at rest at home."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         n = sim.num_envs
         robot.command(robot.home + 0.4)
@@ -91,7 +94,7 @@ def reset_honours_the_mask(subject: SimulatorUnderTest) -> None:
 
 @verifies("snapshot")
 def snapshots_continue(subject: SimulatorUnderTest) -> None:
-    """The motion continues exactly after a restore, even in another simulation with the same configuration."""
+    """After a restore, the motion continues exactly as before, even in another simulation of the same configuration."""
     with subject.build(bodies={"ball": BALL}) as (sim, robot):
         move(sim, robot, 3)
         snapshot = deepcopy(sim.snapshot())

@@ -23,7 +23,7 @@ TIMESTEP = 0.002
 """Duration of one physics step [s]."""
 
 TILTED = Pose(pos=(0.2, -0.1, 0.4), quat_wxyz=(0.8, 0.36, -0.16, 0.4525483399593904))
-"""A pose whose quaternion reveals a wrong order of components."""
+"""A pose whose quaternion reveals an incorrect component order."""
 
 BALL = Body(geometry=Sphere(0.05), pose=Pose(pos=(0.0, 2.0, 1.0)), mass=0.5)
 """A free ball far above the floor."""

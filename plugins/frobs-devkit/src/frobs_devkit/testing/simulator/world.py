@@ -22,7 +22,7 @@ _QUARTER_TURN = np.array([[0.5**0.5, 0.0, 0.0, 0.5**0.5]])  # about z
 
 @verifies("teleport")
 def bodies_are_placed(subject: SimulatorUnderTest) -> None:
-    """A body starts at the scene's pose, and a written pose moves it only in the environments of the mask."""
+    """A body starts at its pose in the scene, and a new pose moves it only in the environments selected by the mask."""
     with subject.build(bodies={"ball": replace(BALL, pose=TILTED), "bar": BAR}) as (sim, _):
         n = sim.num_envs
         ball = sim.bodies["ball"]
@@ -35,7 +35,7 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
         ball.write_pose(np.array([[0.5, 0.6, 0.7]]), mask=mask)
         expect_close(np.array([0.5, 0.6, 0.7]), ball.pose[0][0], 1e-9, "the ball's written position [m]")
         expect_close(
-            np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz of a body after only its position was written"
+            np.array(TILTED.quat_wxyz), ball.pose[1][0], 1e-6, "quat_wxyz of a body after writing only its position"
         )
         expect_close(np.zeros(3), ball.twist[0][0], 0.0, "lin_vel_world of the moved ball")
         expect_close(falling[1:], ball.twist[0][1:], 0.0, "lin_vel_world of the other balls")
@@ -219,7 +219,7 @@ def contradictions_are_refused(subject: SimulatorUnderTest) -> None:
         "a body that is kinematic and has a mass": {"bodies": {"x": replace(BALL, kinematic=True)}},
         "a contact of no body": {"contacts": {"c": Contact(first="no_such_body")}},
         "a camera on no link": {"cameras": {"c": camera}},
-        "a camera whose up vector is parallel to its view": {"cameras": {"c": upright}},
+        "a camera whose up vector is parallel to its viewing direction": {"cameras": {"c": upright}},
     }
     for what, scene in scenes.items():
         with expect_raises(ConfigurationError, f"a scene with {what}"), subject.build(**scene):

@@ -17,6 +17,6 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     raise AttributeError(
-        f"the module 'gym' of 'frobs legacy run' has no attribute '{name}'; change the package to import gymnasium "
+        f"the 'gym' module of 'frobs legacy run' has no attribute '{name}'; change the package to import gymnasium "
         "instead."
     )

@@ -1,4 +1,4 @@
-"""Gymnasium's spaces, including gym's submodules such as ``gym.spaces.box``, which old model files refer to."""
+"""Gymnasium's spaces, also under gym's submodule names such as ``gym.spaces.box``, which old model files use."""
 
 import sys
 from importlib import import_module

@@ -9,7 +9,7 @@ def __getattr__(name: str) -> Callable[..., Any]:
     import gymnasium.wrappers
 
     if name.startswith("_") or not hasattr(gymnasium.wrappers, name):
-        raise AttributeError(f"neither the module 'gym' of 'frobs legacy run' nor Gymnasium has a wrapper '{name}'.")
+        raise AttributeError(f"neither the 'gym' module of 'frobs legacy run' nor Gymnasium has a wrapper '{name}'.")
     return partial(_wrap, getattr(gymnasium.wrappers, name))
 
 

@@ -48,7 +48,7 @@ class Controller(Component):
 
     @property
     def robot(self) -> RobotHandle:
-        """Handle of the robot, which changes whenever the simulation is rebuilt."""
+        """Handle of the robot. Rebuilding the simulation creates a new handle."""
         assert self.model.robot is not None
         return self.model.robot
 

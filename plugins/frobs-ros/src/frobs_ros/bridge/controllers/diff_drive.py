@@ -17,12 +17,12 @@ from frobs_ros.errors import ControllerError
 class DiffDriveController(Driving, Controller):
     """Controller that follows twists from ``cmd_vel`` and publishes odometry on ``odom`` and as a transform.
 
-    The parameters ``wheel_separation`` and ``wheel_radius`` are required, whereas ros_control can also derive both
-    values from the robot's file.
+    The parameters ``wheel_separation`` and ``wheel_radius`` are required. Unlike ros_control, this controller does not
+    derive the two values from the robot's file.
 
     Args:
         parameters: Supported keys are ``left_wheel``, ``right_wheel``, ``wheel_separation``, ``wheel_radius``, the
-            multipliers of these two lengths, limits in ``linear/x`` and ``angular/z``, ``cmd_vel_timeout``,
+            multipliers of these two lengths, limits under ``linear/x`` and ``angular/z``, ``cmd_vel_timeout``,
             ``publish_rate``, ``base_frame_id``, ``odom_frame_id`` and ``enable_odom_tf``.
     """
 

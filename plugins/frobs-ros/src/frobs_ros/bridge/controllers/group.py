@@ -20,7 +20,7 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class Commanded(Controller):
-    """Controller that follows ``command``, a Float64 topic for one joint or a Float64MultiArray topic for a group.
+    """Controller that follows the ``command`` topic: Float64 for one joint, or Float64MultiArray for a group.
 
     Args:
         parameters: ``joint``, or ``joints`` for a group.
@@ -80,8 +80,8 @@ class Commanded(Controller):
 class Regulated(Commanded):
     """Controller that follows position or velocity commands with a PID loop at every physics step.
 
-    For a single joint, the parameter ``pid`` contains the gains, and the topic ``state`` is published. For a group, the
-    parameter ``<joint>/pid`` contains the gains of each joint.
+    For a single joint, the ``pid`` parameter contains the gains, and the controller publishes its state on the
+    ``state`` topic. For a group, the ``<joint>/pid`` parameter contains the gains of each joint.
 
     Args:
         parameters: ``joint`` or ``joints``, and gains.

@@ -11,7 +11,7 @@ from frobs_ros.bridge.world import World
 
 
 class JointStateController(Controller):
-    """Controller that publishes joint positions, velocities and efforts on the robot's topic ``joint_states``.
+    """Controller that publishes joint positions, velocities and efforts on the robot's ``joint_states`` topic.
 
     The joints are sorted by name, as in ros_control. If the robot's file contains transmissions, only joints with a
     transmission are published. Otherwise, all actuated joints are published.

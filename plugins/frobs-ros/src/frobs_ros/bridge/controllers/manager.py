@@ -168,7 +168,7 @@ class ControllerManager(Component):
         self._states.clear()
 
     def _may(self, name: str, state: str | None, strict: bool, complaint: str) -> bool:
-        """Return whether a controller can be switched.
+        """Return whether a controller is loaded and can be started or stopped.
 
         If ``strict`` is True, raise an error instead of returning False.
         """

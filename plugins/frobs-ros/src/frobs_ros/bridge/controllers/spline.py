@@ -8,7 +8,7 @@ from frobs_core.arrays import Floats
 
 
 class Spline:
-    """Trajectory through waypoints with linear, cubic or quintic segments, depending on the given derivatives.
+    """Trajectory through waypoints with linear, cubic or quintic segments, depending on which derivatives are given.
 
     Args:
         times: (m,) [s], increasing; m ≥ 1.
@@ -34,7 +34,7 @@ class Spline:
             coefficients[3] = (2.0 * (p0 - p1) / spans + v0 + v1) / spans**2
         else:
             v0, v1, a0, a1 = velocities[:-1], velocities[1:], accelerations[:-1], accelerations[1:]
-            # Final position, velocity and acceleration, minus their values for a constant acceleration a0.
+            # Final position, velocity and acceleration, minus the values that a constant acceleration a0 would yield.
             d = p1 - p0 - v0 * spans - 0.5 * a0 * spans**2
             dv, da = v1 - v0 - a0 * spans, a1 - a0
             coefficients[1], coefficients[2] = v0, 0.5 * a0

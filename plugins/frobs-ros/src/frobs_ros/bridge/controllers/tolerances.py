@@ -19,7 +19,7 @@ FRobs drives need time to settle because they accelerate masses, whereas Gazebo 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Trajectory tolerances of k joints, where 0 disables a check.
+    """Trajectory tolerances for k joints. A tolerance of 0 disables the corresponding check.
 
     Attributes:
         path: (k,) position tolerances during the motion [rad or m].
@@ -35,7 +35,7 @@ class Tolerances:
 
     @classmethod
     def from_parameters(cls, joints: Sequence[str], parameters: Mapping[str, Any]) -> Tolerances:
-        """Read the tolerances from a controller's parameter ``constraints``."""
+        """Read the tolerances from a controller's ``constraints`` parameter."""
         constraints = parameters.get("constraints", {})
         of_joints = [constraints.get(joint, {}) for joint in joints]
         stopped = float(constraints.get("stopped_velocity_tolerance", 0.01))

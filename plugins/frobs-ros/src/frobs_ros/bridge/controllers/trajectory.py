@@ -26,9 +26,9 @@ LOG = logging.getLogger("frobs.bridge")
 
 
 class TrajectoryController(Controller):
-    """Controller that follows trajectories from the topic ``command`` and the action ``follow_joint_trajectory``.
+    """Controller that follows trajectories from the ``command`` topic and the ``follow_joint_trajectory`` action.
 
-    The controller publishes its state on the topic ``state``. With the position interface, the drives also receive the
+    The controller publishes its state on the ``state`` topic. With the position interface, the drives also receive the
     target velocity to prevent lag. With the velocity and effort interfaces, a PID controller with the gains
     ``gains/<joint>`` and the feedforward gain ``velocity_ff/<joint>`` follows the trajectory.
 

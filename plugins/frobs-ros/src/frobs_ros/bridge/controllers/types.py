@@ -38,4 +38,4 @@ TYPES: Mapping[str, Callable[[Model, str, Mapping[str, Any]], Controller]] = {
     "effort_controllers/JointTrajectoryController": partial(TrajectoryController, interface=EFFORT),
     "diff_drive_controller/DiffDriveController": DiffDriveController,
 }
-"""For each type, a function that creates a controller from the robot, the topic namespace and the parameters."""
+"""Functions that create a controller from the robot, the topic namespace and the parameters, by controller type."""

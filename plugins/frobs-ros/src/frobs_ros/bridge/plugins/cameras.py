@@ -1,6 +1,6 @@
 """The plugin libgazebo_ros_camera.so, which publishes images and camera_info.
 
-The intrinsics match gazebo_ros. For an image of w by h pixels with the horizontal field of view a, the focal length is
+The intrinsics match gazebo_ros. For an image of w by h pixels with a horizontal field of view a, the focal length is
 f = w / (2 tan(a/2)) in both directions, and the optical center is at ((w + 1)/2, (h + 1)/2). However, images are
 rendered with the optical center at ((w - 1)/2, (h - 1)/2), so the center in camera_info is off by one pixel in each
 direction, as in Gazebo.
@@ -39,7 +39,7 @@ class CameraTopics(Component):
     """Publisher of a camera's ``sensor_msgs/Image`` and ``sensor_msgs/CameraInfo``, which have the same time stamp.
 
     Args:
-        space: Namespace of the topics, which is empty or begins with a slash.
+        space: Namespace of the topics: either empty or beginning with a slash.
 
     Raises:
         ConfigurationError: A parameter is invalid, the plugin does not belong to a camera, or distortion is requested.

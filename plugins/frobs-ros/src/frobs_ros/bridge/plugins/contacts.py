@@ -25,7 +25,7 @@ class BumperTopic(Component):
     """Publisher of a contact sensor's ``gazebo_msgs/ContactsState``.
 
     Args:
-        space: Namespace of the topic, which is empty or begins with a slash.
+        space: Namespace of the topic: either empty or beginning with a slash.
 
     Raises:
         ConfigurationError: The plugin does not belong to a contact sensor.

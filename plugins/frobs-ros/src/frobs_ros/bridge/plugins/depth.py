@@ -28,10 +28,10 @@ _POINT = np.dtype(
 class DepthTopics(CameraTopics):
     """Publisher of color images, depth images (32FC1) [m], their camera_info, and a ``sensor_msgs/PointCloud2``.
 
-    The point cloud contains one point per pixel, (height, width), in the optical frame: x right, y down, z forward [m].
+    The (height, width) point cloud contains one point per pixel in the optical frame: x right, y down, z forward [m].
 
     Args:
-        space: Namespace of the topics, which is empty or begins with a slash.
+        space: Namespace of the topics: either empty or beginning with a slash.
         most: Default of ``pointCloudCutoffMax`` [m].
 
     Raises:

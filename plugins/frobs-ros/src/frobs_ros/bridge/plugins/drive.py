@@ -117,7 +117,8 @@ def _base(
         separation=separation,
         radius=radius,
         linear_acceleration=acceleration or math.inf,
-        angular_acceleration=2.0 * acceleration / separation or math.inf,  # both wheels at their acceleration limit
+        # Both wheels accelerate at their limit, in opposite directions.
+        angular_acceleration=2.0 * acceleration / separation or math.inf,
         timeout=timeout,
     )
 

@@ -13,7 +13,7 @@ orientation about the world axes. With ``gazebo_ros_imu``, vectors are also repo
 ``xyzOffset`` has no effect, as in gazebo_ros. ``gaussianNoise`` is the standard deviation of the noise on each number,
 and the diagonal of each covariance matrix contains the square of this standard deviation.
 
-Gazebo's gazebo_ros_imu rotates vectors by the link's orientation instead of the inverse, so its vectors are in the link
+Gazebo's gazebo_ros_imu rotates vectors by the link's orientation instead of its inverse, so its vectors are in the link
 frame only while the link is level. In the bridge, the vectors are in the link frame at any orientation.
 """
 
@@ -47,7 +47,7 @@ class Mount:
     offset: Place = WORLD
 
     def place(self) -> Place:
-        """Return the sensor's pose in the world."""
+        """Return the sensor's pose in the world frame."""
         return self.offset.after(self.model.link_place(self.link))
 
     def motion(self) -> Motion:

@@ -157,7 +157,7 @@ def _frictions(link: SdfLink) -> list[float]:
 
 
 def _elements(links: dict[str, SdfLink], model: Element) -> tuple[PlainElement, ...]:
-    """Return the plugins and sensors in ``<gazebo>`` elements, which is the form that URDF files use."""
+    """Return the plugins and sensors as ``<gazebo>`` elements, the form that URDF files use."""
     found = []
     for reference, holder, tags in [
         ("", model, ("plugin",)),

@@ -58,7 +58,7 @@ def numbers_of(element: Element, path: str, default: str) -> list[float]:
 
 
 def number_of(element: Element, path: str, default: float) -> float:
-    """Return the number at ``path`` within an element, which may be ``inf``, or ``default`` if there is no text.
+    """Return the number at ``path`` within an element, or ``default`` if there is no text. The number may be ``inf``.
 
     Raises:
         ModelFileError: The text is not a number.

@@ -12,7 +12,7 @@ from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
 
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "plane")
-_THICKNESS = 0.1  # thickness [m] of the box that replaces a plane and lies below the plane's surface
+_THICKNESS = 0.1  # thickness [m] of the box that replaces a plane; the plane becomes the top face of the box
 _GREY = (0.7, 0.7, 0.72, 1.0)
 
 

@@ -126,7 +126,7 @@ def _set_properties(bridge: Bridge, request: Any) -> dict[str, Any]:
     kept = np.array([found[key] for key in _INERTIA])
     if not same or not request.gravity_mode or not (np.allclose(told, kept) or np.allclose(told, scale * kept)):
         return failed(
-            "SetLinkProperties: nothing was set. Only the mass can be changed, which scales the inertia by the "
+            "SetLinkProperties: nothing was set. Only the mass can be changed, and the inertia is scaled by the "
             "same ratio; set com, gravity_mode and inertia to the values that get_link_properties returns"
         )
     bridge.world.write_parameter("mass", f"{model.key}/{name}", np.array([request.mass]))
@@ -147,7 +147,7 @@ def _apply(bridge: Bridge, request: Any) -> dict[str, Any]:
         return failed(f"ApplyBodyWrench: reference_frame [{request.reference_frame}] not found. {error}")
     force = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.force))
     torque = quat_rotate(frame.quat_wxyz, read_vector(request.wrench.torque))
-    # In the world frame, Gazebo ignores the reference point.
+    # If the reference frame is the world frame, Gazebo ignores the reference point.
     if request.reference_frame not in ("", "world", "map", "/map"):
         described = _link(model, link)
         inertial = described.inertial if described is not None else None

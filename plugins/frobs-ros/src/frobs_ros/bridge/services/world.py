@@ -14,7 +14,7 @@ _MOST_STEPS = 10_000_000
 
 
 def offer_world_services(offers: Offers) -> None:
-    """Provide the services for the world."""
+    """Provide the services that control the world's time and physics."""
     from gazebo_msgs.msg import ODEPhysics
     from gazebo_msgs.srv import GetPhysicsProperties, GetWorldProperties, SetPhysicsProperties
     from std_srvs.srv import Empty
