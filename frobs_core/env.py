@@ -271,7 +271,7 @@ class RobotEnv(gym.Env[Any, Any]):
 
         Args:
             seed: Seed for all subsequent random numbers, or None to continue the current random sequence.
-            options: Values for the task's ``reset_options``, for example ``{"goal": (3,), "joint_positions": (dof,)}``.
+            options: Values for the task's ``reset_options``, for example ``{"goal": [0.4, 0.0, 0.3]}``.
 
         Returns:
             observation, info

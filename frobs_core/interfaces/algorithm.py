@@ -48,7 +48,7 @@ class TrainingMonitor(Protocol):
         successes: Floats | None = None,
         terms: Mapping[str, Floats] | None = None,
     ) -> None:
-        """Report n finished episodes of environments that the algorithm created itself, for the next log row.
+        """Add n finished episodes to the next log row. The algorithm must have created their environments itself.
 
         Args:
             rewards: Undiscounted sum of rewards of each episode, (n,) float64.

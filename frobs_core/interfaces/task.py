@@ -45,9 +45,9 @@ class Task(ABC):
         success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
             pages.
         reward_meanings: Description of each reward term, by name, for listings and documentation pages.
-        late_terms: Observation terms that stay constant until the agent makes progress, such as the current waypoint if
-            the first waypoint is always the same. The conformance kit takes random actions and therefore does not
-            expect these terms to vary.
+        late_terms: Observation terms that are constant until the agent makes progress. For example, if all episodes
+            start with the same waypoint, the term that contains the current waypoint changes only after the agent has
+            reached it. Because the conformance kit takes random actions, it does not expect these terms to vary.
         expert: ``"module:class"`` of the task's :class:`~frobs_core.interfaces.Expert`, or empty if the task has no
             expert.
         reward_type: The selected reward type, set before ``bind``.

@@ -12,9 +12,9 @@ _LONGEST = 2_000  # maximum length of xacro's message, which can quote large par
 
 
 class Declarations:
-    """Names that the xacro files declare, and the files' texts.
+    """Names that the xacro files declare, and the contents of these files.
 
-    Error messages use the names for suggestions and the texts for line numbers.
+    Error messages use the names for suggestions and the contents for line numbers.
     """
 
     def __init__(self) -> None:

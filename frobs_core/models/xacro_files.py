@@ -275,7 +275,7 @@ class _Expansion:
             ) from error
 
     def _eval_functions(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions of ``$(eval …)`` that depend on the file."""
+        """Return the functions that ``$(eval …)`` can call and whose results depend on the file."""
         return {
             "find": self._find,
             "env": _env,

@@ -51,7 +51,7 @@ def _filter(machine: Interpreter, function: Any, values: Any) -> list[Any]:
 
 
 def _ranked(machine: Interpreter, values: Any, key: Any) -> list[tuple[Any, int, Any]]:
-    """Return each item with its sort key, and count the work of sorting."""
+    """Return each item with its sort key, and charge the cost of sorting to the work budget."""
     items = list(machine.items(values))
     machine.budget.spend(machine.budget.weigh(items) * len(items).bit_length())
     keys = items if key is None else [machine.call(key, [item]) for item in items]

@@ -91,7 +91,7 @@ class Draw:
         self._all = np.ones(len(numbers), np.bool_)
 
     def begin(self, rng: RandomSource, mask: Mask) -> Mask:
-        """Draw numbers for new episodes of the environments selected by ``mask``.
+        """Draw random numbers for new episodes of the environments selected by ``mask``.
 
         Returns:
             Mask of the environments for which numbers were drawn, (num_envs,) bool.

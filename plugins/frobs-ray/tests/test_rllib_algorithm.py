@@ -192,7 +192,7 @@ def test_networks_of_other_settings_are_refused(make: Any, tmp_path: Path) -> No
     make("rllib_ppo").save(tmp_path / "small")
     make("rllib_ppo", {"policy_kwargs": {"net_arch": [9]}}).save(tmp_path / "large")
     (tmp_path / "small" / "policy.npz").write_bytes((tmp_path / "large" / "policy.npz").read_bytes())
-    with pytest.raises(CheckpointError, match="do not fit the settings"):
+    with pytest.raises(CheckpointError, match="do not match the settings"):
         of("rllib_ppo").load(tmp_path / "small")
 
 

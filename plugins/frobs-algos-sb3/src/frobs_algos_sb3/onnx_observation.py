@@ -33,7 +33,7 @@ class ObservationInput(nn.Module):
 
     Args:
         space: Space of this part in the environment.
-        seen: Space that the policy sees, which equals ``space`` or has the channels of an image first.
+        seen: Space that the policy sees: ``space``, with the channels of images moved to the front.
         normalizer: Normalizer of the observations, if any.
         key: Key of the part, or ``""`` if the observation is a single array.
     """

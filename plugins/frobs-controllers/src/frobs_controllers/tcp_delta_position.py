@@ -26,8 +26,8 @@ class TcpDeltaPosition(Controller):
         damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
             singularities and at the limit of the arm's reach. Larger steps require more damping: approximately the
             square root of half the step size.
-        posture_gain: Fraction, in [0, 1), of the remaining distance to home that the joints move at each step without
-            moving the tool.
+        posture_gain: Gain, in [0, 1), of a motion that does not move the tool: at each step, the joints cover this
+            fraction of their remaining distance to home.
     """
 
     command_mode = CommandMode.POSITION

@@ -124,7 +124,7 @@ class GazeboRobot(RobotHandle):
         into[:, :, self._bones.actuated] = self.target[:, None] if rows is None else rows
 
     def hold(self, envs: Sequence[int]) -> None:
-        """Command the current positions, zero velocity or zero effort in some environments."""
+        """Hold the robot in some environments: command the current positions, zero velocity or zero effort."""
         rows = list(envs)
         self.target[rows] = (self._factor * self.holding_command(self.joint_positions))[rows]
 

@@ -38,9 +38,9 @@ def add_force_torque_sensors(spec: mujoco.MjSpec, robot: str, placement: Placeme
 class WrenchReader:
     """Reads the force-torque sensors of a model.
 
-    MuJoCo's sensors report the forces that correspond to explicit accelerations. MuJoCo's integrator yields different
-    accelerations, because it treats the drives' damping implicitly. This class adds the resulting difference in force:
-    the inertia beyond the sensor times the difference between the accelerations.
+    MuJoCo's sensors use the accelerations before integration. The integrator treats the drives' damping implicitly and
+    therefore applies other accelerations. This class adds the resulting difference in force: the inertia beyond the
+    sensor times the difference between the accelerations.
 
     Args:
         model: Compiled model that contains the sensors.

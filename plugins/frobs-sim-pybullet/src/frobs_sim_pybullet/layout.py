@@ -1,4 +1,4 @@
-"""Defines the arrays, (num_envs, …) each, that the simulation shares with its worlds in all processes."""
+"""Arrays of shape (num_envs, …) that the simulation shares with all its worker processes."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ class PybulletRobot(RobotHandle):
             self._simulation.command_rows[self.name] = self._factor[:, None] * values
 
     def hold(self, rows: slice | np.ndarray) -> None:
-        """Command the current positions, zero velocity or zero effort in the environments ``rows``."""
+        """Hold the robot in the environments ``rows``: command the current positions, zero velocity or zero effort."""
         self._command[rows] = (self._factor * self.holding_command(self._positions))[rows]
 
     @property

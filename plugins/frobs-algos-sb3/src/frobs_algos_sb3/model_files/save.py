@@ -1,4 +1,4 @@
-"""Writes a model as stable-baselines3's zip file, plus a JSON file for attributes that are pickles in the zip file."""
+"""Writes a model in stable-baselines3's zip format, and a JSON file with the attributes that the format pickles."""
 
 from __future__ import annotations
 

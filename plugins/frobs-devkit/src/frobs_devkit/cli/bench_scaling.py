@@ -34,7 +34,7 @@ Threads = Annotated[
     typer.Option(
         metavar="N,N…",
         show_default="1, 2, 4, … up to the number of processors",
-        help="With --scaling: numbers of simulator threads to measure.",
+        help="With --scaling: numbers of simulator threads with which the speed is measured.",
     ),
 ]
 
@@ -43,7 +43,7 @@ Processes = Annotated[
     typer.Option(
         metavar="N,N…",
         show_default="1, 2, 4, … up to the number of processors",
-        help="With --scaling: numbers of processes to measure on this machine.",
+        help="With --scaling: numbers of processes with which the speed of this machine is measured.",
     ),
 ]
 

@@ -68,8 +68,8 @@ def forward_kinematics(subjects: Sequence[Subject], poses: int = POSES, seed: in
         comparisons += [worst(rows) for rows in judged.values()]
     return Measurement(
         summary=f"The poses of all {len(links)} links are compared with the model file at {poses} random joint vectors "
-        "within the limits. Each simulator computes the poses directly from the joint vectors, and reports them again "
-        "after the joint states are set.",
+        "within the limits. Each simulator provides the poses twice: computed from the joint vectors, and reported after "
+        "the joint states are set.",
         comparisons=tuple(comparisons),
         panels=(
             Panel(

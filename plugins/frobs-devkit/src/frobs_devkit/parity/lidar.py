@@ -48,7 +48,7 @@ def lidar(subjects: Sequence[Subject]) -> Measurement:
     return Measurement(
         summary=f"The ranges of {scanner.rays} rays of "
         f"{'a scanner on the root link' if name == _OWN else f'the lidar {name!r}'} are compared in a scene with "
-        "boxes, a sphere, a cylinder and a capsule, before and after a body is moved.",
+        "boxes, a sphere, a cylinder and a capsule, and again after a body is moved.",
         comparisons=tuple(comparisons),
         panels=_panels(subjects, scans, scanner),
     )

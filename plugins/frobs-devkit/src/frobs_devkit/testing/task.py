@@ -154,7 +154,7 @@ def observation_terms_are_sound(subject: TaskUnderTest) -> None:
 def reading_changes_nothing(subject: TaskUnderTest) -> None:
     """Reading the reward, its terms, terminations, success and markers again does not affect the episode.
 
-    Reading also has no effect if the goal is achieved at the beginning of the episode.
+    This also holds if the goal is already achieved when the episode begins.
     """
     for there in (False, True):
         plays = []

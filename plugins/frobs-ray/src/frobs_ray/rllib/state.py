@@ -32,7 +32,7 @@ def restore_weights(module: nn.Module, arrays: Mapping[str, np.ndarray[Any, Any]
         module.load_state_dict(fitting)
     except RuntimeError as error:
         raise CheckpointError(
-            f"the saved networks do not fit the settings that were saved with them: {error}."
+            f"the saved networks do not match the settings that were saved with them: {error}."
         ) from error
 
 
@@ -78,7 +78,7 @@ def _check_shapes(name: str, optimizer: th.optim.Optimizer, state: Mapping[int, 
         )
         if not fits:
             raise CheckpointError(
-                f"the saved state of the optimizer {name} does not fit the settings that were saved with it."
+                f"the saved state of the optimizer {name} does not match the settings that were saved with it."
             )
 
 

@@ -39,7 +39,7 @@ class Migration:
         self.left.append((what, advice))
 
     def facts(self) -> dict[str, Any]:
-        """Return the report as a mapping for the command line."""
+        """Return the report as a dictionary that the command line can print as JSON."""
         return {
             "kind": "migration",
             "name": self.name,

@@ -12,7 +12,7 @@ from frobs_rl_compat.migrate.report import Migration
 HOOKS = {
     "_get_observation": (
         ("observation_terms",),
-        "return observation terms with the values that {name} returns, one row for each environment",
+        "return the same values as {name}, as observation terms with one row for each environment",
     ),
     "_get_reward": (
         ("reward",),

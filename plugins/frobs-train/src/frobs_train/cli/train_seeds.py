@@ -29,7 +29,7 @@ def train_and_report(
         json: Whether to write only JSON to stdout.
 
     Raises:
-        JobsError: The training run of a seed failed.
+        JobsError: The training run for one of the seeds failed.
     """
     from frobs_train.runners.runner import raise_failures
     from frobs_train.runners.seeds import train_seeds

@@ -60,7 +60,7 @@ def command_rows_are_steps(subject: SimulatorUnderTest) -> None:
         traces[1],
         traces[0],
         subject.tolerance("drive"),
-        "the state 3 steps after a command with 6 rows, compared with 6 separate commands",
+        "the state after one command with 6 rows, compared with the state after 6 commands with one row",
     )
 
 
