@@ -206,7 +206,7 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
-    """Return an error's keys without those that pydantic adds for unions, up to the first key that is missing."""
+    """Return the key path of an error, without the keys that pydantic adds for unions, up to the first missing key."""
     names: list[str] = []
     for key in keys:
         if not isinstance(settings, Mapping | list):

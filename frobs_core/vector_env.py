@@ -309,7 +309,7 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
 
 
 def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
-    merged = rows.copy()  # the unmodified ``rows`` are still used as the final observation
+    merged = rows.copy()  # do not modify ``rows``, which are also the final observation
     merged[mask] = fresh[mask]
     return merged
 

@@ -2,7 +2,7 @@
 
 All other elements and attributes are ignored, and a note is added for each.
 
-Every element and attribute of a document is checked once. The reader uses the elements in :data:`_READ`. Elements in
+Every element and attribute of a document is checked once. The reader reads the elements in :data:`_READ`. Elements in
 :data:`_LEFT_OUT` are ignored, and the note refers to a rule for this kind of element. All other elements are ignored,
 and the note refers to the rule ``unknown``.
 """

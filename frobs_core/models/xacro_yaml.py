@@ -46,7 +46,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
 
     class Loader(LimitedLoader):
         def flatten_mapping(self, node: yaml.MappingNode) -> None:
-            """Merge ``<<`` keys within limits, because each merge could double the size of a mapping."""
+            """Merge ``<<`` keys, but limit the resulting size, because each merge could double the size of a mapping."""
             for key, value in node.value:
                 if key.tag == "tag:yaml.org,2002:merge" and len(getattr(value, "value", ())) > _MAX_MERGES:
                     budget.refuse(f"{path} exceeds the limit of {_MAX_MERGES} merged mappings")

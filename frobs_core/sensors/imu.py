@@ -55,7 +55,7 @@ class ImuInstrument(Instrument):
         return lin_vel_world + np.cross(ang_vel_world, arm)
 
     def snapshot(self) -> Snapshot:
-        """Return the last velocity and acceleration."""
+        """Return the most recent velocity and acceleration."""
         return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -45,7 +45,7 @@ class JaxConfig(SB3Config):
 class JaxNetworkConfig(NetworkConfig):
     """Settings of the flax networks and the optax optimizer.
 
-    The keys of ``optimizer_kwargs`` are optax's names, such as ``b1`` and ``eps``.
+    The keys of ``optimizer_kwargs`` are the argument names of optax, such as ``b1`` and ``eps``.
 
     Attributes:
         unused: Settings that sbx's policies do not accept.

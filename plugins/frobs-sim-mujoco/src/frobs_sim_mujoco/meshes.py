@@ -63,5 +63,5 @@ class Meshes:
         missing = max(0, _LEAST_VERTICES - len(part.vertices))  # MuJoCo rejects single triangles unless they are padded
         element.uservert = np.pad(part.vertices, ((0, missing), (0, 0)), "edge").astype("f4").ravel()
         element.userface = part.faces.ravel()
-        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # the mesh has no mass and may be open
+        element.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # the mesh adds no mass, so it need not be closed
         self._known.add(name)

@@ -16,7 +16,7 @@ _WALL_RGBA = (0.36, 0.47, 0.60, 1.0)
 _FOV = 40.0  # [deg]
 # Tilt of the camera from the vertical, so that images show the sides of walls and the plan's orientation.
 _TILT = math.radians(22.0)
-_LEAST = 8.0  # [m] minimum width and height of the area in an image
+_LEAST = 8.0  # [m] minimum width and height of the area that an image shows
 
 
 def build_scene(plan: FloorPlan) -> Scene:

@@ -92,7 +92,7 @@ def parity(
     status 1 if an error exceeds its tolerance (✗). If a simulator does not support a measurement, the measurement is
     skipped (–) and the reason is shown.
 
-    If several IDs are given, a separate job measures each environment. If a job fails, the results of the other jobs
+    If several IDs are given, each environment is measured in a separate job. If a job fails, the results of the other jobs
     are still printed.
 
     Example:
@@ -164,7 +164,7 @@ def _absolute(keywords: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _split(names: str | None) -> list[str]:
-    """Return the names in a comma-separated list."""
+    """Split a comma-separated list into names."""
     return [name.strip() for name in (names or "").split(",") if name.strip()]
 
 

@@ -42,7 +42,7 @@ class TaskUnderTest(EnvUnderTest):
 
 
 def record_is_sound(subject: TaskUnderTest) -> None:
-    """The implementation is a Task, its parameters are keyword-only with defaults, and required capabilities exist."""
+    """The implementation is a Task, its parameters are keyword-only and have defaults, and FRobs knows every capability that it requires."""
     cls = subject.record.load()
     expect(isinstance(cls, type) and issubclass(cls, Task), f"{cls} is not a subclass of Task.")
     expect_keyword_only(cls)

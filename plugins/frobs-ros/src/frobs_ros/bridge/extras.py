@@ -147,7 +147,7 @@ def read_sensors(elements: Iterable[Element]) -> Iterator[SensorElement]:
 
 
 def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
-    """Return the planar lidars in ``<gazebo>`` elements by sensor name.
+    """Return the planar lidars that ``<gazebo>`` elements define, keyed by sensor name.
 
     Raises:
         ConfigurationError: A lidar has invalid parameters or is rotated relative to its link.

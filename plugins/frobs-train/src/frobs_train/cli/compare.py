@@ -48,7 +48,11 @@ def compare(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--plot", metavar="FILE", dir_okay=False, show_default=False, help="Also plot the comparison as a PNG file."
+            "--plot",
+            metavar="FILE",
+            dir_okay=False,
+            show_default=False,
+            help="Also save a plot of the comparison as a PNG file.",
         ),
     ] = None,
     episodes: Annotated[

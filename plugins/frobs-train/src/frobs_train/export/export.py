@@ -39,7 +39,7 @@ class Export:
 def export(
     run: Run, out: Path | None = None, *, checkpoint: str | int = "newest", license: str | None = None
 ) -> Export:
-    """Write a policy bundle after checking that its actions match the actions of the algorithm's policy.
+    """Check that a policy bundle computes the same actions as the algorithm's policy, and write the bundle.
 
     Args:
         run: The run.

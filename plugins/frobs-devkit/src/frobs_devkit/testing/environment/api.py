@@ -111,7 +111,7 @@ def fresh_process(subject: EnvUnderTest) -> None:
         )
     _, _, data = child.stdout.partition(b"observations:")
     for k, (a, b) in enumerate(zip(expected, pickle.loads(data), strict=True)):
-        expect_same(a, b, f"the observation of step {k} in a fresh process")
+        expect_same(a, b, f"the observation at step {k} in a fresh process")
 
 
 def _without_a_warning(call: Callable[[], Any]) -> None:

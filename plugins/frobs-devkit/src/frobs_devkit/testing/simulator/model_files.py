@@ -34,7 +34,7 @@ def elements_are_accounted_for(subject: SimulatorUnderTest) -> None:
                 "translation() returns an empty result, so 'frobs doctor robot' shows every element as unknown"
             )
         missing = set(elements(model)) - {row.element for row in rows}
-        expect(not missing, f"translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
+        expect(not missing, f"the result of translation() of {robot.name} has no row for {', '.join(sorted(missing))}.")
         for row in rows:
             silent = row.treatment is not Treatment.KEPT and not row.how
             expect(not silent, f"translation() does not describe how '{row.element}' is {row.treatment.value}.")
