@@ -11,7 +11,7 @@ MY_ARM = Robot(
     name="my_arm",
     home={"shoulder": 0.0, "elbow": 0.3},  # [rad] initial joint positions of an episode; joints you omit start at 0
     tcp="tool0",  # Tasks use this link as the tool center point.
-    # By default, each joint is critically damped. To change this, add gains=DriveGains(stiffness=…, damping=…).
+    # gains=DriveGains(stiffness=…, damping=…),  # by default, each joint is critically damped
 )
 
 if __name__ == "__main__":  # python my_arm.py checks the robot

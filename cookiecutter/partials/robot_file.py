@@ -27,5 +27,5 @@ from frobs_core.interfaces import Robot
     home={},  # [rad or m] initial joint positions; an omitted joint starts at 0 or at the middle of its limits
 {% endif %}
     tcp={{ robot.tcp | literal }},  # Tasks use this link as the tool center point.
-    # By default, each joint is critically damped. To change this, add gains=DriveGains(stiffness=…, damping=…).
+    # gains=DriveGains(stiffness=…, damping=…),  # by default, each joint is critically damped
 )

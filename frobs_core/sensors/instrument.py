@@ -15,7 +15,7 @@ from frobs_core.interfaces import Contact, RobotHandle, Scene, Sensor, Simulatio
 class Instrument(ABC):
     """Base class of instruments, which measure true values in batches.
 
-    :class:`frobs_core.sensors.channel.Channel` adds noise, delay and other imperfections.
+    ``frobs_core.sensors.channel.Channel`` adds noise, delay and other imperfections.
 
     Args:
         name: Name of the sensor.

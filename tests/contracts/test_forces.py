@@ -100,5 +100,5 @@ def carried(simulation, frame):
 
 def test_a_sensor_at_the_base_is_refused():
     robot = replace(ARM_WITH_HAND, sensors={"base": ForceTorque(frame="base")})
-    with pytest.raises(UnsuitableRobotError, match="no joint above 'base'"):
+    with pytest.raises(UnsuitableRobotError, match="no joint above link 'base'"):
         _ = place(robot).force_torque_sensors

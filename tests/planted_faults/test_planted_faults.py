@@ -63,7 +63,10 @@ def test_a_change_is_what_its_name_says(before: str, kind: str, after: str, monk
 def test_the_page_says_that_enough_are_caught() -> None:
     text = PAGE.read_text("utf-8")
     by_hand_caught, hand, drawn_caught, drawn = map(
-        int, re.search(r"(\d+) of (\d+) that were written by hand, (\d+) of (\d+) that were drawn", text).groups()
+        int,
+        re.search(
+            r"(\d+) of (\d+) faults that were written by hand, and (\d+) of (\d+) that were drawn", text
+        ).groups(),
     )
     assert by_hand_caught == hand == len(BY_HAND)
     assert drawn == DRAWN

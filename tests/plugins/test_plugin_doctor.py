@@ -122,7 +122,9 @@ def test_clashes_are_told_to_both(site, examine):
         findings(facts["first"])["clash"].problem
         == "another plugin also provides this name: 'second' of second-dist 2.0"
     )
-    assert findings(facts["second"])["clash"].advice == "request 'second-dist:arm', or uninstall one of them"
+    assert (
+        findings(facts["second"])["clash"].advice == "use the name 'second-dist:arm', or uninstall one of the plugins"
+    )
     assert facts["first"].sound
 
 

@@ -80,7 +80,7 @@ INSIDE = {
 @pytest.mark.parametrize(("kind", "how"), list(product([k for k in KINDS if k != "folder"], INSIDE)))
 def test_a_xacro_file_cannot_name_one(write, tmp_path, kind, how):
     make(kind, tmp_path / "named")
-    with pytest.raises(ModelFileError, match=r"regular files|limit"):
+    with pytest.raises(ModelFileError, match=r"not a regular file|limit"):
         load_model(write(INSIDE[how]))
 
 
@@ -93,7 +93,7 @@ def test_a_mesh_cannot_name_one(tmp_path, kind, how):
     mesh = tmp_path / ("m.gltf" if how == "gltf" else "m.obj")
     (tmp_path / "m.mtl").write_text(f"newmtl a\nmap_Kd {name}\n")
     mesh.write_text(gltf(name) if how == "gltf" else f"mtllib {'m.mtl' if how == 'texture' else name}\n{TRIANGLE}")
-    with pytest.raises(ModelFileError, match=r"regular files|limit"):
+    with pytest.raises(ModelFileError, match=r"not a regular file|limit"):
         read_mesh(mesh)
 
 
@@ -119,7 +119,7 @@ def test_an_mjcf_file_cannot_name_one(tmp_path, kind, how):
     make(kind, tmp_path / "named")
     path = tmp_path / "r.xml"
     path.write_text(f'<mujoco>{MJCF[how]}<worldbody><body><geom size="1"/></body></worldbody></mujoco>')
-    with pytest.raises(ModelFileError, match=r"regular files|limit|only MuJoCo"):
+    with pytest.raises(ModelFileError, match=r"not a regular file|limit|only MuJoCo"):
         load_model(path)
 
 
@@ -138,7 +138,7 @@ def test_a_mesh_that_was_replaced_since_is_not_opened(tmp_path):
     model = load_model(tmp_path / "r.urdf")
     (tmp_path / "m.obj").unlink()
     os.mkfifo(tmp_path / "m.obj")
-    with pytest.raises(ModelFileError, match="regular files"):
+    with pytest.raises(ModelFileError, match="not a regular file"):
         fingerprint(model)
 
 
@@ -172,7 +172,7 @@ def test_the_limits_of_yaml_files_are_named(tmp_path):
 def test_a_bundle_of_two_gigabytes_is_refused(tmp_path):
     with (tmp_path / "p.frobs").open("wb") as file:
         file.truncate(2**31)
-    with pytest.raises(BundleError, match="the maximum size of bundles"):
+    with pytest.raises(BundleError, match="the maximum size of a bundle"):
         read_bundle(tmp_path / "p.frobs")
 
 

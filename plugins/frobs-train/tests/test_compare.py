@@ -159,7 +159,7 @@ def test_given_evaluations_count_instead_of_those_in_the_folder(tmp_path: Path) 
 def test_seeds_and_folders_that_repeat_are_said(tmp_path: Path) -> None:
     run = make(tmp_path / "a", 0)
     notes = compare([run, run, make(tmp_path / "b", 0)]).notes
-    assert any("repeated folders" in note for note in notes)
+    assert any("Repeated run folders are ignored" in note for note in notes)
     assert any("same seed" in note for note in notes)
 
 
