@@ -35,7 +35,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
         ("FlatGoal", "observation_elements_vary", r"_goal.*1 of 2 elements are constant .*\[\[1\]\]"),
         ("SeedIgnored", "same_seed_repeats", "second environment"),
         ("GlobalRandomState", "same_seed_repeats", "the observation"),
-        ("OneStart", "seeds_differ", "seeds 0 and 1 begin with the same"),
+        ("OneStart", "seeds_differ", "seeds 0 and 1 give the same initial observation"),
         ("OneEpisode", "episodes_differ", "episodes 0 and 1"),
         ("KeepsVelocity", "reset_forgets_history", "after a few steps"),
         ("BooleanSuccess", "success_in_every_step", "must be 0.0 or 1.0"),
