@@ -31,6 +31,8 @@ DURATION, PAUSE = 80, 900  # of a frame, and of the last one [ms]
 SEEDS = 30  # that are tried until the episodes succeed
 PARTS = {"frobs/Reach-v0": {"robot": "panda_arm"}, "frobs/Navigate-v0": {"robot": "kobuki", "floor_plan": "maze"}}
 """Parts of the IDs that leave them open."""
+OPTIONS = {"pick_and_place": {"goal": [0.5, 0.15, 0.2]}}
+"""Reset options by task, where a random episode may show only a part of the task."""
 SHOWN = ("frobs/Irb120ReachDynamic-v0", "frobs/PandaStack-v0", "frobs/KobukiMaze-v0", "frobs/Ur5OpenDoor-v0")
 """IDs of the README's animation, from left to right."""
 
@@ -52,16 +54,16 @@ def draw(env_id: str) -> None:
         env.reset(seed=SEEDS)
         write([picture(env.render())], slug(env_id))
         return
-    states = successful_states(env, policy)
+    states = successful_states(env, policy, OPTIONS.get(task.name))
     write([picture(states[int(i)]) for i in np.linspace(0, len(states) - 1, FRAMES)], slug(env_id))
     env.close()
 
 
-def successful_states(env: Any, policy: Any) -> list[np.ndarray]:
-    """Return images of all states of episodes that succeed."""
+def successful_states(env: Any, policy: Any, options: dict[str, Any] | None = None) -> list[np.ndarray]:
+    """Return images of all states of successful episodes, which begin with the given reset options."""
     states: list[np.ndarray] = []
     for seed in range(SEEDS):
-        observation, _ = env.reset(seed=seed)
+        observation, _ = env.reset(seed=seed, options=options)
         episode, memory, done = [env.render()], None, False
         while not done:
             action, memory = policy.predict(add_batch(observation), memory, np.array([len(episode) == 1]))
