@@ -163,7 +163,10 @@ def arguments(command: Any, rng: random.Random) -> list[str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_reports_invalid_arguments_in_one_line(name: str, folder: Path) -> None:
+def test_a_command_reports_invalid_arguments_in_one_line(
+    name: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:9")  # another test may have started a master
     app, runner = program(), CliRunner()
     rng = random.Random(name)
     for _ in range(CALLS):

@@ -120,6 +120,11 @@ def test_a_reset_takes_a_target_that_the_furniture_can_reach() -> None:
     with closing(vector("open_drawer", 2)) as env:
         env.reset(options={"target": [[0.12], [0.1]]})
         assert env.task.target.tolist() == [0.12, 0.1]  # type: ignore[attr-defined]
-        for wrong in ([[0.1], [0.5]], [[0.1], [0.0]], [[0.2, 0.1], [0.2, 0.1]]):
-            with pytest.raises(ResetOptionError, match=re.escape(f"'target' is {wrong[1]}")):
+        for wrong, reason in (
+            ([[0.1], [0.5]], "is 0.5 m"),
+            ([[0.1], [0.0]], "is 0 m"),
+            ([[0.2, 0.1], [0.2, 0.1]], "has the shape (2,)"),
+            (0.1, "has the shape ()"),
+        ):
+            with pytest.raises(ResetOptionError, match=re.escape(f"'target' {reason}")):
                 env.reset(options={"target": wrong})

@@ -129,10 +129,12 @@ class OpenTask(Manipulation):
         target = rng.uniform("target", self.lowest, self.highest, (1,), mask)  # (n, 1)
         if "target" in options:
             target = options["target"]
+            if target.shape[1:] != (1,):
+                raise ResetOptionError("target", f"has the shape {target.shape[1:]}; it must be (1,).")
             limit = self._prop.position_upper[0, 0]
-            wrong = [row for row in target.tolist() if len(row) != 1 or not 0.0 < row[0] <= limit]
-            if wrong:
-                raise ResetOptionError("target", f"is {wrong[0]}; it must be one number in (0, {limit:g}] {self.unit}.")
+            wrong = target[(target <= 0.0) | (target > limit)]
+            if len(wrong):
+                raise ResetOptionError("target", f"is {wrong[0]:g} {self.unit}; it must be in (0, {limit:g}].")
         self.target[rows_of(mask)] = target[:, 0]
 
     def _measure(self) -> None:
