@@ -32,6 +32,7 @@ def test_every_command_has_help_with_an_example(frobs: Frobs, words: tuple[str, 
     assert f"$ {' '.join(('frobs', *words))}" in result.stdout.partition("Example:")[2]
     assert frobs(*words, "-h").stdout == result.stdout
     assert max(len(line) for line in result.stdout.splitlines()) <= 80
+    assert "<bool>" not in result.stdout
 
 
 @pytest.mark.parametrize(("words", "command"), EVERY, ids=[" ".join(("frobs", *words)) for words, _ in EVERY])

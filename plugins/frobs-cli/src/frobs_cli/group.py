@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from frobs_cli.output import print_error, print_note
 
@@ -23,7 +23,23 @@ READER_GONE = 141
 """Exit code that shells report for a program whose output pipe was closed (128 + SIGPIPE)."""
 
 
-class FrobsGroup(TyperGroup):
+class _PlainFlags:
+    """Mixin whose help shows no type for flags, because they take no value. Typer would show ``<bool>``."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters, including ``--help``."""
+        parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for parameter in parameters:
+            if getattr(parameter, "is_flag", False):
+                parameter.metavar = ""
+        return parameters
+
+
+class FrobsCommand(_PlainFlags, TyperCommand):
+    """A command."""
+
+
+class FrobsGroup(_PlainFlags, TyperGroup):
     """A command group that reports each failure as a single line on stderr and through the exit code.
 
     The exit code is 0 for success, 2 for invalid input, 130 for Ctrl-C, and 143 for SIGTERM during training, after a

@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from frobs_cli.commands import HEADINGS, Command, installed_commands
-from frobs_cli.group import FrobsGroup
+from frobs_cli.group import FrobsCommand, FrobsGroup
 from frobs_cli.output import print_note
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
@@ -39,12 +39,9 @@ class LazyCommand(TyperCommand):
             raise CommandImportError(self.record, error) from error
         settings = {**_SETTINGS, "allow_interspersed_args": not self.record.passes_options_on}
         app = typer.Typer(add_completion=False, rich_markup_mode="rich")
-        app.command(self.name, help=help_text(function), context_settings=settings)(function)
+        app.command(self.name, cls=FrobsCommand, help=help_text(function), context_settings=settings)(function)
         command = typer.main.get_command(app)
         assert isinstance(command, TyperCommand)
-        for parameter in command.params:
-            if getattr(parameter, "is_flag", False):
-                parameter.metavar = ""  # otherwise, typer would show "<bool>" although a flag has no value
         return command
 
     def make_context(self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any) -> Any:

@@ -66,6 +66,7 @@ def train(
         list[Service] | None,
         typer.Option(
             show_default=False,
+            metavar="SERVICE",
             help="Also send the log to a service: wandb (Weights & Biases) or mlflow. The service's own environment "
             "variables apply, such as WANDB_MODE or MLFLOW_TRACKING_URI. Repeatable.",
         ),
