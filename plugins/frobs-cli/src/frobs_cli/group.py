@@ -23,29 +23,25 @@ READER_GONE = 141
 """Exit code that shells report for a program whose output pipe was closed (128 + SIGPIPE)."""
 
 
-class _PlainFlags:
-    """Mixin whose help shows no type for flags, because they take no value. Typer would show ``<bool>``."""
+class FrobsCommand(TyperCommand):
+    """A command whose help shows no type for flags."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the parameters, including ``--help``."""
-        parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
-        for parameter in parameters:
-            if getattr(parameter, "is_flag", False):
-                parameter.metavar = ""
-        return parameters
+        return _without_types(super().get_params(ctx))
 
 
-class FrobsCommand(_PlainFlags, TyperCommand):
-    """A command."""
-
-
-class FrobsGroup(_PlainFlags, TyperGroup):
+class FrobsGroup(TyperGroup):
     """A command group that reports each failure as a single line on stderr and through the exit code.
 
     The exit code is 0 for success, 2 for invalid input, 130 for Ctrl-C, and 143 for SIGTERM during training, after a
     checkpoint was written. The exit code is 1 if a check failed, if one of several jobs failed, or if a bug caused an
     exception, whose traceback is then printed.
     """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the parameters, including ``--help``."""
+        return _without_types(super().get_params(ctx))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command whose name is the first argument.
@@ -136,3 +132,11 @@ def _write_no_more() -> None:
     """Redirect stdout to the null device, so that buffered output is discarded when the interpreter shuts down."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _without_types(parameters: list[Any]) -> list[Any]:
+    """Let flags show no type in the help, because they take no value. Typer would show ``<bool>``."""
+    for parameter in parameters:
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
+    return parameters
