@@ -63,8 +63,7 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
                 "the algorithms of sbx",
                 space,
                 f"do not support the observation space {space}; choose an algorithm of stable-baselines3, or flatten "
-                "the "
-                "observations with gymnasium.wrappers.FlattenObservation.",
+                "the observations with gymnasium.wrappers.FlattenObservation.",
             )
         size += int(np.prod(part.shape))
     return spaces.Box(-np.inf, np.inf, (size,), np.float32)

@@ -34,8 +34,7 @@ def write_replay_buffer(buffer: ReplayBuffer, path: Path) -> None:
     if type(buffer) not in (ReplayBuffer, DictReplayBuffer) or buffer.optimize_memory_usage:
         raise ConfigurationError(
             f"a {type(buffer).__name__}{' with optimize_memory_usage=True' if buffer.optimize_memory_usage else ''} "
-            "cannot "
-            "be saved as arrays; use ReplayBuffer or DictReplayBuffer with optimize_memory_usage=False."
+            "cannot be saved as arrays; use ReplayBuffer or DictReplayBuffer with optimize_memory_usage=False."
         )
     size = buffer.size()
     arrays = {"format": np.array(FORMAT), "next": np.array(buffer.pos % buffer.buffer_size if buffer.full else size)}

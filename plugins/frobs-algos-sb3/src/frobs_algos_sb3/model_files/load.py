@@ -75,8 +75,7 @@ def load_model(
     if name is None or name not in known.ALGORITHMS:
         raise CheckpointError(
             f"{archive.path} was saved by {name or 'an algorithm that cannot be identified'}; choose one of these "
-            "algorithms: "
-            f"{', '.join(known.ALGORITHMS)}."
+            f"algorithms: {', '.join(known.ALGORITHMS)}."
         )
     _check_algorithm(archive, name)
     try:

@@ -114,8 +114,7 @@ TOLERANCES: Mapping[str, Tolerance] = {
         unit="per step",
         share=True,
         reason="a reward term may change by 10 per meter of tool motion, so it may be off by 10 times as much as the "
-        "tool "
-        "position. With approximate drives, the term may be off by a tenth of its range.",
+        "tool position. With approximate drives, the term may be off by a tenth of its range.",
     ),
     "rest_height": Tolerance(
         exact=1e-3,

@@ -39,8 +39,7 @@ def write_example(
         parameters["floor_plan"] = f"{sources.name}:floor_plan.yaml"
         text = (
             f"# World of {old.name} from the ROS package {package.name}. Lengths are in m, angles in degrees, and "
-            "times "
-            "in s.\n"
+            "times in s.\n"
         )
         (sources / "floor_plan.yaml").write_text(text + dump_yaml(example.floor_plan), "utf-8")
         made.carry("walls, boxes, start, goals or waypoints", f"src/{sources.name}/floor_plan.yaml")

@@ -178,8 +178,7 @@ def _navigation(name: str, package: OldPackage, robot: RobotSource) -> Example:
         if rays != declared:
             differences["lidar_samples"] = (
                 f"{rays}, the number of rays of the robot's lidar; the YAML file contained {declared}, so the "
-                "observation "
-                "did not match observation_space"
+                "observation did not match observation_space"
             )
         task |= {"lidar": lidar, "lidar_samples": rays}
         task |= {key: value_of(package, attribute) for key, attribute in _COLLISION.items()}

@@ -125,9 +125,8 @@ def read_python_files(folder: Path) -> PythonFiles:
             if _DEFINES.search(path.read_text("utf-8", "replace")):
                 raise MigrationError(
                     path,
-                    f"{error}. The file may contain a part of the environment; fix the error, or convert Python 2 code "
-                    "with "
-                    "2to3.",
+                    f"{error}. The file may contain a part of the environment; fix the error, or convert Python 2 "
+                    "code with 2to3.",
                 ) from error
             files.unread[path] = str(error)
             continue

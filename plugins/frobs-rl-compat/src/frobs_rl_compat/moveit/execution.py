@@ -172,8 +172,7 @@ def choose(names: Sequence[str], controllers: Any, owner: str) -> dict[str, list
     if not isinstance(controllers, list) or not controllers:
         raise MoveItCommanderException(
             f"the parameter {owner}/controller_list is missing; load the controllers' YAML file from the MoveIt "
-            "package "
-            "into the same namespace."
+            "package into the same namespace."
         )
     chosen: dict[str, list[str]] = {}
     for name in names:

@@ -290,8 +290,7 @@ class MoveGroupCommander:
         if len(corners) not in (0, 4, 6) or any(a > b for a, b in zip(corners[:half], corners[half:], strict=True)):
             raise MoveItCommanderException(
                 "a workspace must be [], [min x, min y, max x, max y] or [min x, min y, min z, max x, max y, max z], "
-                "not "
-                f"{corners}."
+                f"not {corners}."
             )
 
     def set_start_state_to_current_state(self) -> None:

@@ -58,8 +58,7 @@ def from_list(numbers: Sequence[float]) -> Floats:
     if len(values) != 7:
         raise MoveItCommanderException(
             "a pose must be a list of 6 numbers (x, y, z, roll, pitch, yaw) or 7 numbers (x, y, z and a quaternion), "
-            "not "
-            f"{len(values)} numbers."
+            f"not {len(values)} numbers."
         )
     x, y, z, i, j, k, w = values
     return _checked([x, y, z, w, i, j, k])

@@ -74,8 +74,7 @@ def _primitive(name: str, primitive: Any) -> Geometry:
     if primitive.type not in kinds:
         raise MoveItCommanderException(
             f"the object '{name}' contains a shape of the unsupported type {primitive.type}; use boxes, spheres, "
-            "cylinders "
-            "or meshes."
+            "cylinders or meshes."
         )
     count, make = kinds[primitive.type]
     if len(lengths) != count or not all(0.0 < length < np.inf for length in lengths):

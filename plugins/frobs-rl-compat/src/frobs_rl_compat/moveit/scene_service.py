@@ -26,8 +26,7 @@ def wait_for_move_group(namespace: str, timeout: float) -> None:
         except rospy.ROSException as error:
             raise MoveItCommanderException(
                 f"the service {name} did not become available within {timeout:g} s; start move_group with the launch "
-                "file "
-                "move_group.launch from the robot's MoveIt package."
+                "file move_group.launch from the robot's MoveIt package."
             ) from error
 
 

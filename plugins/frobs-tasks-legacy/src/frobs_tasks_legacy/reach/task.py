@@ -198,8 +198,7 @@ class ReachLegacy(Reach):
         if not (sampler.lower < sampler.upper).all():
             raise ConfigurationError(
                 "min_joint_pos and max_joint_pos leave at least one joint no range of motion within the limits of "
-                "robot "
-                f"'{self._robot.robot.name}'; the remaining ranges are {sampler.lower} to {sampler.upper}."
+                f"robot '{self._robot.robot.name}'; the remaining ranges are {sampler.lower} to {sampler.upper}."
             )
         return sampler
 
