@@ -27,11 +27,9 @@ import gymnasium as gym
 import mujoco
 import numpy as np
 
-from frobs_core import registry
-
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import ROOT, current_commit, machine
+from tasks import ROOT, current_commit, machine, manipulation_ids
 
 PAGE = ROOT / "docs" / "explanation" / "soak-measured.md"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
@@ -187,15 +185,6 @@ def contacts(id: str, total: int) -> Contacts:
     found = Contacts(id, total, reported, unreported, depth, bodies)
     sys.stderr.write(f"{found}\n")
     return found
-
-
-def manipulation_ids() -> list[str]:
-    """Return the IDs of ``frobs-tasks-manipulation``."""
-    return [
-        id
-        for id, (task, _) in registry.environments().items()
-        if task.entry_point.startswith("frobs_tasks_manipulation")
-    ]
 
 
 def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:

@@ -102,6 +102,15 @@ def cases() -> list[Case]:
     return found
 
 
+def manipulation_ids() -> list[str]:
+    """Return the IDs of ``frobs-tasks-manipulation``."""
+    return [
+        id
+        for id, (task, _) in registry.environments().items()
+        if task.entry_point.startswith("frobs_tasks_manipulation")
+    ]
+
+
 def measure(
     case: Case,
     seed: int,
