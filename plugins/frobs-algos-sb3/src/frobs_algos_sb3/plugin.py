@@ -70,9 +70,13 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             **dict.fromkeys(_LEGACY_KOBUKIS, "ppo_navigate_legacy.yaml"),
             **_for_arms(
                 Push="ppo_push.yaml",
+                Slide="ppo_slide.yaml",
                 Lift="ppo_lift.yaml",
                 PickAndPlace="ppo_pick_and_place.yaml",
+                Stack="ppo_stack.yaml",
+                PegInsertion="ppo_peg_insertion.yaml",
                 OpenDrawer="ppo_open.yaml",
+                OpenDoor="ppo_open.yaml",
             ),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),

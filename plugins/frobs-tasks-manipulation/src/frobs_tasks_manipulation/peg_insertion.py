@@ -37,9 +37,9 @@ class PegInsertion(CubeTask):
 
     The reward depends on the reward type:
 
-    - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.6 · nearness of the peg to its place in
-      the hole + 0.2 · lift height of the peg as a fraction of the block's height (or 0.2 if the peg is in or above the
-      hole) + 0.5 if the success condition is met
+    - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.3 · centering of the peg between the
+      fingers + 0.6 · nearness of the peg to its place in the hole + 0.2 · lift height of the peg as a fraction of the
+      block's height (or 0.2 if the peg is in or above the hole) + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
@@ -58,6 +58,7 @@ class PegInsertion(CubeTask):
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the grip position on the "
         "peg",
+        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the peg",
         "insert": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the peg to its place in the hole",
         "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
         "0.2 if the peg is in or above the hole",
@@ -139,6 +140,7 @@ class PegInsertion(CubeTask):
         lifted = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
+            "grip": 0.3 * nearness(self.to_cube, self.size / 2),
             "insert": 0.6 * nearness(self.to_goal, 0.15),
             "lift": np.where(above, 0.2, 0.2 / HEIGHT * lifted),
             "achieved": 0.5 * self._is_achieved(),
