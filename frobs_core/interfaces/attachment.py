@@ -71,6 +71,7 @@ def attach(arm: Robot, link: str, tool: Robot, name: str, pos: Vector3, rpy: Vec
         tcp=effector.tcp,
         sensors={**arm.sensors, **prefixed(sensors)},
         friction={**arm.friction, **prefixed(tool.friction)},
+        armature={**arm.armature, **prefixed(tool.armature)},
         groups=groups,
         default_controllers={**_renamed(arm), **controllers},
         end_effectors={**arm.end_effectors, name: effector},

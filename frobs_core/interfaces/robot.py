@@ -97,6 +97,8 @@ class Robot:
         self_collision: Whether non-adjacent links collide with each other.
         friction: Coefficient of sliding friction by link, for links that should not use the simulator's default, such
             as 0 for a caster.
+        armature: Inertia of the motors, reflected through the gears, by joint name [kg·m² or kg]. This inertia replaces
+            the value in the model file. URDF files cannot contain it.
         groups: Names of the joints that are controlled together, by group name. If empty, all joints form the group
             ``"all"``. Groups must not overlap. Joints that are not in a group hold their home position.
         default_controllers: Names of the controllers to use if the user does not choose any, by joint group.
@@ -115,6 +117,7 @@ class Robot:
     differential_drive: DifferentialDrive | None = None
     self_collision: bool = True
     friction: Mapping[str, float] = field(default_factory=dict)
+    armature: Mapping[str, float] = field(default_factory=dict)
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     default_controllers: Mapping[str, str] = field(default_factory=dict)
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)

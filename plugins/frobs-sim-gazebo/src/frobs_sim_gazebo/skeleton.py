@@ -43,6 +43,7 @@ class Skeleton:
 
     Args:
         model: Model of the robot.
+        armature: Armatures [kg·m² or kg] that replace those in the model, by joint name.
 
     Attributes:
         bodies: Name of each body's first link. The base is the first body, and parents precede their children.
@@ -59,8 +60,9 @@ class Skeleton:
         ModelFileError: The model has a joint that cannot be simulated.
     """
 
-    def __init__(self, model: RobotModel) -> None:
+    def __init__(self, model: RobotModel, armature: Mapping[str, float] | None = None) -> None:
         self.model = model
+        self._armatures = {joint.name: joint.armature for joint in model.joints} | dict(armature or {})
         children = joints_below(model)
         self.bodies, self.joints, self.parents = [model.root], list[Joint](), list[int]()
         self.frames: dict[str, tuple[int, Floats]] = {model.root: (0, pose_array(Pose()))}
@@ -200,7 +202,7 @@ class Skeleton:
         if body == 0 or self._slides[body - 1]:
             return np.zeros((3, 3))
         axis = self.axes[body - 1]
-        return self.joints[body - 1].armature * np.outer(axis, axis)
+        return self._armatures[self.joints[body - 1].name] * np.outer(axis, axis)
 
 
 def _joined(links: list[tuple[Link, int, Floats]], changed: Mapping[str, float], armature: Floats) -> Mass:

@@ -10,7 +10,7 @@ import mujoco
 
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, Scene
-from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
+from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf, set_armature
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
 from frobs_sim_mujoco.meshes import Meshes
@@ -58,7 +58,7 @@ def build_model(
     scene.check(robots)
     spec = mujoco.MjSpec()
     spec.option.timestep = physics_timestep
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = _integrator(scene)
     spec.option.gravity = scene.gravity
     for field, value in options.items():
         setattr(spec.option, field, value)
@@ -79,6 +79,8 @@ def build_model(
             add_robot(spec, name, placement, group, visuals)
         for link, friction in placement.robot.friction.items():
             set_friction(spec, f"{name}/{link}", friction)
+        for joint, armature in placement.robot.armature.items():
+            set_armature(spec, f"{name}/{joint}", armature)
         add_drives(spec, name, placement)
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:
@@ -97,6 +99,16 @@ def build_model(
     for first, second in pairs:
         spec.add_exclude(bodyname1=first, bodyname2=second)
     return _compile(spec, scene, robots) if pairs else model
+
+
+def _integrator(scene: Scene) -> mujoco.mjtIntegrator:
+    """Return the integrator for a scene.
+
+    ``implicitfast`` computes contact forces as if the drives had no implicit damping. If a robot with strong drives
+    touches a light object, the object is pushed away too fast. ``discrete`` takes the drives into account.
+    """
+    movable = bool(scene.props) or any(body.inertial is not None for body in scene.bodies.values())
+    return mujoco.mjtIntegrator.mjINT_DISCRETE if movable else mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
 
 def _compile(spec: mujoco.MjSpec, scene: Scene, robots: Mapping[str, Placement]) -> mujoco.MjModel:

@@ -19,12 +19,15 @@ VISUAL_GROUP = 1
 ROBOT_GROUPS = (2, 3, 4, 5)
 """Geom groups of the robots' collision shapes. A robot's lidars do not detect shapes in the robot's own group."""
 
-PAD_IMPEDANCE = (0.98, 0.995, 0.001, 0.5, 2.0)
-"""Contact impedance (``solimp``) of links whose friction is set explicitly, such as gripper pads.
+_HARD_CONTACT = (0.98, 0.995, 0.001, 0.5, 2.0)
+"""Impedance (``solimp``) of hard contacts.
 
-The contact time constant is two timesteps. With MuJoCo's default time constant of 20 ms, pads that press with 70 N
-would sink 10 mm into a 0.1 kg object.
+Their time constant is two timesteps. With MuJoCo's default time constant of 20 ms, pads that press with 70 N would sink
+10 mm into a 0.1 kg object, and an arm could press this object 20 mm into the floor.
 """
+
+_DOMINANT = 1000.0
+"""Weight (``solmix``) of a hard shape's parameters in contacts with other shapes, whose weight is 1."""
 
 
 @cache
@@ -83,8 +86,7 @@ def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
 
     By default, MuJoCo uses the larger of two bodies' friction coefficients, so this function raises the priority of the
     body's shapes. If ``friction`` is 0, the contact dimension is set to 1, because MuJoCo only omits friction in
-    one-dimensional contacts. If ``friction`` is positive, the shapes also use :data:`PAD_IMPEDANCE` and a time constant
-    of two timesteps.
+    one-dimensional contacts. If ``friction`` is positive, the contacts are hard.
 
     Raises:
         ConfigurationError: The body does not exist.
@@ -96,6 +98,11 @@ def set_friction(spec: mujoco.MjSpec, body: str, friction: float) -> None:
         geom.priority = 1
         if friction > 0.0:
             geom.friction[0] = friction
-            geom.solref, geom.solimp = (2.0 * spec.option.timestep, 1.0), PAD_IMPEDANCE
+            make_hard(spec, geom)
         else:
             geom.condim = 1
+
+
+def make_hard(spec: mujoco.MjSpec, geom: mujoco.MjsGeom) -> None:
+    """Make the contacts of a shape as hard as the timestep allows, regardless of the other shape."""
+    geom.solref, geom.solimp, geom.solmix = (2.0 * spec.option.timestep, 1.0), _HARD_CONTACT, _DOMINANT

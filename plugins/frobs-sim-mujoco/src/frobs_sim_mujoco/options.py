@@ -13,9 +13,15 @@ from frobs_core.validation import choice, non_negative, number_list, positive, w
 _SOLVERS = {"pgs": mujoco.mjtSolver.mjSOL_PGS, "cg": mujoco.mjtSolver.mjSOL_CG, "newton": mujoco.mjtSolver.mjSOL_NEWTON}
 _CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}
 
+_INTEGRATORS = {
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "discrete": mujoco.mjtIntegrator.mjINT_DISCRETE,
+}
+
 _CHECKS: Mapping[str, Callable[[str, Any], Any]] = {
     "solver": lambda name, value: int(_SOLVERS[choice(name, value, _SOLVERS)]),
     "cone": lambda name, value: int(_CONES[choice(name, value, _CONES)]),
+    "integrator": lambda name, value: int(_INTEGRATORS[choice(name, value, _INTEGRATORS)]),
     "impratio": positive,
     "density": non_negative,
     "viscosity": non_negative,

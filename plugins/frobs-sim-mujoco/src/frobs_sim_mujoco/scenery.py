@@ -9,7 +9,7 @@ from frobs_core.errors import SceneError
 from frobs_core.interfaces import Attachment, Body, Camera, Scene
 from frobs_core.models import Pose
 from frobs_sim_mujoco.articulation import HARD, set_inertia
-from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape
+from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape, make_hard
 from frobs_sim_mujoco.meshes import Meshes
 
 _FAR = 8.0  # [m] viewing distance beyond which small floor squares would flicker
@@ -90,6 +90,7 @@ def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None
         for geom in add_shape(meshes, element, part.geometry, part.pose, group, part.rgba, collides=part.collides):
             geom.mass = 0.0
             geom.friction = (body.friction, body.torsional_friction, body.rolling_friction)
+            make_hard(spec, geom)
             if body.rolling_friction > 0.0:
                 geom.condim = 6
             elif body.torsional_friction > 0.0:

@@ -113,7 +113,8 @@ class BareMujoco:
 class MujocoSimulation(Simulation):
     """Simulation of ``num_envs`` copies of robots and a scene in MuJoCo. See :class:`frobs_core.interfaces.Simulation`.
 
-    The solver options have the same names as in MuJoCo's ``mjOption``. If an option is None, MuJoCo's default applies.
+    The solver options have the same names as in MuJoCo's ``mjOption``. If an option is None, MuJoCo's default applies,
+    except for the integrator.
 
     Args:
         robots: Robots, by name.
@@ -123,6 +124,9 @@ class MujocoSimulation(Simulation):
         num_threads: Number of threads for the batch, or 0 for one per processor.
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
+        integrator: Integrator: ``"implicitfast"`` or ``"discrete"``, which is more accurate and about 5 % slower if
+            robots with strong drives touch objects. If None, ``"discrete"`` is used for scenes with props or with
+            bodies that can move freely, and ``"implicitfast"`` for all other scenes.
         impratio: Ratio of frictional to normal constraint impedance for elliptic cones, > 0.
         density: Density of the surrounding medium [kg/m³], ≥ 0, for example 1.2 for air or 1000 for water.
         viscosity: Viscosity of the surrounding medium [Pa·s], ≥ 0.
@@ -156,6 +160,7 @@ class MujocoSimulation(Simulation):
         num_threads: int = 0,
         solver: str | None = None,
         cone: str | None = None,
+        integrator: str | None = None,
         impratio: float | None = None,
         density: float | None = None,
         viscosity: float | None = None,

@@ -34,7 +34,8 @@ class Drive:
         self._lead = [0.0] * articulation.offset
         self._zeros = [0.0] * self._size
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
-        self._armature = [joint.armature for joint in articulation.moving]
+        armature = articulation.placement.robot.armature
+        self._armature = [armature.get(joint.name, joint.armature) for joint in articulation.moving]
         self._passive = [
             joint.damping for joint in articulation.moving
         ]  # used only for mimic joints; actuated joints use the damping in the shared gains array

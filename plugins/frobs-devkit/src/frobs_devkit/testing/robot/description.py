@@ -191,7 +191,7 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
 
 
 def parts_exist(subject: RobotUnderTest) -> None:
-    """The base, friction and differential drive settings are valid and refer to existing links and joints."""
+    """The base, friction, armature and differential drive settings are valid and refer to existing links and joints."""
     robot, model = subject.robot, subject.model
     expect(
         robot.base in ("fixed", "floating", "wheeled"),
@@ -201,6 +201,10 @@ def parts_exist(subject: RobotUnderTest) -> None:
     for name, friction in robot.friction.items():
         expect(name in links, f"the robot's 'friction' has an entry for '{name}', which is not a link.")
         expect(0 <= friction < np.inf, f"the friction of '{name}' is {friction}; it must be finite and not negative.")
+    moving = [joint.name for joint in model.joints if joint.type is not JointType.FIXED]
+    for name, armature in robot.armature.items():
+        expect(name in moving, f"the robot's 'armature' has an entry for '{name}', which is not a joint.")
+        expect(0 <= armature < np.inf, f"the armature of '{name}' is {armature}; it must be finite and not negative.")
     drive = robot.differential_drive
     if drive is not None:
         unknown = [joint for joint in (*drive.left, *drive.right) if joint not in model.joint_names]
