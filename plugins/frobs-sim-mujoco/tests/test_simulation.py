@@ -1,13 +1,15 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from robots import place
 
 from frobs_core import plugins
-from frobs_core.errors import RenderingUnavailableError
+from frobs_core.errors import ConfigurationError, RenderingUnavailableError
 from frobs_core.interfaces import Body, CommandMode, Contact, Scene
 from frobs_core.models import Box, Pose
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
@@ -37,8 +39,6 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
     arm = sim.robots["robot"]
     kp, kd = (gain[0] for gain in arm.drive_gains())
     target = arm.joint_positions[0] + 0.4
-    import mujoco
-
     model, h = sim.native.model, 0.002
     saturated = 0
     for _ in range(50):
@@ -56,6 +56,29 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
         sim.step(1)
         assert arm.joint_velocities[0] == pytest.approx(v + h * acceleration, abs=1e-12)
     assert (saturated > 5) == (limit == 3.0)
+
+
+def test_the_discrete_integrator_is_used_where_objects_can_move(tmp_path: Path) -> None:
+    implicit, discrete = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, mujoco.mjtIntegrator.mjINT_DISCRETE
+    fixed = Body(geometry=BALL.geometry, pose=BALL.pose, kinematic=True)
+    for bodies, expected in (({}, implicit), ({"fixed": fixed}, implicit), ({"ball": BALL}, discrete)):
+        assert simulate(tmp_path, "arm", scene=Scene(bodies=bodies)).model.opt.integrator == expected
+    robots = {"robot": place(tmp_path, "arm")}
+    given = MujocoSimulation(robots, Scene(), num_envs=1, physics_timestep=0.002, integrator="discrete")
+    assert given.model.opt.integrator == discrete
+
+
+def test_the_armature_of_a_joint_is_set(tmp_path: Path) -> None:
+    placement = place(tmp_path, "arm")
+    joint = placement.model.joint_names[0]
+    for name in (joint, "none"):
+        geared = replace(placement, robot=replace(placement.robot, armature={name: 2.5}))
+        if name == joint:
+            model = MujocoSimulation({"robot": geared}, Scene(), num_envs=1, physics_timestep=0.002).model
+            assert model.joint(f"robot/{joint}").armature[0] == 2.5
+        else:
+            with pytest.raises(ConfigurationError, match="'robot/none', which is not a joint"):
+                MujocoSimulation({"robot": geared}, Scene(), num_envs=1, physics_timestep=0.002)
 
 
 def test_fast_depth_is_that_of_full_quality(tmp_path: Path) -> None:

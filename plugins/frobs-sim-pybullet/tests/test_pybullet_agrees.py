@@ -77,6 +77,14 @@ def test_joints_that_resist_do_so_as_in_mujoco(changes: dict[str, float]) -> Non
     assert np.abs(free - here).max() > 1e-3
 
 
+def test_the_inertia_of_the_motors_acts_as_in_mujoco() -> None:
+    geared = replace(IRB120, armature=dict.fromkeys(_MODEL.joint_names, 3.0))
+    (there, _), (here, _) = (step_response(cls, geared, with_joints(_MODEL), 0.4, 300) for cls in ENGINES)
+    free, _ = step_response(PybulletSimulation, IRB120, with_joints(_MODEL), 0.4, 300)
+    assert np.abs(there - here).max() <= 1e-6
+    assert np.abs(free - here).max() > 1e-2
+
+
 def test_a_floating_robots_joints_move_as_in_mujoco() -> None:
     floating = replace(IRB120, base="floating")
     (there, _), (here, _) = (step_response(cls, floating, _MODEL, 0.2, 300) for cls in ENGINES)

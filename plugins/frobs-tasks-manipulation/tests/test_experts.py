@@ -74,6 +74,16 @@ def test_the_expert_succeeds_on_pybullet(id: str) -> None:
         assert success_rate(env) >= 0.9
 
 
+def test_a_pushed_cube_is_not_kicked_away() -> None:
+    with made(IDS[0], num_envs=20) as env:
+        expert, fastest = expert_of(env), 0.0
+        env.reset(seed=0)
+        for step in range(60):
+            env.step(expert.act(np.full(20, step == 0)))
+            fastest = max(fastest, env.task.speed.max())  # type: ignore[attr-defined]
+        assert 0.2 < fastest < 0.6  # the tool moves at 0.25 m/s
+
+
 def test_an_expert_acts_alike_alone_and_among_others() -> None:
     with made(LIFT, num_envs=3) as env, closing(gym.make(LIFT)) as alone:
         expert, single = expert_of(env), expert_of(alone.unwrapped)  # type: ignore[arg-type] # a batch of one
