@@ -26,6 +26,8 @@ BUDGETS: dict[tuple[str, str], dict[int, float]] = {
     (ID, "joint_delta_position"): {1: 1.3, 1024: 1.08, 4096: 1.08},
     (ID, "tcp_delta_position"): {1: 1.5, 1024: 1.08, 4096: 1.08},
     ("arm, gripper and cube", "joint_delta_position, gripper_position"): {1: 1.5, 1024: 1.12},
+    ("frobs/PandaPush-v0", "tcp_delta_pose"): {1: 1.5, 1024: 1.12},
+    ("frobs/PandaPickAndPlace-v0", "tcp_delta_pose"): {1: 1.5, 1024: 1.12},
     ("frobs/KobukiMaze-v0", "differential_drive"): {1: 1.8, 1024: 1.10},
 }
 """Maximum ratio to the bare engine's step time, by environment, controller and number of environments."""

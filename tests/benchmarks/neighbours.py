@@ -1,9 +1,12 @@
-"""Compare how fast FRobs and panda-gym learn to reach, on one machine: ``docs/explanation/neighbours-measured.md``.
+"""Compare how fast FRobs and panda-gym learn, on one machine: ``docs/explanation/neighbours-measured.md``.
 
 panda-gym requires older versions of Gymnasium and NumPy than FRobs, so the script creates a separate virtual
-environment for it in ``build/benchmarks/neighbours``. Requires an idle machine. Each seed takes some minutes::
+environment for it in ``build/benchmarks/neighbours``. Requires an idle machine. Reaching takes some minutes per seed,
+and the tasks with a cube take up to four hours. Finished training runs stay in ``build/benchmarks/neighbours``, so an
+interrupted measurement continues where it stopped::
 
     python tests/benchmarks/neighbours.py
+    python tests/benchmarks/neighbours.py --only push --side panda-gym
 """
 
 from __future__ import annotations
@@ -14,14 +17,18 @@ import math
 import shutil
 import subprocess
 import sys
+import time
 import venv
 from argparse import ArgumentParser
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from statistics import median
 from typing import Any
+
+import gymnasium as gym
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -33,7 +40,20 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "neighbours-measured.md"
 KEPT = ROOT / "build" / "benchmarks" / "neighbours"
 SCRIPT = Path(__file__).with_name("neighbour_panda_gym.py")
-REQUIREMENTS = ("panda-gym==3.0.7", "gymnasium==0.29.1", "stable-baselines3==2.3.2", "numpy==1.26.4", "torch==2.13.0")
+SPEED_SCRIPT = Path(__file__).with_name("neighbour_speed.py")
+REQUIREMENTS = {
+    "panda-gym": (
+        "panda-gym==3.0.7",
+        "gymnasium==0.29.1",
+        "stable-baselines3==2.3.2",
+        "sb3-contrib==2.3.0",
+        "numpy==1.26.4",
+        "torch==2.13.0",
+    ),
+    "Gymnasium-Robotics": ("gymnasium-robotics==1.4.2", "numpy==1.26.4"),
+    "robosuite": ("robosuite==1.5.2", "numpy==1.26.4"),
+}
+"""Distributions to install, by framework."""
 THRESHOLDS = (0.95, 0.98)
 EPISODES = 300
 """Number of episodes per evaluation."""
@@ -69,6 +89,37 @@ OURS = (
 THEIRS = "panda-gym, PandaReach-v3"
 
 
+@dataclass(frozen=True)
+class Pair:
+    """A task with a cube and a sparse reward in both frameworks.
+
+    Attributes:
+        title: Name of the task on the page.
+        theirs: ID in panda-gym.
+        ours: ID in FRobs.
+    """
+
+    title: str
+    theirs: str
+    ours: str
+
+
+PAIRS = {
+    "push": Pair("Push", "PandaPush-v3", "frobs/PandaPushGoal-v0"),
+    "pick_and_place": Pair("Pick and place", "PandaPickAndPlace-v3", "frobs/PandaPickAndPlaceGoal-v0"),
+}
+SIDES = ("panda-gym", "FRobs")
+ALGORITHM = "sbx_sac"
+"""Algorithm of FRobs for the tasks with a cube, with hindsight experience replay and the tuned settings."""
+LONGEST = 3600.0
+"""Longest training time of a task with a cube [s]."""
+OUR_IDS = ("frobs/PandaPush-v0", "frobs/PandaLift-v0", "frobs/PandaPickAndPlace-v0")
+MANY = 1024
+"""IDs and number of environments whose steps per second are measured."""
+MINUTES = (5, 10, 15, 20, 30, 45, 60)
+"""Training times at which the page shows the success of the last evaluation [min]."""
+
+
 def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | None = None) -> dict[str, Any]:
     """Train with a checkpoint at each evaluation point, and evaluate the checkpoints afterwards.
 
@@ -99,34 +150,114 @@ def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | N
 
 
 def measure_theirs(
-    seed: int, episodes: int = EPISODES, steps: int = 20_000, python: Path | None = None
+    id: str, seed: int, episodes: int = EPISODES, limit: float = LONGEST, python: Path | None = None
 ) -> dict[str, Any]:
-    """Train panda-gym's PandaReach-v3 with SAC and hindsight replay, in its own virtual environment.
+    """Train one of panda-gym's environments with hindsight replay, in panda-gym's own virtual environment.
 
     Args:
+        id: ID in panda-gym.
         seed: Seed of training.
         episodes: Number of episodes per evaluation.
-        steps: Maximum number of training steps.
+        limit: Maximum training time [s].
         python: Interpreter of that virtual environment; None: create the environment.
 
     Returns:
         The same keys as :func:`measure_ours`.
     """
-    command = [python or neighbours_python(), SCRIPT, str(seed), str(steps), str(episodes), str(max(THRESHOLDS))]
-    done = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE)
-    return {"name": THEIRS, "seed": seed, "moments": json.loads(done.stdout.splitlines()[-1])}
+    command = [python or neighbours_python(), SCRIPT, id, seed, episodes, max(THRESHOLDS), limit]
+    done = subprocess.run([str(each) for each in command], check=True, text=True, stdout=subprocess.PIPE)
+    return {"name": f"panda-gym, {id}", "seed": seed, "moments": json.loads(done.stdout.splitlines()[-1])}
 
 
-def neighbours_python() -> Path:
-    """Return the interpreter of panda-gym's virtual environment, which is created if it does not exist."""
-    folder = KEPT / "venv"
+def measure_pair(pair: Pair, seed: int, episodes: int = EPISODES, limit: float = LONGEST) -> dict[str, Any]:
+    """Train FRobs's environment of a pair, and evaluate the policy during training.
+
+    Args:
+        pair: Task.
+        seed: Seed of training.
+        episodes: Number of episodes per evaluation.
+        limit: Maximum training time [s].
+
+    Returns:
+        The same keys as :func:`measure_ours`. The training times include the evaluations.
+    """
+    run_dir = KEPT / "run"
+    shutil.rmtree(run_dir, ignore_errors=True)
+    flags = {"algorithm": ALGORITHM, "seed": seed}
+    steps = resolve_config(pair.ours, flags=flags).steps
+    settings = [
+        f"evaluate_every={steps // 20}",
+        f"evaluation_episodes={episodes}",
+        f"stop_at_success={max(THRESHOLDS)}",
+        f"checkpoint_every={steps}",
+    ]
+    config = resolve_config(pair.ours, flags=flags, settings=settings)
+    train(config, run_dir, on_progress=lambda progress: progress.elapsed < limit)
+    with (run_dir / "progress.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row.get("evaluation/success")]
+    moments = [
+        {
+            "steps": int(float(row["train/steps"])),
+            "seconds": float(row["time/elapsed"]),
+            "success": float(row["evaluation/success"]),
+        }
+        for row in rows
+    ]
+    return {"name": f"FRobs, {pair.ours}", "seed": seed, "moments": moments}
+
+
+def stored(name: str, measure: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:
+    """Return a measurement's stored result, or call ``measure`` with the arguments and store the result."""
+    file = KEPT / f"{name}.json"
+    if not file.is_file():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        row = {**measure(*arguments), "machine": machine(), "commit": current_commit()}
+        file.write_text(json.dumps(row, indent=1), "utf-8")
+    return dict(json.loads(file.read_text("utf-8")))
+
+
+def neighbours_python(framework: str = "panda-gym") -> Path:
+    """Return the interpreter of a framework's virtual environment, which is created if it does not exist."""
+    folder, requirements = KEPT / f"venv-{framework.lower()}", REQUIREMENTS[framework]
     python = folder / "bin" / "python"
     ready = folder / "ready"
-    if not ready.is_file() or ready.read_text("utf-8") != "\n".join(REQUIREMENTS):
+    if not ready.is_file() or ready.read_text("utf-8") != "\n".join(requirements):
         venv.create(folder, with_pip=True, clear=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *REQUIREMENTS], check=True)
-        ready.write_text("\n".join(REQUIREMENTS), "utf-8")
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *requirements], check=True)
+        ready.write_text("\n".join(requirements), "utf-8")
     return python
+
+
+def their_speeds(seconds: float = 10.0) -> dict[str, float]:
+    """Return the control steps per second of other frameworks' environments, by ``"framework, ID"``."""
+    found: dict[str, float] = {}
+    for framework in REQUIREMENTS:
+        command = [str(neighbours_python(framework)), str(SPEED_SCRIPT), framework, str(seconds)]
+        done = subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE)
+        speeds = json.loads(done.stdout.splitlines()[-1])
+        found |= {f"{framework}, {name}": speed for name, speed in speeds.items()}
+    return found
+
+
+def our_speeds(seconds: float = 10.0) -> dict[str, float]:
+    """Return the control steps per second of FRobs's environments: one, and many together, with random actions."""
+    found = {}
+    for id in OUR_IDS:
+        for num_envs in (1, MANY):
+            env = gym.make_vec(f"frobs_core:{id}", num_envs=num_envs, vectorization_mode="vector_entry_point")
+            rng, spent, steps = np.random.default_rng(0), 0.0, 0
+            env.reset(seed=0)
+            while spent < seconds:
+                action = rng.uniform(-1.0, 1.0, env.action_space.shape or ())
+                start = time.perf_counter()
+                env.step(action)
+                spent += time.perf_counter() - start
+                steps += num_envs
+            env.close()
+            found[f"FRobs, {id}, {'one environment' if num_envs == 1 else f'{num_envs:,} environments'}"] = (
+                steps / spent
+            )
+    return found
 
 
 def reached(row: Mapping[str, Any], threshold: float) -> float:
@@ -134,17 +265,38 @@ def reached(row: Mapping[str, Any], threshold: float) -> float:
     return next((moment["seconds"] for moment in row["moments"] if moment["success"] >= threshold), math.inf)
 
 
-def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
-    """Return the page."""
+def by_minute(row: Mapping[str, Any], minute: float) -> float | None:
+    """Return the success of the last evaluation after at most ``minute`` minutes of training, or None if none."""
+    found = [moment["success"] for moment in row["moments"] if moment["seconds"] <= 60.0 * minute]
+    return found[-1] if found else None
+
+
+def report(
+    rows: Sequence[Mapping[str, Any]],
+    pairs: Mapping[str, Sequence[Mapping[str, Any]]],
+    speeds: Mapping[str, float],
+    episodes: int,
+) -> str:
+    """Return the page.
+
+    Args:
+        rows: Results of reaching.
+        pairs: Results of both sides for each task in :data:`PAIRS`.
+        speeds: Control steps per second, by candidate.
+        episodes: Number of episodes per evaluation.
+    """
     names = list(dict.fromkeys(row["name"] for row in rows))
     seeds = sorted({row["seed"] for row in rows})
     lines = [
         "# Benchmarks: comparison with panda-gym",
         "",
         f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: "
-        f"{current_commit()}. The candidates in the table were trained one after another on the same machine. The tables show the training "
-        f"time, including compilation, until an evaluation on {episodes} new goals first reaches the success rate. Imports "
-        "and evaluations are not included.",
+        f"{current_commit()}. All candidates were trained on the same machine. Training times include compilation, but not imports.",
+        "",
+        "## Reach",
+        "",
+        f"The candidates were trained one after another. The table shows the training time until an evaluation on {episodes} new goals "
+        "first reaches the success rate. Evaluations are not included in the time.",
         "",
         "| | " + " | ".join(f"to {share:.0%}, median | all seeds" for share in THRESHOLDS) + " |",
         "|---|" + "---:|---|" * len(THRESHOLDS),
@@ -174,7 +326,57 @@ def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:
         "uses the algorithm that suits its task. The times therefore show how long a user waits, not which algorithm is "
         "better.",
     ]
+    for name, both in pairs.items():
+        lines += ["", f"## {PAIRS[name].title}", "", *_curves(both)]
+    if pairs:
+        lines += ["", *_differences(episodes)]
+    lines += [
+        "",
+        "## Steps per second",
+        "",
+        "Control steps per second with random actions and without cameras, one candidate after another. robosuite's control step "
+        "is 50 ms, and that of all others is 40 ms. Resets of the other frameworks are not included, and those of FRobs are.",
+        "",
+        "| | steps per second |",
+        "|---|---:|",
+        *(f"| {name} | {speed:,.0f} |" for name, speed in speeds.items()),
+    ]
     return "\n".join(lines) + "\n"
+
+
+def _curves(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the table of the success rate over the training time of a task with a cube."""
+    lines = [
+        "| | " + " | ".join(f"{minute} min" for minute in MINUTES) + " | steps | trained for |",
+        "|---|" + "---:|" * (len(MINUTES) + 2),
+    ]
+    for row in rows:
+        last = row["moments"][-1]
+        cells = ["–" if (found := by_minute(row, minute)) is None else f"{found:.0%}" for minute in MINUTES]
+        lines.append(f"| {row['name']} | {' | '.join(cells)} | {last['steps']:,} | {last['seconds'] / 60:.0f} min |")
+    return lines
+
+
+def _differences(episodes: int) -> list[str]:
+    """Return the text about the tasks with a cube."""
+    return [
+        "## Conditions of pushing, picking and placing",
+        "",
+        f"The tables show the success rate of the last evaluation, of {episodes} new episodes, after at most the given training "
+        f"time. A training run ends at {max(THRESHOLDS):.0%} success or after {LONGEST / 60:.0f} minutes. Each table is one seed. "
+        "The two runs of a task ran at the same time, each on one core.",
+        "",
+        "Both frameworks use the Panda, a 4 cm cube, tool actions of up to 5 cm, cubes and goals in a square of 30 cm, the "
+        "tolerance of 5 cm and the sparse reward. When picking and placing, 70 % of the goals are up to 20 cm above the floor.",
+        "",
+        "| | panda-gym | FRobs |",
+        "|---|---|---|",
+        "| engine | PyBullet, one environment | MuJoCo, many environments |",
+        "| success | within the tolerance once, which ends the episode | within the tolerance during the last 5 steps |",
+        "| length of an episode | 50 steps | 100 steps (push), 50 steps (pick and place) |",
+        f"| algorithm | TQC with rl-baselines3-zoo's settings (PyTorch) | `{ALGORITHM}` with the tuned settings (JAX) |",
+        "| replay | hindsight experience replay | hindsight experience replay |",
+    ]
 
 
 def _time(seconds: float) -> str:
@@ -182,19 +384,37 @@ def _time(seconds: float) -> str:
 
 
 def main() -> None:
-    """Measure, and write the page."""
+    """Measure, and write the page if everything was measured."""
     parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2], help="seeds of reaching")
     parser.add_argument("--episodes", type=int, default=EPISODES, help="episodes per evaluation")
+    parser.add_argument("--only", choices=PAIRS, help="measure only this task with a cube; writes no page")
+    parser.add_argument("--side", choices=SIDES, help="with --only: measure only this framework")
     given = parser.parse_args()
-    neighbours_python()
+    python = neighbours_python()
+
+    def pair(name: str, side: str) -> dict[str, Any]:
+        task = PAIRS[name]
+        if side == "FRobs":
+            return stored(f"{name}-frobs", measure_pair, task, 0, given.episodes)
+        return stored(f"{name}-panda-gym", measure_theirs, task.theirs, 0, given.episodes, LONGEST, python)
+
+    if given.only:
+        for side in [given.side] if given.side else SIDES:
+            sys.stdout.write(f"{json.dumps(pair(given.only, side))}\n")
+        return
     rows = []
     for seed in given.seeds:
-        rows.append(measure_theirs(seed, given.episodes))
-        rows += [measure_ours(case, seed, given.episodes) for case in OURS]
+        theirs = (measure_theirs, "PandaReach-v3", seed, given.episodes, 600.0, python)
+        rows.append(stored(f"reach-panda-gym-{seed}", *theirs))
+        for number, case in enumerate(OURS):
+            rows.append(stored(f"reach-frobs-{number}-{seed}", measure_ours, case, seed, given.episodes))
         for row in rows[-1 - len(OURS) :]:
             sys.stderr.write(f"{row['name']}, seed {seed}: {_time(reached(row, max(THRESHOLDS)))}\n")
-    PAGE.write_text(report(rows, given.episodes), "utf-8")
+    pairs = {name: [pair(name, side) for side in SIDES] for name in PAIRS}
+    speeds = stored("speeds", lambda: {**their_speeds(), **our_speeds()})
+    speeds = {name: speed for name, speed in speeds.items() if isinstance(speed, float)}
+    PAGE.write_text(report(rows, pairs, speeds, given.episodes), "utf-8")
 
 
 if __name__ == "__main__":
