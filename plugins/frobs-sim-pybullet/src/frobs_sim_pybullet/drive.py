@@ -42,7 +42,8 @@ class Drive:
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
-        self._simple = not (self._rubs or articulation.mimics)
+        self._fingers = _fingers(articulation)
+        self._simple = not (self._rubs or articulation.mimics or self._fingers)
         self._law_at_limits: Law | None = None
         self._law = self._choose_law()
         self._states: Sequence[tuple[float, ...]] | None = None
@@ -163,12 +164,36 @@ class Drive:
                 bias = np.subtract(bias, self._pushed(positions)).tolist()
             way = self._at_limits() if beyond else self._law
             torques, self.efforts = way(q, v, command, self._constants, mass, bias)
+            if self._fingers:
+                assert isinstance(way, GeneralLaw)  # see _simple
+                self._squeeze(v, way.accelerations, torques)
         p.setJointMotorControlArray(
             robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
         )
         for index, point, _, _, force, torque in self.pushes:
             self._apply(index, point, force, torque)
         return True
+
+    def _squeeze(self, v: Sequence[float], accelerations: Sequence[float], torques: list[float]) -> None:
+        """Move the fingers with Bullet's motors, and set their efforts in ``torques`` to 0.
+
+        Bullet solves motors and contacts together, so that a finger that touches an object presses with the whole
+        effort of its drive. The effort in ``torques`` accounts for the damping during free motion and is much smaller.
+        """
+        speeds = [v[finger] + self._h * accelerations[finger] for finger, _, _ in self._fingers]
+        forces = [abs(torques[finger]) + share * abs(self.efforts[leader]) for finger, leader, share in self._fingers]
+        for finger, _, _ in self._fingers:
+            torques[finger] = 0.0
+        robot = self._robot
+        p.setJointMotorControlArray(
+            robot.body,
+            [robot.joints[finger] for finger, _, _ in self._fingers],
+            p.VELOCITY_CONTROL,
+            targetVelocities=speeds,
+            velocityGains=[1.0] * len(speeds),
+            forces=forces,
+            physicsClientId=robot.client,
+        )
 
     def _turn(self) -> tuple[Quat, Vector]:
         """Return a fixed base's orientation and the gravity vector in the base's frame."""
@@ -216,3 +241,21 @@ class Drive:
         """Return all positions in the order of the mass matrix, with zeros for the virtual joints of a free base."""
         states = self._states or self._joint_states()
         return self._lead + [state[0] for state in states]
+
+
+def _fingers(articulation: Articulation) -> list[tuple[int, int, float]]:
+    """Return the fingers of a robot's grippers.
+
+    Returns:
+        For each finger, the index of its joint, the index of the joint whose drive moves the finger (the same joint, or
+        the leader of a mimic joint), and the finger's share of the drive's effort.
+    """
+    tools = articulation.placement.robot.end_effectors.values()
+    driven = {joint for tool in tools for joint in tool.closed}
+    found = []
+    for leader, joint in enumerate(articulation.moving):
+        if joint.name in driven:
+            followers = {index: mimic.multiplier for index, other, mimic in articulation.mimics if other == leader}
+            total = 1.0 + sum(map(abs, followers.values()))
+            found += [(index, leader, 1.0 / total) for index in (leader, *followers)]
+    return found

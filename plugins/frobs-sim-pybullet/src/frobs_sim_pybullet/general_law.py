@@ -23,7 +23,12 @@ class GeneralLaw:
         constraints: Dry friction and position limits, or None to ignore them.
         armature: Armature of each joint [kg·m² or kg].
         mimics: For each mimic joint, the index of the joint, the index of its leader, and the model's mimic element.
+
+    Attributes:
+        accelerations: Accelerations of the joints without contacts, (count,), computed by the last call.
     """
+
+    accelerations: list[float]
 
     def __init__(
         self,
@@ -71,6 +76,7 @@ class GeneralLaw:
             follow = self._reduction
             accelerations = follow @ np.linalg.solve(follow.T @ whole @ follow, follow.T @ right)
         torques: list[float] = (mass @ accelerations + bias)[self._offset :].tolist()
+        self.accelerations = accelerations[self._offset :].tolist()
         return torques, efforts.tolist()
 
     def _inverse(self, mass: Floats) -> Floats:
