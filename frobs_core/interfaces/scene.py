@@ -235,6 +235,9 @@ class Scene:
         floor_friction: Coefficient of sliding friction of the floor. The effective friction coefficient of a free body
             that slides over the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
         gravity: Acceleration due to gravity [m/s²].
+        hard_contacts: Whether bodies must not sink into other objects, even if a robot presses on them. Set this for
+            tasks in which a robot grasps or pushes objects. On MuJoCo, contacts are otherwise soft springs. Hard
+            contacts bounce more.
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
         cameras: Cameras, by name. By default, ``render`` uses the first camera.
@@ -249,6 +252,7 @@ class Scene:
     floor: bool = True
     floor_friction: float = 1.0
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    hard_contacts: bool = False
     bodies: Mapping[str, Body] = field(default_factory=dict)
     contacts: Mapping[str, Contact] = field(default_factory=dict)
     cameras: Mapping[str, Camera] = field(

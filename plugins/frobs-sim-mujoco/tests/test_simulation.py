@@ -58,11 +58,12 @@ def test_the_drive_law_holds_to_the_last_digit(tmp_path: Path, limit: float) -> 
     assert (saturated > 5) == (limit == 3.0)
 
 
-def test_the_discrete_integrator_is_used_where_objects_can_move(tmp_path: Path) -> None:
+def test_hard_contacts_need_the_discrete_integrator(tmp_path: Path) -> None:
     implicit, discrete = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, mujoco.mjtIntegrator.mjINT_DISCRETE
-    fixed = Body(geometry=BALL.geometry, pose=BALL.pose, kinematic=True)
-    for bodies, expected in (({}, implicit), ({"fixed": fixed}, implicit), ({"ball": BALL}, discrete)):
-        assert simulate(tmp_path, "arm", scene=Scene(bodies=bodies)).model.opt.integrator == expected
+    for hard, integrator, seconds in ((False, implicit, 0.02), (True, discrete, 0.004)):
+        model = simulate(tmp_path, "arm", scene=Scene(bodies={"ball": BALL}, hard_contacts=hard)).model
+        assert model.opt.integrator == integrator
+        assert model.geom_solref[model.body("ball").geomadr[0], 0] == pytest.approx(seconds)
     robots = {"robot": place(tmp_path, "arm")}
     given = MujocoSimulation(robots, Scene(), num_envs=1, physics_timestep=0.002, integrator="discrete")
     assert given.model.opt.integrator == discrete

@@ -70,7 +70,7 @@ def build_model(
         add_floor(spec, scene)
     meshes = Meshes(spec)
     for name, body in scene.bodies.items():
-        add_body(spec, meshes, name, body)
+        add_body(spec, meshes, name, body, hard=scene.hard_contacts)
     for number, (name, placement) in enumerate(robots.items()):
         group = ROBOT_GROUPS[min(number, len(ROBOT_GROUPS) - 1)]
         if placement.model.format == "mjcf":
@@ -107,8 +107,7 @@ def _integrator(scene: Scene) -> mujoco.mjtIntegrator:
     ``implicitfast`` computes contact forces as if the drives had no implicit damping. If a robot with strong drives
     touches a light object, the object is pushed away too fast. ``discrete`` takes the drives into account.
     """
-    movable = bool(scene.props) or any(body.inertial is not None for body in scene.bodies.values())
-    return mujoco.mjtIntegrator.mjINT_DISCRETE if movable else mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    return mujoco.mjtIntegrator.mjINT_DISCRETE if scene.hard_contacts else mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
 
 def _compile(spec: mujoco.MjSpec, scene: Scene, robots: Mapping[str, Placement]) -> mujoco.MjModel:

@@ -74,8 +74,8 @@ def add_floor(spec: mujoco.MjSpec, scene: Scene) -> None:
     )
 
 
-def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None:
-    """Add a body of the scene.
+def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body, *, hard: bool) -> None:
+    """Add a body of the scene, with hard or soft contacts.
 
     Raises:
         ModelFileError: A mesh cannot be read.
@@ -90,7 +90,8 @@ def add_body(spec: mujoco.MjSpec, meshes: Meshes, name: str, body: Body) -> None
         for geom in add_shape(meshes, element, part.geometry, part.pose, group, part.rgba, collides=part.collides):
             geom.mass = 0.0
             geom.friction = (body.friction, body.torsional_friction, body.rolling_friction)
-            make_hard(spec, geom)
+            if hard:
+                make_hard(spec, geom)
             if body.rolling_friction > 0.0:
                 geom.condim = 6
             elif body.torsional_friction > 0.0:

@@ -125,8 +125,8 @@ class MujocoSimulation(Simulation):
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
         integrator: Integrator: ``"implicitfast"`` or ``"discrete"``, which is more accurate and about 5 % slower if
-            robots with strong drives touch objects. If None, ``"discrete"`` is used for scenes with props or with
-            bodies that can move freely, and ``"implicitfast"`` for all other scenes.
+            robots with strong drives touch objects. If None, ``"discrete"`` is used for scenes with
+            ``hard_contacts``, and ``"implicitfast"`` for all other scenes.
         impratio: Ratio of frictional to normal constraint impedance for elliptic cones, > 0.
         density: Density of the surrounding medium [kg/m³], ≥ 0, for example 1.2 for air or 1000 for water.
         viscosity: Viscosity of the surrounding medium [Pa·s], ≥ 0.

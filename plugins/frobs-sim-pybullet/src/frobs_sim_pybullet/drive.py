@@ -9,6 +9,7 @@ from operator import gt, lt
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.models import joint_path
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.constraints import Constraints
@@ -244,14 +245,16 @@ class Drive:
 
 
 def _fingers(articulation: Articulation) -> list[tuple[int, int, float]]:
-    """Return the fingers of a robot's grippers.
+    """Return the fingers of a robot's grippers, which are the joints that do not move the tool center point.
 
     Returns:
         For each finger, the index of its joint, the index of the joint whose drive moves the finger (the same joint, or
         the leader of a mimic joint), and the finger's share of the drive's effort.
     """
+    model = articulation.placement.model
     tools = articulation.placement.robot.end_effectors.values()
-    driven = {joint for tool in tools for joint in tool.closed}
+    moving_the_tool = {joint.name for tool in tools for joint in joint_path(model, tool.tcp)}
+    driven = {joint for tool in tools for joint in tool.closed} - moving_the_tool
     found = []
     for leader, joint in enumerate(articulation.moving):
         if joint.name in driven:

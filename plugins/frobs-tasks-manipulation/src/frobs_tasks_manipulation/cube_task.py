@@ -76,7 +76,9 @@ class CubeTask(Manipulation):
             friction=self.friction,
             rgba=BLUE,
         )
-        return Scene(floor_friction=FLOOR_FRICTION, bodies={self.body_name: cube}, cameras=self.cameras())
+        return Scene(
+            floor_friction=FLOOR_FRICTION, hard_contacts=True, bodies={self.body_name: cube}, cameras=self.cameras()
+        )
 
     def _bind_objects(self) -> None:
         self.cube = Tracked(self._simulation.bodies[self.body_name])

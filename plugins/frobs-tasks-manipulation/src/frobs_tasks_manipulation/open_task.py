@@ -82,7 +82,9 @@ class OpenTask(Manipulation):
         x, y = self.center.tolist()
         model = f"frobs_tasks_manipulation:models/{self.furniture}.urdf.xacro"
         prop = Prop(model=model, pose=Pose((x + 0.1, y, 0.0)))
-        return Scene(floor_friction=FLOOR_FRICTION, props={self.furniture: prop}, cameras=self.cameras())
+        return Scene(
+            floor_friction=FLOOR_FRICTION, hard_contacts=True, props={self.furniture: prop}, cameras=self.cameras()
+        )
 
     def cameras(self) -> dict[str, Camera]:
         """Return a camera that views the front of the furniture from the right."""
