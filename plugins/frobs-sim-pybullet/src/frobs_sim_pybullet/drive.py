@@ -175,16 +175,19 @@ class Drive:
             self._apply(index, point, force, torque)
         return True
 
-    def _squeeze(self, v: Sequence[float], accelerations: Sequence[float], torques: list[float]) -> None:
-        """Move the fingers with Bullet's motors, and set their efforts in ``torques`` to 0.
+    def _squeeze(self, v: Sequence[float], accelerations: Sequence[float], torques: Sequence[float]) -> None:
+        """Let Bullet's motors add the effort with which fingers press on an object.
 
+        ``torques`` are the efforts for free motion. They account for the damping and are much smaller than the efforts
+        of the drives. The motors do nothing in free motion, because the fingers already reach their target speeds.
         Bullet solves motors and contacts together, so that a finger that touches an object presses with the whole
-        effort of its drive. The effort in ``torques`` accounts for the damping during free motion and is much smaller.
+        effort of its drive.
         """
         speeds = [v[finger] + self._h * accelerations[finger] for finger, _, _ in self._fingers]
-        forces = [abs(torques[finger]) + share * abs(self.efforts[leader]) for finger, leader, share in self._fingers]
-        for finger, _, _ in self._fingers:
-            torques[finger] = 0.0
+        forces = [
+            max(0.0, share * abs(self.efforts[leader]) - abs(torques[finger]))
+            for finger, leader, share in self._fingers
+        ]
         robot = self._robot
         p.setJointMotorControlArray(
             robot.body,
