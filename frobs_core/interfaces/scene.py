@@ -123,6 +123,20 @@ class Placement:
         pairs = [gains.of(joint) for joint in self.model.joint_names]
         return np.array([kp for kp, _ in pairs], float), np.array([kd for _, kd in pairs], float)
 
+    @cached_property
+    def armatures(self) -> dict[str, float]:
+        """Armature of each moving joint by name [kg·m² or kg], from the robot's description or the model file.
+
+        Raises:
+            UnknownNameError: The description names a joint that does not exist or does not move.
+        """
+        found = {joint.name: joint.armature for joint in self.model.joints if joint.type is not JointType.FIXED}
+        for joint, armature in self.robot.armature.items():
+            if joint not in found:
+                raise UnknownNameError(f"moving joint in 'armature' of robot '{self.robot.name}'", joint, list(found))
+            found[joint] = armature
+        return found
+
     def start_pose(self, link: str) -> Floats:
         """Return the pose of a link in the world frame at reset, (7,): position [m] and quat_wxyz."""
         home = home_positions(self.model, self.robot.home)
@@ -235,9 +249,9 @@ class Scene:
         floor_friction: Coefficient of sliding friction of the floor. The effective friction coefficient of a free body
             that slides over the floor is at least this value in MuJoCo and PyBullet, and at most this value in Gazebo.
         gravity: Acceleration due to gravity [m/s²].
-        hard_contacts: Whether bodies must not sink into other objects, even if a robot presses on them. Set this for
-            tasks in which a robot grasps or pushes objects. On MuJoCo, contacts are otherwise soft springs. Hard
-            contacts bounce more.
+        hard_contacts: Whether contacts of bodies are as hard as the simulator allows, so that a robot cannot press the
+            bodies into other objects. Use hard contacts if a robot grasps or pushes objects. On MuJoCo, contacts are
+            soft springs by default. Objects bounce more if their contacts are hard.
         bodies: Bodies, by name.
         contacts: Contacts that the task observes, by name.
         cameras: Cameras, by name. By default, ``render`` uses the first camera.

@@ -9,7 +9,7 @@ import pytest
 from robots import place
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError, RenderingUnavailableError
+from frobs_core.errors import RenderingUnavailableError, UnknownNameError
 from frobs_core.interfaces import Body, CommandMode, Contact, Scene
 from frobs_core.models import Box, Pose
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
@@ -72,14 +72,12 @@ def test_hard_contacts_need_the_discrete_integrator(tmp_path: Path) -> None:
 def test_the_armature_of_a_joint_is_set(tmp_path: Path) -> None:
     placement = place(tmp_path, "arm")
     joint = placement.model.joint_names[0]
-    for name in (joint, "none"):
-        geared = replace(placement, robot=replace(placement.robot, armature={name: 2.5}))
-        if name == joint:
-            model = MujocoSimulation({"robot": geared}, Scene(), num_envs=1, physics_timestep=0.002).model
-            assert model.joint(f"robot/{joint}").armature[0] == 2.5
-        else:
-            with pytest.raises(ConfigurationError, match="'robot/none', which is not a joint"):
-                MujocoSimulation({"robot": geared}, Scene(), num_envs=1, physics_timestep=0.002)
+    geared = replace(placement, robot=replace(placement.robot, armature={joint: 2.5}))
+    model = MujocoSimulation({"robot": geared}, Scene(), num_envs=1, physics_timestep=0.002).model
+    assert model.joint(f"robot/{joint}").armature[0] == 2.5
+    wrong = replace(placement, robot=replace(placement.robot, armature={"none": 2.5}))
+    with pytest.raises(UnknownNameError, match="'none'"):
+        MujocoSimulation({"robot": wrong}, Scene(), num_envs=1, physics_timestep=0.002)
 
 
 def test_fast_depth_is_that_of_full_quality(tmp_path: Path) -> None:

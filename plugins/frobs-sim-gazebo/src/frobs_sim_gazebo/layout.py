@@ -55,9 +55,7 @@ class Layout:
         plain = safe_names(f"{kind}.{name}" for kind, name in keys)
         self.model_names = {(kind, name): plain[f"{kind}.{name}"] for kind, name in keys}
         self.models: dict[str, str] = {}
-        self.skeletons = {
-            name: Skeleton(placement.model, placement.robot.armature) for name, placement in robots.items()
-        }
+        self.skeletons = {name: Skeleton(placement.model, placement.armatures) for name, placement in robots.items()}
         self.joints: dict[str, slice] = {}
         self.bodies: dict[tuple[str, str], slice] = {}
         self.placed = [name for name, body in scene.bodies.items() if body.kinematic]

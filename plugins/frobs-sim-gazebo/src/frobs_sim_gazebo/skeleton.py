@@ -43,7 +43,7 @@ class Skeleton:
 
     Args:
         model: Model of the robot.
-        armature: Armatures [kg·m² or kg] that replace those in the model, by joint name.
+        armatures: Armature of each moving joint [kg·m² or kg], by name. If None, the model's armatures are used.
 
     Attributes:
         bodies: Name of each body's first link. The base is the first body, and parents precede their children.
@@ -60,9 +60,9 @@ class Skeleton:
         ModelFileError: The model has a joint that cannot be simulated.
     """
 
-    def __init__(self, model: RobotModel, armature: Mapping[str, float] | None = None) -> None:
+    def __init__(self, model: RobotModel, armatures: Mapping[str, float] | None = None) -> None:
         self.model = model
-        self._armatures = {joint.name: joint.armature for joint in model.joints} | dict(armature or {})
+        self._armatures = {joint.name: joint.armature for joint in model.joints} if armatures is None else armatures
         children = joints_below(model)
         self.bodies, self.joints, self.parents = [model.root], list[Joint](), list[int]()
         self.frames: dict[str, tuple[int, Floats]] = {model.root: (0, pose_array(Pose()))}

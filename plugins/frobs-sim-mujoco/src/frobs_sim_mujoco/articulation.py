@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, ModelFileError
+from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, active_gains
 from frobs_core.models import Inertial, Joint, JointType, inertia_matrix, joints_below
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
@@ -95,18 +95,6 @@ def _add_joint(spec: mujoco.MjSpec, child: mujoco.MjsBody, robot: str, joint: Jo
             name2=f"{robot}/{joint.mimic.joint}",
             data=[joint.mimic.offset, joint.mimic.multiplier, *[0.0] * (int(mujoco.mjNEQDATA) - 2)],
         )
-
-
-def set_armature(spec: mujoco.MjSpec, joint: str, armature: float) -> None:
-    """Set the armature [kg·m² or kg] of a robot's joint.
-
-    Raises:
-        ConfigurationError: The joint does not exist.
-    """
-    element = spec.joint(joint)
-    if element is None:
-        raise ConfigurationError(f"the robot's 'armature' has an entry for '{joint}', which is not a joint.")
-    element.armature = armature
 
 
 def set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:

@@ -10,7 +10,7 @@ import mujoco
 
 from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import Placement, Scene
-from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf, set_armature
+from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction
 from frobs_sim_mujoco.meshes import Meshes
@@ -79,8 +79,8 @@ def build_model(
             add_robot(spec, name, placement, group, visuals)
         for link, friction in placement.robot.friction.items():
             set_friction(spec, f"{name}/{link}", friction)
-        for joint, armature in placement.robot.armature.items():
-            set_armature(spec, f"{name}/{joint}", armature)
+        for joint, armature in placement.armatures.items():
+            spec.joint(f"{name}/{joint}").armature = armature
         add_drives(spec, name, placement)
         add_force_torque_sensors(spec, name, placement)
         if not placement.robot.self_collision:

@@ -124,8 +124,8 @@ class MujocoSimulation(Simulation):
         num_threads: Number of threads for the batch, or 0 for one per processor.
         solver: Constraint solver: ``"newton"``, ``"cg"`` or ``"pgs"``.
         cone: Friction cone: ``"pyramidal"`` or ``"elliptic"``.
-        integrator: Integrator: ``"implicitfast"`` or ``"discrete"``, which is more accurate and about 5 % slower if
-            robots with strong drives touch objects. If None, ``"discrete"`` is used for scenes with
+        integrator: ``"implicitfast"`` or ``"discrete"``. ``"discrete"`` is about 5 % slower, and more accurate if robots
+            with strong drives touch objects. If None, ``"discrete"`` is used for scenes with
             ``hard_contacts``, and ``"implicitfast"`` for all other scenes.
         impratio: Ratio of frictional to normal constraint impedance for elliptic cones, > 0.
         density: Density of the surrounding medium [kg/m³], ≥ 0, for example 1.2 for air or 1000 for water.

@@ -35,8 +35,7 @@ class Drive:
         self._lead = [0.0] * articulation.offset
         self._zeros = [0.0] * self._size
         self._limits = self._spread([joint.limits.effort for joint in articulation.placement.model.actuated_joints])
-        armature = articulation.placement.robot.armature
-        self._armature = [armature.get(joint.name, joint.armature) for joint in articulation.moving]
+        self._armature = [articulation.placement.armatures[joint.name] for joint in articulation.moving]
         self._passive = [
             joint.damping for joint in articulation.moving
         ]  # used only for mimic joints; actuated joints use the damping in the shared gains array
@@ -44,6 +43,8 @@ class Drive:
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
         self._fingers = _fingers(articulation)
+        self._finger_joints = [articulation.joints[finger] for finger, _, _ in self._fingers]
+        self._finger_gains = [1.0] * len(self._fingers)
         self._simple = not (self._rubs or articulation.mimics or self._fingers)
         self._law_at_limits: Law | None = None
         self._law = self._choose_law()
@@ -175,7 +176,7 @@ class Drive:
             self._apply(index, point, force, torque)
         return True
 
-    def _squeeze(self, v: Sequence[float], accelerations: Sequence[float], torques: Sequence[float]) -> None:
+    def _squeeze(self, v: Sequence[float], accelerations: Floats, torques: Sequence[float]) -> None:
         """Let Bullet's motors add the effort with which fingers press on an object.
 
         ``torques`` are the efforts for free motion. They account for the damping and are much smaller than the efforts
@@ -191,10 +192,10 @@ class Drive:
         robot = self._robot
         p.setJointMotorControlArray(
             robot.body,
-            [robot.joints[finger] for finger, _, _ in self._fingers],
+            self._finger_joints,
             p.VELOCITY_CONTROL,
             targetVelocities=speeds,
-            velocityGains=[1.0] * len(speeds),
+            velocityGains=self._finger_gains,
             forces=forces,
             physicsClientId=robot.client,
         )

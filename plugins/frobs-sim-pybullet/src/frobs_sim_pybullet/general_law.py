@@ -28,7 +28,7 @@ class GeneralLaw:
         accelerations: Accelerations of the joints without contacts, (count,), computed by the last call.
     """
 
-    accelerations: list[float]
+    accelerations: Floats
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class GeneralLaw:
             follow = self._reduction
             accelerations = follow @ np.linalg.solve(follow.T @ whole @ follow, follow.T @ right)
         torques: list[float] = (mass @ accelerations + bias)[self._offset :].tolist()
-        self.accelerations = accelerations[self._offset :].tolist()
+        self.accelerations = accelerations[self._offset :]
         return torques, efforts.tolist()
 
     def _inverse(self, mass: Floats) -> Floats:
