@@ -6,7 +6,7 @@ penetrate another by more than 5 mm. Exits with status 1 if a check fails. Other
 the result::
 
     python tests/benchmarks/soak.py
-    python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200
+    python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200 --jobs 1
 """
 
 from __future__ import annotations
@@ -18,8 +18,11 @@ import sys
 import threading
 from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from datetime import date
+from itertools import repeat as always
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -159,7 +162,7 @@ def lifetimes(simulator: str, total: int) -> Part:
 
 def contacts(id: str, total: int) -> Contacts:
     """Take random steps with a manipulation ID on MuJoCo, and check its contacts."""
-    env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point")
+    env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point", num_threads=1)
     base: Any = env.unwrapped
     model, batch = base.simulation.model, base.simulation.batch
     data, rng = mujoco.MjData(model), np.random.default_rng(0)
@@ -242,11 +245,13 @@ def main() -> int:
         "--environments", type=int, default=1_000, help="environments created and closed on each simulator"
     )
     parser.add_argument("--random-steps", type=int, default=1_000_000, help="random steps of each manipulation ID")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of IDs that are checked in parallel")
     parser.add_argument("--out", type=Path, default=PAGE)
     arguments = parser.parse_args()
     parts = [steps(arguments.simulators[0], arguments.steps)]
     parts += [lifetimes(simulator, arguments.environments) for simulator in arguments.simulators]
-    touched = [contacts(id, arguments.random_steps) for id in manipulation_ids()]
+    with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
+        touched = list(pool.map(contacts, manipulation_ids(), always(arguments.random_steps)))
     arguments.out.write_text(report(parts, touched), encoding="utf-8")
     return 0 if all(part.constant for part in parts) and all(item.sound for item in touched) else 1
 
