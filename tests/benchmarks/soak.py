@@ -3,25 +3,28 @@
 One environment takes a million steps, and a thousand environments are created and closed: memory and file descriptors
 must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and no object may
 penetrate another by more than 5 mm. Exits with status 1 if a check fails. Other programs on the machine do not affect
-the result::
+the result. The results of the manipulation IDs stay in ``build/benchmarks/soak``, so an interrupted measurement
+continues where it stopped::
 
     python tests/benchmarks/soak.py
     python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200 --jobs 1
+    python tests/benchmarks/soak.py --only frobs/PandaStack-v0 --fresh
 """
 
 from __future__ import annotations
 
 import ctypes
 import gc
+import json
 import os
 import sys
 import threading
 from argparse import ArgumentParser
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import date
-from itertools import repeat as always
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -35,6 +38,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from tasks import ROOT, current_commit, machine, manipulation_ids
 
 PAGE = ROOT / "docs" / "explanation" / "soak-measured.md"
+KEPT = ROOT / "build" / "benchmarks" / "soak"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
 SAMPLES = 20
 """Number of measurements of each part, evenly spaced."""
@@ -98,6 +102,7 @@ class Contacts:
     """Effects of random actions on the objects of an ID."""
 
     id: str
+    commit: str
     steps: int
     reported: int  # number of divergences that info reported
     unreported: int  # number of unreported states that are not finite or far away
@@ -160,8 +165,18 @@ def lifetimes(simulator: str, total: int) -> Part:
     return Part(f"{total:,} environments made and closed on {simulator}", "environments", repeat(total, live))
 
 
-def contacts(id: str, total: int) -> Contacts:
-    """Take random steps with a manipulation ID on MuJoCo, and check its contacts."""
+def contacts(id: str, total: int, kept: Path = KEPT) -> Contacts:
+    """Take random steps with a manipulation ID on MuJoCo and check its contacts, or return the existing results.
+
+    Args:
+        id: Gymnasium ID.
+        total: Number of steps.
+        kept: Folder of existing results.
+    """
+    file = _file(id, total, kept)
+    if file.is_file():
+        return Contacts(**json.loads(file.read_text("utf-8")))
+    commit = current_commit()
     env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point", num_threads=1)
     base: Any = env.unwrapped
     model, batch = base.simulation.model, base.simulation.batch
@@ -185,9 +200,15 @@ def contacts(id: str, total: int) -> Contacts:
                         names = [model.body(model.geom_bodyid[geom]).name for geom in contact.geom]
                         depth, bodies = -float(contact.dist), " in ".join(names)
     env.close()
-    found = Contacts(id, total, reported, unreported, depth, bodies)
+    found = Contacts(id, commit, total, reported, unreported, depth, bodies)
+    kept.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(asdict(found), indent=1), "utf-8")
     sys.stderr.write(f"{found}\n")
     return found
+
+
+def _file(id: str, total: int, kept: Path = KEPT) -> Path:
+    return kept / f"{id.rpartition('/')[2].lower()}-{total}.json"
 
 
 def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
@@ -223,7 +244,8 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
             "",
             f"On MuJoCo, {NUM_ENVS} environments together. Divergence is reported in `info`. Values that are not finite, or positions "
             f"farther away than {FAR:g} m, are errors if they are not reported. The contacts of {LOOKED_AT} environments are checked in "
-            f"every {EVERY}th step: no body may penetrate another by more than {1000 * MAX_DEPTH:g} mm.",
+            f"every {EVERY}th step: no body may penetrate another by more than {1000 * MAX_DEPTH:g} mm. "
+            f"Commit: {', '.join(sorted({item.commit for item in touched}))}.",
             "",
             "| ID | steps | divergences, reported | unreported | deepest contact | of |",
             "|---|---:|---:|---:|---:|---|",
@@ -246,12 +268,21 @@ def main() -> int:
     )
     parser.add_argument("--random-steps", type=int, default=1_000_000, help="random steps of each manipulation ID")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of IDs that are checked in parallel")
+    known = manipulation_ids()
+    parser.add_argument("--only", nargs="+", choices=known, metavar="ID", help="check only these IDs; writes no page")
+    parser.add_argument("--fresh", action="store_true", help="discard existing results")
     parser.add_argument("--out", type=Path, default=PAGE)
     arguments = parser.parse_args()
+    chosen = arguments.only or known
+    if arguments.fresh:
+        for id in chosen:
+            _file(id, arguments.random_steps).unlink(missing_ok=True)
+    with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
+        touched = list(pool.map(partial(contacts, total=arguments.random_steps), chosen))
+    if arguments.only:
+        return int(not all(item.sound for item in touched))
     parts = [steps(arguments.simulators[0], arguments.steps)]
     parts += [lifetimes(simulator, arguments.environments) for simulator in arguments.simulators]
-    with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
-        touched = list(pool.map(contacts, manipulation_ids(), always(arguments.random_steps)))
     arguments.out.write_text(report(parts, touched), encoding="utf-8")
     return 0 if all(part.constant for part in parts) and all(item.sound for item in touched) else 1
 

@@ -22,8 +22,9 @@ def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
 
 
 @pytest.mark.slow
-def test_contacts_of_random_steps_are_looked_at_and_reported() -> None:
-    found = soak.contacts("frobs/PandaLift-v0", 10_000)
+def test_contacts_of_random_steps_are_looked_at_and_reported(tmp_path: Path) -> None:
+    found = soak.contacts("frobs/PandaLift-v0", 10_000, tmp_path)
+    assert soak.contacts("frobs/PandaLift-v0", 10_000, tmp_path) == found
     assert found.sound
     assert 0.0 < found.depth < 0.005
     assert len(soak.manipulation_ids()) >= 16
