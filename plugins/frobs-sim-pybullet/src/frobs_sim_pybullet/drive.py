@@ -45,6 +45,8 @@ class Drive:
         self._fingers = _fingers(articulation)
         self._finger_joints = [articulation.joints[finger] for finger, _, _ in self._fingers]
         self._finger_gains = [1.0] * len(self._fingers)
+        for link in self._finger_joints:  # without friction anchors, a held object slowly turns between the fingers
+            p.changeDynamics(articulation.body, link, frictionAnchor=1, physicsClientId=articulation.client)
         self._simple = not (self._rubs or articulation.mimics or self._fingers)
         self._law_at_limits: Law | None = None
         self._law = self._choose_law()
