@@ -38,8 +38,8 @@ class PegInsertion(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.3 · centering of the peg between the
-      fingers + 0.6 · nearness of the peg to its place in the hole + 0.2 · lift height of the peg as a fraction of the
-      block's height (or 0.2 if the peg is in or above the hole) + 0.5 if the success condition is met
+      fingers + h · (0.2 + 0.6 · nearness of the peg to its place in the hole), where h is the lift height of the peg as
+      a fraction of the block's height (or 1 if the peg is in or above the hole), + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
@@ -51,6 +51,7 @@ class PegInsertion(CubeTask):
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
+    physics_timestep: ClassVar[float] = 0.002  # half of the usual timestep, because a strong arm presses the peg down
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
         "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"
@@ -59,9 +60,10 @@ class PegInsertion(CubeTask):
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the grip position on the "
         "peg",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the peg",
-        "insert": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the peg to its place in the hole",
         "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
         "0.2 if the peg is in or above the hole",
+        "insert": "0.6 · (1 − tanh(d / 0.2 m)) · min(h / height of the block, 1), where d is the distance from the peg "
+        "to its place in the hole; without the last factor if the peg is in or above the hole",
         "achieved": "0.5 if the peg is at rest and deep enough in the hole",
         "unachieved": "−1 unless the peg is at rest and deep enough in the hole",
     }
@@ -137,11 +139,12 @@ class PegInsertion(CubeTask):
     def _dense_terms(self) -> Mapping[str, Floats]:
         offset = self.cube.pos - self.goal
         above = (np.abs(offset[:, :2]) <= self.clearance + 0.002).all(axis=1)
-        lifted = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT)
+        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT) / HEIGHT
+        lifted = np.where(above, 1.0, height)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
             "grip": 0.3 * nearness(self.to_cube, self.size / 2),
-            "insert": 0.6 * nearness(self.to_goal, 0.15),
-            "lift": np.where(above, 0.2, 0.2 / HEIGHT * lifted),
+            "lift": 0.2 * lifted,
+            "insert": 0.6 * nearness(self.to_goal, 0.2) * lifted,  # pushing the peg over the floor must not pay
             "achieved": 0.5 * self._is_achieved(),
         }

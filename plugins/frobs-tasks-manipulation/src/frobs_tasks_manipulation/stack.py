@@ -33,9 +33,9 @@ class Stack(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers (or 0.5 in
-      total if the cube is stacked) + 0.6 · nearness of the cube to its place on the other cube + 0.2 · lift height of
-      the cube as a fraction of the cube's size + 0.5 · distance between the tool and the stacked cube as a fraction of
-      ``released`` + 0.5 if the success condition is met
+      total if the cube is stacked) + h · (0.2 + 0.6 · nearness of the cube to its place on the other cube), where h is
+      the lift height of the cube as a fraction of the cube's size, + 0.5 · distance between the tool and the stacked
+      cube as a fraction of ``released`` + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the position on
@@ -57,8 +57,8 @@ class Stack(CubeTask):
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube; "
         "0.2 if the cube is stacked",
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube; 0.3 if the cube is stacked",
-        "carry": "0.6 · (1 − tanh(d / 0.15 m)), where d is the distance from the cube to its place",
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
+        "carry": "0.6 · (1 − tanh(d / 0.2 m)) · min(h / size, 1), where d is the distance from the cube to its place",
         "release": "0.5 · min(d / released, 1) if the cube is stacked, where d is the distance from the tool to the "
         "cube",
         "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
@@ -118,12 +118,12 @@ class Stack(CubeTask):
 
     def _dense_terms(self) -> Mapping[str, Floats]:
         stacked = self._is_stacked()
-        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size)
+        height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size) / self.size
         return {
             "approach": np.where(stacked, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
             "grip": np.where(stacked, 0.3, 0.3 * nearness(self.to_cube, self.size / 2)),
-            "carry": 0.6 * nearness(self.to_goal, 0.15),
-            "lift": 0.2 / self.size * height,
+            "lift": 0.2 * height,
+            "carry": 0.6 * nearness(self.to_goal, 0.2) * height,  # pushing the cube over the floor must not pay
             "release": np.where(stacked, 0.5 / self.released * np.minimum(self.to_cube, self.released), 0.0),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }

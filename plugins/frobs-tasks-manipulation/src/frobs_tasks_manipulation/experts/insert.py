@@ -20,7 +20,8 @@ _WAY = 0.025  # [m] height of the peg's lower end above the block during transfe
 _RISE = 0.015  # [m] if the peg is farther than this below the transfer height, it is first raised straight up
 _STEP = 0.02  # [m] maximum commanded motion per step; fast motion tilts the peg between the fingers
 _SLOWLY = 0.006  # [m] maximum commanded downward motion per step
-_GENTLY = 0.003  # [m] commanded downward motion per step while the lower end is above the hole
+_GENTLY = 0.003  # [m] commanded downward motion per step until the lower end is _ENTERED deep in the hole
+_ENTERED = 0.01  # [m]
 _GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit on the integrated error [m]
 _FIRM, _STOPPED = 6, 0.004  # lift the peg after _FIRM control steps in which the opening changes by less than _STOPPED
 
@@ -87,7 +88,8 @@ class InsertPeg(GraspCube[Any]):
         outside = self.task.end[:, 2] > HEIGHT - 0.002
         down = np.maximum(self.task.goal[:, 2] - self.task.cube.pos[:, 2], -_SLOWLY)
         waiting = outside & (length(error[:, :2]) > 0.4 * self.task.clearance + 0.0004)
-        lowered[:, 2] = np.where(waiting, error[:, 2], np.where(outside, -_GENTLY, down))
+        entering = self.task.end[:, 2] > HEIGHT - _ENTERED
+        lowered[:, 2] = np.where(waiting, error[:, 2], np.where(entering, -_GENTLY, down))
         phase = self.phase[:, None]
         places = [self._closing, tcp + carried, tcp + lowered]
         return np.select([phase == CLOSE, phase == CARRY, phase == LOWER], places, place), opening
