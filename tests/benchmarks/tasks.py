@@ -118,6 +118,7 @@ def measure(
     steps: int | None = None,
     kept: Path = KEPT,
     other_simulator: str | None = OTHER_SIMULATOR,
+    shared: bool = False,
 ) -> dict[str, Any]:
     """Train a seed and evaluate it in separate processes, or return the existing results.
 
@@ -128,6 +129,7 @@ def measure(
         steps: Number of training steps; None: the tuned number.
         kept: Folder of finished seeds.
         other_simulator: Second simulator of the evaluation; None: only the first one.
+        shared: Whether other programs or virtual machines slow this machine.
 
     Returns:
         ``id``, ``algorithm``, ``seed``, ``run`` (the folder), ``steps``, ``seconds`` of training, ``in_training`` (the
@@ -154,7 +156,7 @@ def measure(
     if other_simulator and find_spec(other_simulator) is not None:
         fewer = evaluation_episodes(case, episodes, other=True)
         other = frobs("evaluate", run, "--episodes", fewer, "--simulator", other_simulator)
-    return write_row(case, seed, kept, trained, found, other, machine=machine(), shared=is_shared())
+    return write_row(case, seed, kept, trained, found, other, machine=machine(), shared=shared or is_shared())
 
 
 def evaluation_episodes(case: Case, episodes: int, *, other: bool = False) -> int:
@@ -463,6 +465,11 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=EPISODES, help="episodes per evaluation")
     parser.add_argument("--fresh", action="store_true", help="discard existing runs and results")
     parser.add_argument("--kept", action="store_true", help="write the page from existing results")
+    parser.add_argument(
+        "--shared",
+        action="store_true",
+        help="other virtual machines slow this one; times do not count toward the target",
+    )
     add_runner_options(parser)
     given = parser.parse_args()
     chosen = [known[id] for id in given.only or known]
@@ -483,7 +490,7 @@ def main() -> None:
         for seed in given.seeds:
             row = kept_row(case, seed) or (None if given.fresh else recorded(case, seed))
             if row is None and not given.kept:
-                row = measure(case, seed, given.episodes)
+                row = measure(case, seed, given.episodes, shared=given.shared)
             if row is not None:
                 rows.setdefault(case, []).append(row)
     drops = {case.id: explain_drop(case) for case, found in rows.items() if dropped(found)}
