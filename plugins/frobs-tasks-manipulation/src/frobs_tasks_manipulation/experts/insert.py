@@ -20,8 +20,8 @@ _WAY = 0.025  # [m] height of the peg's lower end above the block during transfe
 _RISE = 0.015  # [m] if the peg is farther than this below the transfer height, it is first raised straight up
 _STEP = 0.02  # [m] maximum commanded motion per step; fast motion tilts the peg between the fingers
 _SLOWLY = 0.006  # [m] maximum commanded downward motion per step
-_GENTLY = 0.003  # [m] commanded downward motion per step until the lower end is _ENTERED deep in the hole
-_ENTERED = 0.01  # [m]
+_GENTLY = 0.003  # [m] commanded downward motion per step until the peg has entered the hole
+_ENTERED = 0.004  # [m] depth of the lower end at which the peg is considered to have entered the hole
 _GAIN, _LARGEST = 0.12, 0.008  # integral gain per control step, and limit on the integrated error [m]
 _FIRM, _STOPPED = 6, 0.004  # lift the peg after _FIRM control steps in which the opening changes by less than _STOPPED
 
@@ -69,12 +69,12 @@ class InsertPeg(GraspCube[Any]):
     def _error(self) -> Floats:
         """Return the remaining motion of the peg's lower end, (num_envs, 3) [m].
 
-        If the peg is in the hole, the remaining motion of its center is returned instead.
+        If the peg has entered the hole, the remaining motion of its center is returned instead.
         """
         task = self.task
         center = task.goal - task.cube.pos
         above = np.where(length(center[:, :2]) < 0.01, _ABOVE, _WAY)[:, None]
-        inside = (task.end[:, 2] < HEIGHT - 0.01) & (length(center[:, :2]) < 0.01)
+        inside = (task.end[:, 2] < HEIGHT - _ENTERED) & (length(center[:, :2]) < 0.01)
         floor = task.goal - task.height / 2 * UP
         return np.where(inside[:, None], center, floor + (HEIGHT + above) * UP - task.end)
 
