@@ -42,12 +42,14 @@ class Drive:
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
-        self._fingers = _fingers(articulation)
-        self._finger_joints = [articulation.joints[finger] for finger, _, _ in self._fingers]
-        self._finger_gains = [1.0] * len(self._fingers)
-        for link in self._finger_joints:  # without friction anchors, a held object slowly turns between the fingers
+        fingers = _fingers(articulation)
+        for finger in fingers:  # without friction anchors, a held object slowly turns between the fingers
+            link = articulation.joints[finger]
             p.changeDynamics(articulation.body, link, frictionAnchor=1, physicsClientId=articulation.client)
-        self._simple = not (self._rubs or articulation.mimics or self._fingers)
+        self._pressing = _shares(articulation) if fingers else []
+        self._pressing_joints = [articulation.joints[index] for index, _, _ in self._pressing]
+        self._pressing_gains = [1.0] * len(self._pressing)
+        self._simple = not (self._rubs or articulation.mimics or self._pressing)
         self._law_at_limits: Law | None = None
         self._law = self._choose_law()
         self._states: Sequence[tuple[float, ...]] | None = None
@@ -168,9 +170,9 @@ class Drive:
                 bias = np.subtract(bias, self._pushed(positions)).tolist()
             way = self._at_limits() if beyond else self._law
             torques, self.efforts = way(q, v, command, self._constants, mass, bias)
-            if self._fingers:
+            if self._pressing:
                 assert isinstance(way, GeneralLaw)  # see _simple
-                self._squeeze(v, way.accelerations, torques)
+                self._press(v, way.accelerations, torques)
         p.setJointMotorControlArray(
             robot.body, robot.joints, p.TORQUE_CONTROL, forces=torques, physicsClientId=robot.client
         )
@@ -178,26 +180,25 @@ class Drive:
             self._apply(index, point, force, torque)
         return True
 
-    def _squeeze(self, v: Sequence[float], accelerations: Floats, torques: Sequence[float]) -> None:
-        """Let Bullet's motors add the effort with which fingers press on an object.
+    def _press(self, v: Sequence[float], accelerations: Floats, torques: Sequence[float]) -> None:
+        """Let Bullet's motors add the effort with which a robot with a gripper presses on an object.
 
-        ``torques`` are the efforts for free motion. They account for the damping and are much smaller than the efforts
-        of the drives. The motors do nothing in free motion, because the fingers already reach their target speeds.
-        Bullet solves motors and contacts together, so that a finger that touches an object presses with the whole
-        effort of its drive.
+        ``torques`` are the efforts for free motion. They account for the damping and are smaller than the efforts of
+        the drives, for the light fingers much smaller. The motors do nothing in free motion, because the joints already
+        reach their target speeds. Bullet solves motors and contacts together, so that a robot that touches an object
+        presses with the whole effort of its drives.
         """
-        speeds = [v[finger] + self._h * accelerations[finger] for finger, _, _ in self._fingers]
+        speeds = [v[index] + self._h * accelerations[index] for index, _, _ in self._pressing]
         forces = [
-            max(0.0, share * abs(self.efforts[leader]) - abs(torques[finger]))
-            for finger, leader, share in self._fingers
+            max(0.0, share * abs(self.efforts[leader]) - abs(torques[index])) for index, leader, share in self._pressing
         ]
         robot = self._robot
         p.setJointMotorControlArray(
             robot.body,
-            self._finger_joints,
+            self._pressing_joints,
             p.VELOCITY_CONTROL,
             targetVelocities=speeds,
-            velocityGains=self._finger_gains,
+            velocityGains=self._pressing_gains,
             forces=forces,
             physicsClientId=robot.client,
         )
@@ -250,21 +251,26 @@ class Drive:
         return self._lead + [state[0] for state in states]
 
 
-def _fingers(articulation: Articulation) -> list[tuple[int, int, float]]:
-    """Return the fingers of a robot's grippers, which are the joints that do not move the tool center point.
-
-    Returns:
-        For each finger, the index of its joint, the index of the joint whose drive moves the finger (the same joint, or
-        the leader of a mimic joint), and the finger's share of the drive's effort.
-    """
+def _fingers(articulation: Articulation) -> list[int]:
+    """Return the indices of the joints that move the fingers of a robot's grippers, but not the tool center point."""
     model = articulation.placement.model
     tools = articulation.placement.robot.end_effectors.values()
     moving_the_tool = {joint.name for tool in tools for joint in joint_path(model, tool.tcp)}
     driven = {joint for tool in tools for joint in tool.closed} - moving_the_tool
+    return [index for index, leader, _ in _shares(articulation) if articulation.moving[leader].name in driven]
+
+
+def _shares(articulation: Articulation) -> list[tuple[int, int, float]]:
+    """Return how the drives' efforts are distributed over the joints.
+
+    Returns:
+        For each joint, its index, the index of the joint whose drive moves it (the same joint, or the leader of a mimic
+        joint), and the joint's share of the drive's effort.
+    """
     found = []
-    for leader, joint in enumerate(articulation.moving):
-        if joint.name in driven:
-            followers = {index: mimic.multiplier for index, other, mimic in articulation.mimics if other == leader}
-            total = 1.0 + sum(map(abs, followers.values()))
-            found += [(index, leader, 1.0 / total) for index in (leader, *followers)]
+    mimics = [follower for follower, _, _ in articulation.mimics]
+    for leader in [index for index in range(len(articulation.moving)) if index not in mimics]:
+        followers = {index: mimic.multiplier for index, other, mimic in articulation.mimics if other == leader}
+        total = 1.0 + sum(map(abs, followers.values()))
+        found += [(index, leader, 1.0 / total) for index in (leader, *followers)]
     return found
