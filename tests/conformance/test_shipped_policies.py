@@ -15,6 +15,7 @@ SHIPPED = pretrained_ids()
 QUICK = {"frobs/Irb120Reach-v0", "frobs/KobukiDynamic-v0"}
 MANIPULATION = {
     "frobs/PandaLift-v0",
+    "frobs/PandaOpenDoor-v0",
     "frobs/PandaOpenDrawer-v0",
     "frobs/PandaPickAndPlace-v0",
     "frobs/PandaPush-v0",
