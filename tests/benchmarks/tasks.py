@@ -318,8 +318,8 @@ def report(rows: Mapping[Case, Sequence[Mapping[str, Any]]], drops: Mapping[str,
         "the settings that are tuned for the ID (`frobs train ID --algorithm NAME --seed S`). `frobs evaluate` then measured the "
         f"deterministic policy in {episodes:,} new episodes on MuJoCo and {OTHER_EPISODES} on PyBullet. Where these episodes could "
         f"have taken more than {MOST_STEPS:,} steps on MuJoCo or {OTHER_MOST_STEPS:,} on PyBullet, fewer episodes were used. The table "
-        "shows the result of the worst seed with its 95 % confidence interval. The training time is that of the slowest seed and "
-        "includes writing checkpoints.",
+        "shows the result of the worst seed with its 95 % confidence interval. The training time is that of the slowest seed on an "
+        "idle machine, if there is one, and includes writing checkpoints.",
         "",
         "| ID | algorithm | seeds | steps | training | worst success | 95 % interval | median | tracking error | wanted | "
         "on PyBullet, worst | in training, worst | FRobs_RL, in training |",
@@ -356,8 +356,9 @@ def _summary(
     errors = [row["mujoco"]["tracking_error"] for row in found if row["mujoco"].get("tracking_error") is not None]
     others = [row["pybullet"]["success_rate"] for row in found if row["pybullet"]]
     explored = [row["in_training"] for row in found if row.get("in_training") is not None]
-    slowest = max(found, key=lambda row: row["seconds"])
-    missed = any(row["seconds"] > LONGEST for row in found if not row.get("shared"))
+    idle = [row for row in found if not row.get("shared")]
+    slowest = max(idle or found, key=lambda row: row["seconds"])
+    missed = any(row["seconds"] > LONGEST for row in idle)
     wanted = []
     if "success" in target:
         wanted.append(f"≥ {target['success']:.0%}")
