@@ -90,10 +90,11 @@ def test_all_episodes_begin_on_the_path_and_observe_what_is_there() -> None:
         assert observation.shape == env.observation_space.shape
 
 
-def test_the_share_of_the_episodes_and_the_front_are_as_stated() -> None:
+def test_the_share_of_the_steps_and_the_front_are_as_stated() -> None:
     with curriculum(64, reset_from={"share": 0.5, "states": 5}) as env:
         env.reset(seed=0)
-        assert 20 <= int((env.snapshot()["state"] >= 0).sum()) <= 44
+        # At the end of the path, episodes are a fifth as long: 5 of 6 begin there for half of the steps.
+        assert 44 <= int((env.snapshot()["state"] >= 0).sum()) <= 61
         assert env.front == 4
         for _ in range(3):  # one step is left to those on the path: doing nothing is a success
             env.step(np.zeros((64, 4)))

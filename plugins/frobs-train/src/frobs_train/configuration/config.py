@@ -51,7 +51,7 @@ class ResetFromConfig(BaseModel):
     """Reverse curriculum, in which some training episodes begin on the path of the task's expert.
 
     Attributes:
-        share: Fraction of the training episodes that begin on the expert's path, in (0, 1].
+        share: Fraction of the training steps in episodes that begin on the expert's path, in (0, 1].
         success: Success rate, in (0, 1), at which the earliest start state moves back along the path by one state.
         states: Number of start states on the path of each expert episode.
     """

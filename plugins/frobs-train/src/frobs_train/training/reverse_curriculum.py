@@ -27,7 +27,7 @@ _EPISODES = 50
 
 
 class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Wrapper that starts a fraction of the episodes in states that the task's expert has visited.
+    """Wrapper that starts some episodes in states that the task's expert has visited.
 
     The expert first acts for one episode in each environment. Each successful episode is a path that provides states at
     equal time intervals. The front is the index of the earliest state in which an episode may begin. The front moves
@@ -64,10 +64,10 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         base.call_after_reset(self._begin)
 
     def _begin(self, mask: Mask | None) -> None:
-        """Move a fraction of the environments selected by ``mask`` to states on the path."""
+        """Move some of the environments selected by ``mask`` to states on the path."""
         rows, rng, last = rows_of(mask), self._base.step_context.rng, self._config.states - 1
         drawn = rng.uniform("reset_from", shape=(4,), mask=mask)
-        on_path = drawn[:, 0] < self._config.share
+        on_path = drawn[:, 0] < self._probability()
         at_front, behind, episode = drawn[on_path, 1:].T
         state = np.where(at_front < _AT_FRONT, self.front, self.front + _floor(behind * (last + 1 - self.front)))
         begun = np.full(len(drawn), -1)
@@ -78,6 +78,16 @@ class ReverseCurriculum(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         if on_path.any():
             places = state * self.num_envs + self._rows[_floor(episode * len(self._rows))]
             self._base.restore_rows(chosen, self._path, places)
+
+    def _probability(self) -> float:
+        """Return the probability that an episode begins on the path.
+
+        Episodes from the path are shorter, so more of them are needed for the configured share of the steps.
+        """
+        states, share = self._config.states, self._config.share
+        mean = _AT_FRONT * self.front + (1.0 - _AT_FRONT) * (self.front + states - 1) / 2
+        length = 1.0 - mean / states  # mean length of an episode from the path, relative to the other episodes
+        return share / (share + (1.0 - share) * length)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step the environments, and count the successes of episodes that began at the front."""
