@@ -279,7 +279,8 @@ def main() -> int:
             _file(id, arguments.random_steps).unlink(missing_ok=True)
     with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
         touched = list(pool.map(partial(contacts, total=arguments.random_steps), chosen))
-    if arguments.only:
+    if arguments.only:  # write no page of a part of the results
+        sys.stdout.write(report([], touched))
         return int(not all(item.sound for item in touched))
     parts = [steps(arguments.simulators[0], arguments.steps)]
     parts += [lifetimes(simulator, arguments.environments) for simulator in arguments.simulators]

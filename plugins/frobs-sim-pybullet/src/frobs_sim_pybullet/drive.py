@@ -42,11 +42,12 @@ class Drive:
         ends = [position_range(joint) or (-math.inf, math.inf) for joint in articulation.moving]
         self._lower, self._upper = [low for low, _ in ends], [high for _, high in ends]
         self._rubs = any(joint.friction for joint in articulation.moving)
-        fingers = _fingers(articulation)
+        shares = _shares(articulation)
+        fingers = _fingers(articulation, [(index, leader) for index, leader, _ in shares])
         for finger in fingers:  # without friction anchors, a held object slowly turns between the fingers
             link = articulation.joints[finger]
             p.changeDynamics(articulation.body, link, frictionAnchor=1, physicsClientId=articulation.client)
-        self._pressing = _shares(articulation) if fingers else []
+        self._pressing = shares if fingers else []
         self._pressing_joints = [articulation.joints[index] for index, _, _ in self._pressing]
         self._pressing_gains = [1.0] * len(self._pressing)
         self._simple = not (self._rubs or articulation.mimics or self._pressing)
@@ -251,13 +252,18 @@ class Drive:
         return self._lead + [state[0] for state in states]
 
 
-def _fingers(articulation: Articulation) -> list[int]:
-    """Return the indices of the joints that move the fingers of a robot's grippers, but not the tool center point."""
+def _fingers(articulation: Articulation, leaders: Sequence[tuple[int, int]]) -> list[int]:
+    """Return the indices of the joints that move the fingers of a robot's grippers, but not the tool center point.
+
+    Args:
+        articulation: The robot.
+        leaders: For each joint, its index and the index of the joint whose drive moves it.
+    """
     model = articulation.placement.model
     tools = articulation.placement.robot.end_effectors.values()
     moving_the_tool = {joint.name for tool in tools for joint in joint_path(model, tool.tcp)}
     driven = {joint for tool in tools for joint in tool.closed} - moving_the_tool
-    return [index for index, leader, _ in _shares(articulation) if articulation.moving[leader].name in driven]
+    return [index for index, leader in leaders if articulation.moving[leader].name in driven]
 
 
 def _shares(articulation: Articulation) -> list[tuple[int, int, float]]:

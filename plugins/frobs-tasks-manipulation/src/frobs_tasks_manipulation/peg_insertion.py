@@ -51,7 +51,7 @@ class PegInsertion(CubeTask):
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
-    physics_timestep: ClassVar[float] = 0.002  # half of the usual timestep, because a strong arm presses the peg down
+    physics_timestep: ClassVar[float] = 0.002  # short, because an arm can press the peg into the floor
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
         "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"
