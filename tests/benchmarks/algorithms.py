@@ -21,10 +21,10 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from common import ROOT
 from tasks import (
     EPISODES,
     LOCAL,
-    ROOT,
     SEEDS,
     Case,
     add_runner_options,

@@ -15,7 +15,6 @@ several processes, and continued on another machine. ``--kept`` writes the page 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 from argparse import ArgumentParser
@@ -30,8 +29,8 @@ sys.path.insert(0, str(ROOT / "tests" / "public_robots"))
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from common import current_commit, is_shared  # noqa: E402
 from corpus import files  # noqa: E402 - where the packages keep them
-from tasks import is_shared  # noqa: E402
 
 from frobs_train import evaluate, resolve_config, train  # noqa: E402
 
@@ -111,12 +110,6 @@ def measure(
 def recorded(controller: str, arm: str, record: Path = RECORD) -> dict[str, Any] | None:
     """Return the recorded result; None if there is none."""
     return next((row for row in _read(record) if (row["controller"], row["arm"]) == (controller, arm)), None)
-
-
-def current_commit() -> str:
-    """Return the commit of the source."""
-    found = subprocess.run(["git", "rev-parse", "--short=7", "HEAD"], cwd=ROOT, text=True, capture_output=True)
-    return found.stdout.strip() or "unknown"
 
 
 def report(rows: Sequence[Mapping[str, Any]], episodes: int) -> str:

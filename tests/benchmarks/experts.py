@@ -1,18 +1,18 @@
 """Measure how often the scripted experts succeed: ``docs/explanation/experts-measured.md``.
 
 The expert of each manipulation ID controls the robot in 200 episodes on MuJoCo and on PyBullet. Other programs on the
-machine do not affect the results, which stay in ``build/benchmarks/experts``, so an interrupted measurement continues
-where it stopped::
+machine do not affect the results, which are stored in ``results/experts``, so several processes can share the IDs, and
+an interrupted measurement continues where it stopped::
 
     python tests/benchmarks/experts.py
     python tests/benchmarks/experts.py --only frobs/PandaStack-v0 --fresh
+    python tests/benchmarks/experts.py --kept
 
 Exits with status 1 if an expert succeeds less often than it must.
 """
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import ArgumentParser
 from collections.abc import Mapping
@@ -22,10 +22,10 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import ROOT, current_commit, frobs, manipulation_ids
+from common import RESULTS, ROOT, frobs, manipulation_ids, slug, stored
 
 PAGE = ROOT / "docs" / "explanation" / "experts-measured.md"
-KEPT = ROOT / "build" / "benchmarks" / "experts"
+KEPT = RESULTS / "experts"
 EPISODES = 200
 WANTED = {"mujoco": 0.98, "pybullet": 0.90}
 """Minimum success rate, by simulator."""
@@ -33,27 +33,28 @@ NAMES = {"mujoco": "MuJoCo", "pybullet": "PyBullet"}
 
 
 def measure(id: str, simulator: str, episodes: int = EPISODES, kept: Path = KEPT) -> dict[str, Any]:
-    """Evaluate the expert of an ID, or return the existing results.
+    """Evaluate the expert of an ID, or return the stored results.
 
     Args:
         id: Gymnasium ID.
         simulator: Name of the simulator.
         episodes: Number of episodes, which begin in random states.
-        kept: Folder of existing results.
+        kept: Folder of stored results.
 
     Returns:
-        The results of ``frobs evaluate``, and ``commit``.
+        ``success_rate`` and ``success_interval``, and the keys of :func:`common.stored`.
     """
-    file = kept / f"{id.rpartition('/')[2].lower()}-{simulator}.json"
-    if file.is_file():
-        return dict(json.loads(file.read_text("utf-8")))
-    commit = current_commit()
-    found = frobs("evaluate", id, "--expert", "--episodes", episodes, "--simulator", simulator)
-    result = {**found, "commit": commit}
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(result, indent=1), "utf-8")
-    sys.stderr.write(f"{id} on {NAMES[simulator]}: {found['success_rate']:.1%}\n")
-    return result
+
+    def evaluate() -> dict[str, Any]:
+        found = frobs("evaluate", id, "--expert", "--episodes", episodes, "--simulator", simulator)
+        sys.stderr.write(f"{id} on {NAMES[simulator]}: {found['success_rate']:.1%}\n")
+        return {key: found[key] for key in ("success_rate", "success_interval")}
+
+    return stored(_file(id, simulator, kept), evaluate)
+
+
+def _file(id: str, simulator: str, kept: Path = KEPT) -> Path:
+    return kept / f"{slug(id)}-{simulator}.json"
 
 
 def fails(simulator: str, found: Mapping[str, Any]) -> bool:
@@ -83,7 +84,11 @@ def report(rows: Mapping[str, Mapping[str, Mapping[str, Any]]], episodes: int) -
     ]
     for id, results in rows.items():
         cells = []
-        for simulator, found in results.items():
+        for simulator in NAMES:
+            found = results.get(simulator)
+            if found is None:
+                cells += ["not measured", ""]
+                continue
             low, high = found["success_interval"]
             missed = " (missed)" if fails(simulator, found) else ""
             cells += [f"{found['success_rate']:.1%}{missed}", f"{low:.1%} to {high:.1%}"]
@@ -92,23 +97,24 @@ def report(rows: Mapping[str, Mapping[str, Mapping[str, Any]]], episodes: int) -
 
 
 def main() -> int:
-    """Measure, write the page if every ID was measured, and return 1 if an expert succeeds too rarely."""
+    """Measure, write the page, and return 1 if an expert succeeds too rarely."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
     known = manipulation_ids()
-    parser.add_argument("--only", nargs="+", choices=known, metavar="ID", help="measure only these IDs; writes no page")
-    parser.add_argument("--fresh", action="store_true", help="discard existing results")
+    parser.add_argument("--only", nargs="+", choices=known, default=known, metavar="ID", help="measure only these IDs")
+    parser.add_argument("--fresh", action="store_true", help="discard the stored results of these IDs")
+    parser.add_argument("--kept", action="store_true", help="measure nothing: write the page from the stored results")
     given = parser.parse_args()
-    chosen = given.only or known
+    wanted = [(id, simulator) for id in given.only for simulator in NAMES]
     if given.fresh:
-        for id in chosen:
-            for file in KEPT.glob(f"{id.rpartition('/')[2].lower()}-*.json"):
-                file.unlink()
-    rows = {id: {simulator: measure(id, simulator) for simulator in NAMES} for id in chosen}
-    page = report(rows, EPISODES)
-    if given.only:
-        sys.stdout.write(page)
-    else:
-        PAGE.write_text(page, "utf-8")
+        for each in wanted:
+            _file(*each).unlink(missing_ok=True)
+    if not given.kept:
+        for each in wanted:
+            measure(*each)
+    rows = {
+        id: {simulator: measure(id, simulator) for simulator in NAMES if _file(id, simulator).is_file()} for id in known
+    }
+    PAGE.write_text(report(rows, EPISODES), "utf-8")
     return int(any(fails(simulator, found) for results in rows.values() for simulator, found in results.items()))
 
 

@@ -16,7 +16,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(Path(__file__).parent))
+
+from common import ROOT, current_commit, frobs
+
 PAGE = ROOT / "docs" / "explanation" / "performance-measured.md"
 ID = "frobs/Irb120Reach-v0"
 CONTROLLERS = ("joint_delta_position", "tcp_delta_position")
@@ -89,12 +92,6 @@ print(*(median(times[n]) for n in sizes))
 """
 
 
-def frobs(*arguments: object) -> dict[str, Any]:
-    """Run a command and return its results."""
-    command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
-    return json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
-
-
 def step_costs() -> list[dict[str, Any]]:
     """Return one benchmark for each environment, controller and size, with its budget."""
     rows = []
@@ -157,12 +154,11 @@ def report(
     workers: tuple[float, float],
 ) -> str:
     """Return the page."""
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, text=True, capture_output=True).stdout
     lines = [
         "# Benchmarks: speed",
         "",
         f"Measured by `make benchmark` on {date.today():%d %B %Y}. Machine: {steps[0]['machine']}. Commit: "
-        f"{commit.strip() or 'unknown'}.",
+        f"{current_commit()}.",
         "",
         "## A step",
         "",

@@ -2,8 +2,8 @@
 
 panda-gym requires older versions of Gymnasium and NumPy than FRobs, so the script creates a separate virtual
 environment for it in ``build/benchmarks/neighbours``. Requires an idle machine. Reaching takes some minutes per seed,
-and the tasks with a cube take up to four hours. Finished training runs stay in ``build/benchmarks/neighbours``, so an
-interrupted measurement continues where it stopped::
+and the tasks with a cube take up to four hours. The results of finished training runs are stored in
+``results/neighbours``, so an interrupted measurement continues where it stopped::
 
     python tests/benchmarks/neighbours.py
     python tests/benchmarks/neighbours.py --only push --side panda-gym
@@ -20,7 +20,7 @@ import sys
 import time
 import venv
 from argparse import ArgumentParser
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -32,13 +32,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import current_commit, machine
+from common import RESULTS, ROOT, current_commit, machine, stored
 
 from frobs_train import evaluate, resolve_config, train
 
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "neighbours-measured.md"
-KEPT = ROOT / "build" / "benchmarks" / "neighbours"
+BUILD = ROOT / "build" / "benchmarks" / "neighbours"
+KEPT = RESULTS / "neighbours"
 SCRIPT = Path(__file__).with_name("neighbour_panda_gym.py")
 SPEED_SCRIPT = Path(__file__).with_name("neighbour_speed.py")
 REQUIREMENTS = {
@@ -132,7 +132,7 @@ def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | N
     Returns:
         ``name``, ``seed`` and ``moments``: for each checkpoint ``steps``, ``seconds`` of training and ``success``.
     """
-    run_dir = KEPT / "run"
+    run_dir = BUILD / "run"
     shutil.rmtree(run_dir, ignore_errors=True)
     flags = {**case.flags, "seed": seed, "steps": steps}
     settings = [f"checkpoint_every={case.every}", "keep_checkpoints=1000", f"log_every={case.every}"]
@@ -181,7 +181,7 @@ def measure_pair(pair: Pair, seed: int, episodes: int = EPISODES, limit: float =
     Returns:
         The same keys as :func:`measure_ours`. The training times include the evaluations.
     """
-    run_dir = KEPT / "run"
+    run_dir = BUILD / "run"
     shutil.rmtree(run_dir, ignore_errors=True)
     flags = {"algorithm": ALGORITHM, "seed": seed}
     steps = resolve_config(pair.ours, flags=flags).steps
@@ -206,19 +206,9 @@ def measure_pair(pair: Pair, seed: int, episodes: int = EPISODES, limit: float =
     return {"name": f"FRobs, {pair.ours}", "seed": seed, "moments": moments}
 
 
-def stored(name: str, measure: Callable[..., dict[str, Any]], *arguments: object) -> dict[str, Any]:
-    """Return a measurement's stored result, or call ``measure`` with the arguments and store the result."""
-    file = KEPT / f"{name}.json"
-    if not file.is_file():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        row = {**measure(*arguments), "machine": machine(), "commit": current_commit()}
-        file.write_text(json.dumps(row, indent=1), "utf-8")
-    return dict(json.loads(file.read_text("utf-8")))
-
-
 def neighbours_python(framework: str = "panda-gym") -> Path:
     """Return the interpreter of a framework's virtual environment, which is created if it does not exist."""
-    folder, requirements = KEPT / f"venv-{framework.lower()}", REQUIREMENTS[framework]
+    folder, requirements = BUILD / f"venv-{framework.lower()}", REQUIREMENTS[framework]
     python = folder / "bin" / "python"
     ready = folder / "ready"
     if not ready.is_file() or ready.read_text("utf-8") != "\n".join(requirements):
@@ -395,8 +385,8 @@ def main() -> None:
     def pair(name: str, side: str) -> dict[str, Any]:
         task = PAIRS[name]
         if side == "FRobs":
-            return stored(f"{name}-frobs", measure_pair, task, 0, given.episodes)
-        return stored(f"{name}-panda-gym", measure_theirs, task.theirs, 0, given.episodes, LONGEST, python)
+            return stored(KEPT / f"{name}-frobs.json", measure_pair, task, 0, given.episodes)
+        return stored(KEPT / f"{name}-panda-gym.json", measure_theirs, task.theirs, 0, given.episodes, LONGEST, python)
 
     if given.only:
         for side in [given.side] if given.side else SIDES:
@@ -405,13 +395,13 @@ def main() -> None:
     rows = []
     for seed in given.seeds:
         theirs = (measure_theirs, "PandaReach-v3", seed, given.episodes, 600.0, python)
-        rows.append(stored(f"reach-panda-gym-{seed}", *theirs))
+        rows.append(stored(KEPT / f"reach-panda-gym-{seed}.json", *theirs))
         for number, case in enumerate(OURS):
-            rows.append(stored(f"reach-frobs-{number}-{seed}", measure_ours, case, seed, given.episodes))
+            rows.append(stored(KEPT / f"reach-frobs-{number}-{seed}.json", measure_ours, case, seed, given.episodes))
         for row in rows[-1 - len(OURS) :]:
             sys.stderr.write(f"{row['name']}, seed {seed}: {_time(reached(row, max(THRESHOLDS)))}\n")
     pairs = {name: [pair(name, side) for side in SIDES] for name in PAIRS}
-    speeds = stored("speeds", lambda: {"speeds": {**their_speeds(), **our_speeds()}})["speeds"]
+    speeds = stored(KEPT / "speeds.json", lambda: {"speeds": {**their_speeds(), **our_speeds()}})["speeds"]
     PAGE.write_text(report(rows, pairs, speeds, given.episodes), "utf-8")
 
 

@@ -25,7 +25,7 @@ from frobs_train.logs.recorder import EpisodeRecorder
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import ROOT, current_commit, machine
+from common import ROOT, current_commit, machine
 
 PAGE = ROOT / "docs" / "explanation" / "training-speed-measured.md"
 ENVIRONMENT = "frobs/Irb120Reach-v0"

@@ -27,7 +27,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import ROOT, current_commit, frobs, machine
+from common import ROOT, current_commit, frobs, machine
 
 from frobs_deploy import Policy
 from frobs_devkit.parity import measure_parity

@@ -18,11 +18,10 @@ from datetime import date
 from pathlib import Path
 from typing import Any, cast
 
-from tasks import current_commit, is_shared, machine
+from common import ROOT, current_commit, is_shared, machine
 
 from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult, fit_model, plot_scaling
 
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "scaling-measured.md"
 PICTURE = ROOT / "docs" / "images" / "scaling.png"
 RECORD = Path(__file__).with_name("scaling_measured.json")

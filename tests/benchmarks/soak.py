@@ -3,19 +3,18 @@
 One environment takes a million steps, and a thousand environments are created and closed: memory and file descriptors
 must not grow. Each manipulation ID takes a million random steps: every divergence must be reported, and no object may
 penetrate another by more than 5 mm. Exits with status 1 if a check fails. Other programs on the machine do not affect
-the result. The results of the manipulation IDs stay in ``build/benchmarks/soak``, so an interrupted measurement
-continues where it stopped::
+the results, which are stored in ``results/soak``, so an interrupted measurement continues where it stopped. ``--fresh``
+discards them::
 
-    python tests/benchmarks/soak.py
-    python tests/benchmarks/soak.py --simulators mujoco pybullet --environments 200 --jobs 1
-    python tests/benchmarks/soak.py --only frobs/PandaStack-v0 --fresh
+    python tests/benchmarks/soak.py --fresh
+    python tests/benchmarks/soak.py --only frobs/PandaStack-v0 --jobs 1
+    python tests/benchmarks/soak.py --kept
 """
 
 from __future__ import annotations
 
 import ctypes
 import gc
-import json
 import os
 import sys
 import threading
@@ -35,11 +34,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tasks import ROOT, current_commit, machine, manipulation_ids
+from common import RESULTS, ROOT, manipulation_ids, slug, stored
 
 PAGE = ROOT / "docs" / "explanation" / "soak-measured.md"
-KEPT = ROOT / "build" / "benchmarks" / "soak"
+KEPT = RESULTS / "soak"
 ENVIRONMENT = "frobs/Irb120Reach-v0"
+TOTAL = 1_000_000
+"""Number of steps of one environment, and number of random steps of each manipulation ID."""
+
 SAMPLES = 20
 """Number of measurements of each part, evenly spaced."""
 
@@ -79,6 +81,8 @@ class Part:
     title: str
     unit: str
     samples: Sequence[Sample]
+    machine: str = ""
+    commit: str = ""
 
     @property
     def growth(self) -> float:
@@ -102,12 +106,13 @@ class Contacts:
     """Effects of random actions on the objects of an ID."""
 
     id: str
-    commit: str
     steps: int
     reported: int  # number of divergences that info reported
     unreported: int  # number of unreported states that are not finite or far away
     depth: float  # depth of the deepest contact [m]
     bodies: str  # bodies of this contact
+    machine: str = ""
+    commit: str = ""
 
     @property
     def sound(self) -> bool:
@@ -165,18 +170,8 @@ def lifetimes(simulator: str, total: int) -> Part:
     return Part(f"{total:,} environments made and closed on {simulator}", "environments", repeat(total, live))
 
 
-def contacts(id: str, total: int, kept: Path = KEPT) -> Contacts:
-    """Take random steps with a manipulation ID on MuJoCo and check its contacts, or return the existing results.
-
-    Args:
-        id: Gymnasium ID.
-        total: Number of steps.
-        kept: Folder of existing results.
-    """
-    file = _file(id, total, kept)
-    if file.is_file():
-        return Contacts(**json.loads(file.read_text("utf-8")))
-    commit = current_commit()
+def contacts(id: str, total: int) -> Contacts:
+    """Take random steps with a manipulation ID on MuJoCo and check its contacts."""
     env = gym.make_vec(f"frobs_core:{id}", num_envs=NUM_ENVS, vectorization_mode="vector_entry_point", num_threads=1)
     base: Any = env.unwrapped
     model, batch = base.simulation.model, base.simulation.batch
@@ -200,25 +195,30 @@ def contacts(id: str, total: int, kept: Path = KEPT) -> Contacts:
                         names = [model.body(model.geom_bodyid[geom]).name for geom in contact.geom]
                         depth, bodies = -float(contact.dist), " in ".join(names)
     env.close()
-    found = Contacts(id, commit, total, reported, unreported, depth, bodies)
-    kept.mkdir(parents=True, exist_ok=True)
-    file.write_text(json.dumps(asdict(found), indent=1), "utf-8")
-    sys.stderr.write(f"{found}\n")
-    return found
+    return Contacts(id, total, reported, unreported, depth, bodies)
 
 
-def _file(id: str, total: int, kept: Path = KEPT) -> Path:
-    return kept / f"{id.rpartition('/')[2].lower()}-{total}.json"
+def stored_contacts(id: str, total: int, kept: Path = KEPT) -> Contacts:
+    """Return the stored result of :func:`contacts`, which is measured first if there is none."""
+    return Contacts(**stored(kept / f"{slug(id)}.json", lambda: asdict(contacts(id, total))))
+
+
+def stored_part(name: str, measure: Callable[[], Part], kept: Path = KEPT) -> Part:
+    """Return the stored result of a part, which is measured first if there is none."""
+    row = stored(kept / f"{name}.json", lambda: asdict(measure()))
+    return Part(**{**row, "samples": [Sample(**item) for item in row["samples"]]})
 
 
 def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
     """Return the page."""
+    rows = [*parts, *touched]
+    machines, commits = (sorted({getattr(row, key) for row in rows}) for key in ("machine", "commit"))
     lines = [
-        "# Benchmarks: memory and file descriptors",
+        "# Benchmarks: memory, file descriptors and contacts",
         "",
-        f"Measured by `make soak` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: {current_commit()}. "
-        f"The environment is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, measured after "
-        "`malloc_trim` has returned the memory that glibc keeps for later allocations.",
+        f"Measured by `make soak` on {date.today():%d %B %Y}. Machines: {'; '.join(machines)}. Commits: {', '.join(commits)}. "
+        f"The environment of the first parts is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, "
+        "measured after `malloc_trim` has returned the memory that glibc keeps for later allocations.",
         "",
         f"Caches fill during the first {WARM_UP:.0%} of each part. After that, memory may grow by at most {MAX_GROWTH:g} MiB, and "
         "the numbers of file descriptors and threads must not change.",
@@ -244,47 +244,52 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
             "",
             f"On MuJoCo, {NUM_ENVS} environments together. Divergence is reported in `info`. Values that are not finite, or positions "
             f"farther away than {FAR:g} m, are errors if they are not reported. The contacts of {LOOKED_AT} environments are checked in "
-            f"every {EVERY}th step: no body may penetrate another by more than {1000 * MAX_DEPTH:g} mm. "
-            f"Commit: {', '.join(sorted({item.commit for item in touched}))}.",
+            f"every {EVERY}th step: no body may penetrate another by more than {1000 * MAX_DEPTH:g} mm.",
             "",
-            "| ID | steps | divergences, reported | unreported | deepest contact | of |",
-            "|---|---:|---:|---:|---:|---|",
+            "| ID | steps | divergences, reported | unreported | deepest contact | of | commit |",
+            "|---|---:|---:|---:|---:|---|---|",
         ]
         lines += [
             f"| `{item.id}` | {item.steps:,} | {item.reported} | {item.unreported} | {1000 * item.depth:.1f} mm"
-            f"{'' if item.sound else ' (**too deep**)'} | `{item.bodies}` |"
+            f"{'' if item.sound else ' (**too deep**)'} | `{item.bodies}` | {item.commit} |"
             for item in touched
         ]
+        checked = {item.id for item in touched}
+        if missing := [id for id in manipulation_ids() if id not in checked]:
+            lines += ["", f"Not checked yet: {', '.join(f'`{id}`' for id in missing)}."]
     return "\n".join([*lines, ""])
+
+
+PARTS = {
+    "steps-mujoco": partial(steps, "mujoco", TOTAL),
+    "environments-mujoco": partial(lifetimes, "mujoco", 1_000),
+    "environments-pybullet": partial(lifetimes, "pybullet", 1_000),
+}
+"""Functions that measure memory and file descriptors, by the name of the stored result."""
 
 
 def main() -> int:
     """Measure, write the page, and return 1 if memory grows or a contact check fails."""
     parser = ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--simulators", nargs="+", default=["mujoco", "pybullet"])
-    parser.add_argument("--steps", type=int, default=1_000_000, help="steps of one environment on the first simulator")
-    parser.add_argument(
-        "--environments", type=int, default=1_000, help="environments created and closed on each simulator"
-    )
-    parser.add_argument("--random-steps", type=int, default=1_000_000, help="random steps of each manipulation ID")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of IDs that are checked in parallel")
     known = manipulation_ids()
-    parser.add_argument("--only", nargs="+", choices=known, metavar="ID", help="check only these IDs; writes no page")
-    parser.add_argument("--fresh", action="store_true", help="discard existing results")
-    parser.add_argument("--out", type=Path, default=PAGE)
-    arguments = parser.parse_args()
-    chosen = arguments.only or known
-    if arguments.fresh:
-        for id in chosen:
-            _file(id, arguments.random_steps).unlink(missing_ok=True)
-    with ProcessPoolExecutor(arguments.jobs, get_context("spawn")) as pool:
-        touched = list(pool.map(partial(contacts, total=arguments.random_steps), chosen))
-    if arguments.only:  # write no page of a part of the results
-        sys.stdout.write(report([], touched))
-        return int(not all(item.sound for item in touched))
-    parts = [steps(arguments.simulators[0], arguments.steps)]
-    parts += [lifetimes(simulator, arguments.environments) for simulator in arguments.simulators]
-    arguments.out.write_text(report(parts, touched), encoding="utf-8")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of IDs that are checked in parallel")
+    parser.add_argument("--only", nargs="+", choices=known, metavar="ID", help="check only the contacts of these IDs")
+    parser.add_argument("--fresh", action="store_true", help="discard the stored results")
+    parser.add_argument("--kept", action="store_true", help="measure nothing: write the page from the stored results")
+    given = parser.parse_args()
+    names = [] if given.only else list(PARTS)
+    chosen = given.only or known
+    if given.fresh:
+        for name in [*names, *map(slug, chosen)]:
+            (KEPT / f"{name}.json").unlink(missing_ok=True)
+    if not given.kept:
+        with ProcessPoolExecutor(given.jobs, get_context("spawn")) as pool:
+            list(pool.map(partial(stored_contacts, total=TOTAL), chosen))
+        for name in names:
+            stored_part(name, PARTS[name])
+    parts = [stored_part(name, measure) for name, measure in PARTS.items() if (KEPT / f"{name}.json").is_file()]
+    touched = [stored_contacts(id, TOTAL) for id in known if (KEPT / f"{slug(id)}.json").is_file()]
+    PAGE.write_text(report(parts, touched), encoding="utf-8")
     return 0 if all(part.constant for part in parts) and all(item.sound for item in touched) else 1
 
 

@@ -17,8 +17,6 @@ writes the page from the existing results; the page then lists missing ones.
 from __future__ import annotations
 
 import json
-import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -26,13 +24,16 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 from typing import Any, cast
 
 import yaml
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from common import ROOT, current_commit, frobs, is_shared, machine, slug
 
 from frobs_core import plugins, registry
 from frobs_core.plain import plain
@@ -42,7 +43,6 @@ from frobs_train.cli.jobs_progress import collect_outcomes
 from frobs_train.runners.jobs import evaluation_job, training_job
 from frobs_train.runners.runner import LOCAL, Job, Outcome, Runner, RunnerOptions, load_runner, raise_failures
 
-ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "tasks-measured.md"
 PICTURES = ROOT / "docs" / "images" / "tasks"
 KEPT = ROOT / "build" / "benchmarks" / "tasks"
@@ -58,8 +58,6 @@ KEPT_SHARE = 0.95
 """Minimum ratio of the success on the other simulator; below it, the parity certificate gives the reason."""
 LONGEST = 30 * 60
 """Maximum duration of a training run [s]."""
-BUSY = 1.5
-"""Load average per core above which a machine is considered shared."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class Case:
     @property
     def slug(self) -> str:
         """Name for files."""
-        return "-".join(filter(None, (self.id.rpartition("/")[2].lower(), self.controller)))
+        return "-".join(filter(None, (slug(self.id), self.controller)))
 
     def folder(self, seed: int, kept: Path) -> Path:
         """Folder of a seed."""
@@ -100,15 +98,6 @@ def cases() -> list[Case]:
             wanted = targets.get(id, {}).get("algorithm", "ppo")
             found.append(Case(id, min(tuned, key=lambda name: (name != wanted, name))))
     return found
-
-
-def manipulation_ids() -> list[str]:
-    """Return the IDs of ``frobs-tasks-manipulation``."""
-    return [
-        id
-        for id, (task, _) in registry.environments().items()
-        if task.entry_point.startswith("frobs_tasks_manipulation")
-    ]
 
 
 def measure(
@@ -421,40 +410,6 @@ def dropped(found: Sequence[Mapping[str, Any]]) -> bool:
     )
 
 
-def frobs(*arguments: object) -> dict[str, Any]:
-    """Run a command and return its results."""
-    command = [sys.executable, "-m", "frobs_cli", *map(str, arguments), "--json"]
-    return cast(
-        "dict[str, Any]", json.loads(subprocess.run(command, check=True, text=True, stdout=subprocess.PIPE).stdout)
-    )
-
-
-def current_commit() -> str:
-    """Return the commit of the source, followed by ``+`` if files differ from it that no script writes."""
-
-    def git(*arguments: str) -> str:
-        return subprocess.run(["git", *arguments], cwd=ROOT, text=True, capture_output=True).stdout.strip()
-
-    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs", f":!{RECORD.relative_to(ROOT)}")
-    return git("rev-parse", "--short=7", "HEAD") + ("+" if changed else "") or "unknown"
-
-
-def is_shared() -> bool:
-    """Return whether other programs kept the machine busy during the last 15 minutes."""
-    return os.getloadavg()[2] > BUSY * (os.cpu_count() or 1)
-
-
-@cache
-def machine() -> str:
-    """Return the processor, the number of cores that this process may use, and the Python version."""
-    names = [line for line in _lines(Path("/proc/cpuinfo")) if line.startswith("model name")]
-    processor = names[0].partition(":")[2].strip() if names else platform.machine()
-    cores, usable = os.cpu_count(), len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return (
-        f"{processor}, {cores if usable == cores else f'{usable} of {cores}'} cores, Python {platform.python_version()}"
-    )
-
-
 def main() -> None:
     """Measure, and write the page."""
     parser = ArgumentParser(description=__doc__)
@@ -520,10 +475,6 @@ def open_runner(given: Namespace) -> Runner:
 
 def _yaml(path: Path) -> dict[str, Any]:
     return cast("dict[str, Any]", yaml.safe_load(path.read_text("utf-8")))
-
-
-def _lines(path: Path) -> list[str]:
-    return path.read_text("utf-8").splitlines() if path.is_file() else []
 
 
 def _time(row: Mapping[str, Any]) -> str:

@@ -37,7 +37,7 @@ def test_the_page_gives_medians_and_says_what_differs() -> None:
 
 @pytest.mark.slow
 def test_ours_is_timed_at_each_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(neighbours, "KEPT", tmp_path)
+    monkeypatch.setattr(neighbours, "BUILD", tmp_path)
     found = neighbours.measure_ours(neighbours.OURS[0], seed=0, episodes=4, steps=6144)
     seconds = [moment["seconds"] for moment in found["moments"]]
     assert seconds == sorted(seconds)

@@ -12,8 +12,9 @@ import soak
 
 
 @pytest.mark.slow
-def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
-    parts = [soak.steps("mujoco", 40), soak.lifetimes("mujoco", 2)]
+def test_steps_and_lifetimes_are_sampled_and_reported(tmp_path: Path) -> None:
+    parts = [soak.stored_part("steps", lambda: soak.steps("mujoco", 40), tmp_path), soak.lifetimes("mujoco", 2)]
+    assert soak.stored_part("steps", lambda: parts[1], tmp_path) == parts[0]
     assert [item.count for item in parts[0].samples] == [*range(0, 41, 2)]
     assert [item.count for item in parts[1].samples] == [0, 1, 2]
     page = soak.report(parts)
@@ -22,14 +23,16 @@ def test_steps_and_lifetimes_are_sampled_and_reported() -> None:
 
 
 @pytest.mark.slow
-def test_contacts_of_random_steps_are_looked_at_and_reported(tmp_path: Path) -> None:
-    found = soak.contacts("frobs/PandaLift-v0", 10_000, tmp_path)
-    assert soak.contacts("frobs/PandaLift-v0", 10_000, tmp_path) == found
+def test_contacts_of_random_steps_are_looked_at_and_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = soak.stored_contacts("frobs/PandaLift-v0", 10_000, tmp_path)
+    monkeypatch.setattr(soak, "contacts", None)  # fails if the ID is checked again
+    assert soak.stored_contacts("frobs/PandaLift-v0", 10_000, tmp_path) == found
     assert found.sound
     assert 0.0 < found.depth < 0.005
     assert len(soak.manipulation_ids()) >= 16
     page = soak.report([], [found, replace(found, depth=0.01)])
     assert f"| `frobs/PandaLift-v0` | 10,000 | 0 | 0 | {1000 * found.depth:.1f} mm |" in page
+    assert "Not checked yet: `frobs/" in page
     assert "10.0 mm (**too deep**)" in page
     assert not replace(found, unreported=1).sound
 
