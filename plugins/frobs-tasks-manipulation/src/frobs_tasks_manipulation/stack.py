@@ -33,16 +33,17 @@ class Stack(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers (or 0.5 in
-      total if the cube is stacked) + h · (0.2 + 0.6 · nearness of the cube to its place on the other cube), where h is
-      the lift height of the cube as a fraction of the cube's size, + 0.5 · distance between the tool and the stacked
-      cube as a fraction of ``released`` + 0.5 if the success condition is met
+      total if the cube is in its place on the other cube) + h · (0.2 + 0.6 · nearness of the cube to its place), where
+      h is the lift height of the cube as a fraction of the cube's size, + 0.25 · opening of the gripper + 0.25 ·
+      distance between the tool and the cube as a fraction of ``released`` if the cube is in its place + 0.5 if the
+      success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the position on
     top of the other cube.
 
     Args:
-        tolerance: Maximum distance between the cube's center and its place at which the cube is considered stacked [m].
+        tolerance: Maximum distance between the cube's center and its place at which the cube is in its place [m].
         released: Minimum distance between the tool and the cube at which the cube is considered released [m].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
@@ -55,12 +56,14 @@ class Stack(CubeTask):
     )
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the cube; "
-        "0.2 if the cube is stacked",
-        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube; 0.3 if the cube is stacked",
+        "0.2 if the cube is in its place",
+        "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube; "
+        "0.3 if the cube is in its place",
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
-        "carry": "0.6 · (1 − tanh(d / 0.2 m)) · min(h / size, 1), where d is the distance from the cube to its place",
-        "release": "0.5 · min(d / released, 1) if the cube is stacked, where d is the distance from the tool to the "
-        "cube",
+        "carry": "0.3 · (2 − tanh(d / 0.2 m) − tanh(d / 0.03 m)) · min(h / size, 1), where d is the distance from the "
+        "cube to its place",
+        "release": "0.25 · opening of the gripper + 0.25 · min(d / released, 1) if the cube is in its place, where d "
+        "is the distance from the tool to the cube",
         "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
         "unachieved": "−1 unless the cube is released on the other cube and both cubes are at rest",
     }
@@ -109,21 +112,23 @@ class Stack(CubeTask):
         self.goal[:] = self.base.pos + self.size * UP
         super()._measure()
 
-    def _is_stacked(self) -> Mask:
-        still = (self.speed <= self.max_speed) & (length(self.base.velocity) <= self.max_speed)
-        return np.asarray((self.to_goal <= self.tolerance) & still)
+    def _is_placed(self) -> Mask:
+        return np.asarray(self.to_goal <= self.tolerance)
 
     def _is_achieved(self) -> Mask:
-        return np.asarray(self._is_stacked() & (self.to_cube >= self.released))
+        still = (self.speed <= self.max_speed) & (length(self.base.velocity) <= self.max_speed)
+        return np.asarray(self._is_placed() & still & (self.to_cube >= self.released))
 
     def _dense_terms(self) -> Mapping[str, Floats]:
-        stacked = self._is_stacked()
+        placed = self._is_placed()
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size) / self.size
+        near = nearness(self.to_goal, 0.2) + nearness(self.to_goal, 0.03)
+        away = np.minimum(self.to_cube, self.released) / self.released
         return {
-            "approach": np.where(stacked, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
-            "grip": np.where(stacked, 0.3, 0.3 * nearness(self.to_cube, self.size / 2)),
+            "approach": np.where(placed, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
+            "grip": np.where(placed, 0.3, 0.3 * nearness(self.to_cube, self.size / 2)),
             "lift": 0.2 * height,
-            "carry": 0.6 * nearness(self.to_goal, 0.2) * height,  # pushing the cube over the floor must not pay
-            "release": np.where(stacked, 0.5 / self.released * np.minimum(self.to_cube, self.released), 0.0),
+            "carry": 0.3 * near * height,  # pushing the cube over the floor must not pay
+            "release": np.where(placed, 0.25 * np.clip(self.opening, 0.0, 1.0) + 0.25 * away, 0.0),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
