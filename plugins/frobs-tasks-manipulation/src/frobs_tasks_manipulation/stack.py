@@ -60,15 +60,15 @@ class Stack(CubeTask):
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the cube; "
         "0.3 if the cube is in its place",
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
-        "carry": "0.3 · (2 − tanh(d / 0.2 m) − tanh(d / 0.03 m)) · min(h / size, 1), where d is the distance from the "
-        "cube to its place",
+        "carry": "(0.6 − 0.2 · tanh(d / 0.2 m) − 0.4 · tanh(d / 0.03 m)) · min(h / size, 1), where d is the distance from "
+        "the cube to its place",
         "release": "0.25 · opening of the gripper + 0.25 · min(d / released, 1) if the cube is in its place, where d "
         "is the distance from the tool to the cube",
         "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
         "unachieved": "−1 unless the cube is released on the other cube and both cubes are at rest",
     }
 
-    def __init__(self, *, tolerance: float = 0.015, released: float = 0.07, **keywords: float) -> None:
+    def __init__(self, *, tolerance: float = 0.02, released: float = 0.07, **keywords: float) -> None:
         super().__init__(tolerance=tolerance, **keywords)
         self.released = positive("released", released, "m")
 
@@ -122,13 +122,13 @@ class Stack(CubeTask):
     def _dense_terms(self) -> Mapping[str, Floats]:
         placed = self._is_placed()
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size) / self.size
-        near = nearness(self.to_goal, 0.2) + nearness(self.to_goal, 0.03)
+        near = 0.2 * nearness(self.to_goal, 0.2) + 0.4 * nearness(self.to_goal, 0.03)
         away = np.minimum(self.to_cube, self.released) / self.released
         return {
             "approach": np.where(placed, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
             "grip": np.where(placed, 0.3, 0.3 * nearness(self.to_cube, self.size / 2)),
             "lift": 0.2 * height,
-            "carry": 0.3 * near * height,  # pushing the cube over the floor must not pay
+            "carry": near * height,  # pushing the cube over the floor must not pay
             "release": np.where(placed, 0.25 * np.clip(self.opening, 0.0, 1.0) + 0.25 * away, 0.0),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
