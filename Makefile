@@ -58,7 +58,7 @@ benchmark: $(VENV)/.installed ## measure speed, tasks and neighbors again for do
 	@for name in $(BENCHMARKS); do $(BIN)/python tests/benchmarks/$$name.py || exit 1; done
 
 soak: $(VENV)/.installed ## check memory, file descriptors and contacts over millions of steps (≤ 2 hours)
-	@$(BIN)/python tests/benchmarks/soak.py
+	@$(BIN)/python tests/benchmarks/soak.py --fresh
 
 clean: ## remove the files that the other targets made, except runs and demo/
 	rm -rf $(VENV) site build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated

@@ -74,7 +74,7 @@ def report(rows: Mapping[str, Mapping[str, Mapping[str, Any]]], episodes: int) -
     lines = [
         "# Benchmarks: scripted experts",
         "",
-        f"Measured by `tests/benchmarks/experts.py` on {date.today():%d %B %Y}. Commit: {', '.join(commits)}. Each manipulation task "
+        f"Written by `tests/benchmarks/experts.py` on {date.today():%d %B %Y}. Commit: {', '.join(commits)}. Each manipulation task "
         "has a scripted expert, which proves that the task can be solved. The table shows the expert's success rate with "
         f"its 95 % confidence interval in {episodes} episodes that begin in random states "
         f"(`frobs evaluate ID --expert --episodes {episodes} --simulator NAME`). Wanted: {wanted}.",

@@ -16,8 +16,6 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 from common import ROOT, current_commit, frobs
 
 PAGE = ROOT / "docs" / "explanation" / "performance-measured.md"

@@ -216,7 +216,7 @@ def report(parts: Sequence[Part], touched: Sequence[Contacts] = ()) -> str:
     lines = [
         "# Benchmarks: memory, file descriptors and contacts",
         "",
-        f"Measured by `make soak` on {date.today():%d %B %Y}. Machines: {'; '.join(machines)}. Commits: {', '.join(commits)}. "
+        f"Written by `tests/benchmarks/soak.py` on {date.today():%d %B %Y}. Machines: {'; '.join(machines)}. Commits: {', '.join(commits)}. "
         f"The environment of the first parts is `{ENVIRONMENT}` with random actions. Memory is the resident memory of the process, "
         "measured after `malloc_trim` has returned the memory that glibc keeps for later allocations.",
         "",

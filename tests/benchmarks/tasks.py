@@ -30,9 +30,6 @@ from statistics import median
 from typing import Any, cast
 
 import yaml
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from common import ROOT, current_commit, frobs, is_shared, machine, slug
 
 from frobs_core import plugins, registry

@@ -34,16 +34,16 @@ class Stack(CubeTask):
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers (or 0.5 in
       total if the cube is in its place on the other cube) + h · (0.2 + 0.6 · nearness of the cube to its place), where
-      h is the lift height of the cube as a fraction of the cube's size, + 0.25 · opening of the gripper + 0.25 ·
-      distance between the tool and the cube as a fraction of ``released`` if the cube is in its place + 0.5 if the
-      success condition is met
+      h is the lift height of the cube as a fraction of the cube's size, + 0.5 if the success condition is met. If the
+      cube is in its place, + 0.25 · opening of the gripper + 0.25 · distance between the tool and the cube as a
+      fraction of ``released``
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     The other parameters are those of :class:`~frobs_tasks_manipulation.cube_task.CubeTask`. The goal is the position on
     top of the other cube.
 
     Args:
-        tolerance: Maximum distance between the cube's center and its place at which the cube is in its place [m].
+        tolerance: Maximum distance between the cube's center and the goal at which the cube is in its place [m].
         released: Minimum distance between the tool and the cube at which the cube is considered released [m].
         keywords: Further parameters, which are passed to :class:`~frobs_tasks_manipulation.cube_task.CubeTask`.
     """
@@ -112,15 +112,12 @@ class Stack(CubeTask):
         self.goal[:] = self.base.pos + self.size * UP
         super()._measure()
 
-    def _is_placed(self) -> Mask:
-        return np.asarray(self.to_goal <= self.tolerance)
-
     def _is_achieved(self) -> Mask:
-        still = (self.speed <= self.max_speed) & (length(self.base.velocity) <= self.max_speed)
-        return np.asarray(self._is_placed() & still & (self.to_cube >= self.released))
+        base_at_rest = length(self.base.velocity) <= self.max_speed
+        return np.asarray(super()._is_achieved() & base_at_rest & (self.to_cube >= self.released))
 
     def _dense_terms(self) -> Mapping[str, Floats]:
-        placed = self._is_placed()
+        placed = self.to_goal <= self.tolerance
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.size / 2, 0.0), self.size) / self.size
         near = 0.2 * nearness(self.to_goal, 0.2) + 0.4 * nearness(self.to_goal, 0.03)
         away = np.minimum(self.to_cube, self.released) / self.released
