@@ -77,6 +77,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
                 PegInsertion="ppo_peg_insertion.yaml",
                 OpenDrawer="ppo_open.yaml",
                 OpenDoor="ppo_open.yaml",
+                PickAndPlaceGoal="ppo_pick_and_place_goal.yaml",
             ),
         ),
         _record("a2c", "A2C", "advantage actor-critic", _ANY),
