@@ -2,7 +2,7 @@
 
 panda-gym requires older versions of Gymnasium and NumPy than FRobs, so the script creates a separate virtual
 environment for it in ``build/benchmarks/neighbours``. Requires an idle machine. Reaching takes some minutes per seed,
-and the tasks with a cube take up to four hours. The results of finished training runs are stored in
+and the tasks with a cube take up to two hours. The results of finished training runs are stored in
 ``results/neighbours``, so an interrupted measurement continues where it stopped::
 
     python tests/benchmarks/neighbours.py
@@ -111,12 +111,12 @@ PAIRS = {
 SIDES = ("panda-gym", "FRobs")
 ALGORITHM = "sbx_ppo"
 """Algorithm of FRobs for the tasks with a cube, with the tuned settings."""
-LONGEST = 3600.0
+LONGEST = 1800.0
 """Longest training time of a task with a cube [s]."""
 OUR_IDS = ("frobs/PandaPush-v0", "frobs/PandaLift-v0", "frobs/PandaPickAndPlace-v0")
 MANY = 1024
 """IDs and number of environments whose steps per second are measured."""
-MINUTES = (5, 10, 15, 20, 30, 45, 60)
+MINUTES = (5, 10, 15, 20, 25, 30)
 """Training times at which the page shows the success of the last evaluation [min]."""
 
 
