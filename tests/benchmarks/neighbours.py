@@ -97,20 +97,20 @@ class Pair:
         title: Name of the task on the page.
         theirs: ID in panda-gym.
         ours: ID in FRobs.
+        algorithm: Algorithm of FRobs.
     """
 
     title: str
     theirs: str
     ours: str
+    algorithm: str
 
 
 PAIRS = {
-    "push": Pair("Push", "PandaPush-v3", "frobs/PandaPushGoal-v0"),
-    "pick_and_place": Pair("Pick and place", "PandaPickAndPlace-v3", "frobs/PandaPickAndPlaceGoal-v0"),
+    "push": Pair("Push", "PandaPush-v3", "frobs/PandaPushGoal-v0", "sbx_sac"),
+    "pick_and_place": Pair("Pick and place", "PandaPickAndPlace-v3", "frobs/PandaPickAndPlaceGoal-v0", "sbx_ppo"),
 }
 SIDES = ("panda-gym", "FRobs")
-ALGORITHM = "sbx_ppo"
-"""Algorithm of FRobs for the tasks with a cube, with the tuned settings."""
 LONGEST = 1800.0
 """Longest training time of a task with a cube [s]."""
 OUR_IDS = ("frobs/PandaPush-v0", "frobs/PandaLift-v0", "frobs/PandaPickAndPlace-v0")
@@ -183,7 +183,7 @@ def measure_pair(pair: Pair, seed: int, episodes: int = EPISODES, limit: float =
     """
     run_dir = BUILD / "run"
     shutil.rmtree(run_dir, ignore_errors=True)
-    flags = {"algorithm": ALGORITHM, "seed": seed}
+    flags = {"algorithm": pair.algorithm, "seed": seed}
     steps = resolve_config(pair.ours, flags=flags).steps
     settings = [
         f"evaluate_every={steps // 20}",
@@ -349,6 +349,7 @@ def _curves(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def _differences(episodes: int) -> list[str]:
     """Return the text about the tasks with a cube."""
+    algorithms = " and ".join(f"`{pair.algorithm}` ({pair.title.lower()})" for pair in PAIRS.values())
     return [
         "## Conditions of pushing, picking and placing",
         "",
@@ -363,9 +364,9 @@ def _differences(episodes: int) -> list[str]:
         "| engine | PyBullet, one environment | MuJoCo, many environments |",
         "| success | within the tolerance once, which ends the episode | within the tolerance during the last 5 steps |",
         "| length of an episode | 50 steps | 100 steps (push), 50 steps (pick and place) |",
-        f"| algorithm | TQC with rl-baselines3-zoo's settings (PyTorch) | `{ALGORITHM}` with the tuned settings (JAX) |",
-        "| help with sparse rewards | hindsight experience replay | half of the training steps are in episodes that begin on "
-        "the path of the task's scripted expert (`reset_from`) |",
+        f"| algorithm | TQC with rl-baselines3-zoo's settings (PyTorch) | {algorithms}, in JAX |",
+        "| help with sparse rewards | hindsight experience replay | push: hindsight experience replay; pick and place: half of "
+        "the training steps are in episodes that begin on the path of the task's scripted expert (`reset_from`) |",
         "| training time | does not include evaluations | includes evaluations |",
     ]
 
