@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -50,6 +51,9 @@ _names = count()
 
 def text_of(robot: str) -> str:
     return ZOO if robot == "zoo" else load_model(get_record("robot", robot).load().model).xml
+
+
+MODULE = "frobs_ros.state_publisher"
 
 
 def real_publisher() -> Path:
@@ -104,8 +108,13 @@ class Publisher:
         self.process = subprocess.Popen([*command, f"__ns:={self.namespace}", *words])
 
     def wait_until_ready(self) -> None:
-        """Wait until it hears and is heard."""
-        wait_for(lambda: self._joints.get_num_connections() > 0 and self._is_heard())
+        """Wait until it hears and is heard. If it is stuck, it is aborted; ours then prints what its threads do."""
+        try:
+            wait_for(lambda: self._joints.get_num_connections() > 0 and self._is_heard())
+        except AssertionError:
+            self.process.send_signal(signal.SIGABRT)
+            self.process.wait(20.0)
+            raise
 
     def _is_heard(self) -> bool:
         """Ask the node itself: a connection is open on this side before the node sends messages through it."""
@@ -155,7 +164,7 @@ def start(rosmaster: str) -> Iterator[Callable[..., Publisher]]:
     running: list[Publisher] = []
 
     def begin(text: str, *words: str, real: bool = False, prefix: str | None = None) -> Publisher:
-        command = [str(real_publisher())] if real else [sys.executable, "-m", "frobs_ros.state_publisher"]
+        command = [str(real_publisher())] if real else [sys.executable, "-X", "faulthandler", "-m", MODULE]
         running.append(Publisher(command, text, prefix, words))
         running[-1].wait_until_ready()
         return running[-1]
@@ -333,7 +342,7 @@ def test_a_robot_that_cannot_be_told_of_is_one_clear_line(
 
     if text is not None:
         rospy.set_param("/broken/robot_description", text)
-    command = [sys.executable, "-m", "frobs_ros.state_publisher", "__ns:=/broken", *words]
+    command = [sys.executable, "-m", MODULE, "__ns:=/broken", *words]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     finally:
@@ -345,7 +354,7 @@ def test_a_robot_that_cannot_be_told_of_is_one_clear_line(
 
 
 def test_no_master_is_one_clear_line(lonely: str) -> None:
-    command = [sys.executable, "-m", "frobs_ros.state_publisher"]
+    command = [sys.executable, "-m", MODULE]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
     assert done.stderr.startswith(f"no ROS master responds at {lonely}")
