@@ -32,7 +32,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from common import RESULTS, ROOT, current_commit, machine, stored
+from common import RESULTS, ROOT, stored
 
 from frobs_train import evaluate, resolve_config, train
 
@@ -96,19 +96,30 @@ class Pair:
     Attributes:
         title: Name of the task on the page.
         theirs: ID in panda-gym.
-        ours: ID in FRobs.
-        algorithm: Algorithm of FRobs.
+        ours: Training run of FRobs.
     """
 
     title: str
     theirs: str
-    ours: str
-    algorithm: str
+    ours: Ours
+
+    @property
+    def algorithm(self) -> str:
+        """Name of FRobs's algorithm."""
+        return str(self.ours.flags["algorithm"])
 
 
 PAIRS = {
-    "push": Pair("Push", "PandaPush-v3", "frobs/PandaPushGoal-v0", "sbx_sac"),
-    "pick_and_place": Pair("Pick and place", "PandaPickAndPlace-v3", "frobs/PandaPickAndPlaceGoal-v0", "sbx_ppo"),
+    "push": Pair(
+        "Push",
+        "PandaPush-v3",
+        Ours("FRobs, PandaPushGoal-v0", "frobs/PandaPushGoal-v0", {"algorithm": "sbx_sac"}, 50_000),
+    ),
+    "pick_and_place": Pair(
+        "Pick and place",
+        "PandaPickAndPlace-v3",
+        Ours("FRobs, PandaPickAndPlaceGoal-v0", "frobs/PandaPickAndPlaceGoal-v0", {"algorithm": "sbx_ppo"}, 75_000),
+    ),
 }
 SIDES = ("panda-gym", "FRobs")
 LONGEST = 1800.0
@@ -120,14 +131,17 @@ MINUTES = (5, 10, 15, 20, 25, 30)
 """Training times at which the page shows the success of the last evaluation [min]."""
 
 
-def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | None = None) -> dict[str, Any]:
+def measure_ours(
+    case: Ours, seed: int, episodes: int = EPISODES, limit: float = LONGEST, steps: int | None = None
+) -> dict[str, Any]:
     """Train with a checkpoint at each evaluation point, and evaluate the checkpoints afterwards.
 
     Args:
         case: Training run.
         seed: Seed of training.
         episodes: Number of episodes per evaluation.
-        steps: Number of training steps; None: the tuned number.
+        limit: Maximum training time [s].
+        steps: Maximum number of training steps; None: the tuned number.
 
     Returns:
         ``name``, ``seed`` and ``moments``: for each checkpoint ``steps``, ``seconds`` of training and ``success``.
@@ -136,10 +150,11 @@ def measure_ours(case: Ours, seed: int, episodes: int = EPISODES, steps: int | N
     shutil.rmtree(run_dir, ignore_errors=True)
     flags = {**case.flags, "seed": seed, "steps": steps}
     settings = [f"checkpoint_every={case.every}", "keep_checkpoints=1000", f"log_every={case.every}"]
-    run = train(resolve_config(case.id, flags=flags, settings=settings), run_dir)
+    config = resolve_config(case.id, flags=flags, settings=settings)
+    run = train(config, run_dir, on_progress=lambda progress: progress.elapsed < limit)
     with (run_dir / "progress.csv").open(newline="", encoding="utf-8") as file:
         elapsed = {int(float(row["train/steps"])): float(row["time/elapsed"]) for row in csv.DictReader(file)}
-    moments: list[dict[str, float]] = []
+    moments = []
     for checkpoint in run.checkpoints:
         found = evaluate(run, episodes, checkpoint=checkpoint.steps)
         seconds = next(at for steps_, at in sorted(elapsed.items()) if steps_ >= checkpoint.steps)
@@ -167,43 +182,6 @@ def measure_theirs(
     command = [python or neighbours_python(), SCRIPT, id, seed, episodes, max(THRESHOLDS), limit]
     done = subprocess.run([str(each) for each in command], check=True, text=True, stdout=subprocess.PIPE)
     return {"name": f"panda-gym, {id}", "seed": seed, "moments": json.loads(done.stdout.splitlines()[-1])}
-
-
-def measure_pair(pair: Pair, seed: int, episodes: int = EPISODES, limit: float = LONGEST) -> dict[str, Any]:
-    """Train FRobs's environment of a pair, and evaluate the policy during training.
-
-    Args:
-        pair: Task.
-        seed: Seed of training.
-        episodes: Number of episodes per evaluation.
-        limit: Maximum training time [s].
-
-    Returns:
-        The same keys as :func:`measure_ours`. The training times include the evaluations.
-    """
-    run_dir = BUILD / "run"
-    shutil.rmtree(run_dir, ignore_errors=True)
-    flags = {"algorithm": pair.algorithm, "seed": seed}
-    steps = resolve_config(pair.ours, flags=flags).steps
-    settings = [
-        f"evaluate_every={steps // 20}",
-        f"evaluation_episodes={episodes}",
-        f"stop_at_success={max(THRESHOLDS)}",
-        f"checkpoint_every={steps}",
-    ]
-    config = resolve_config(pair.ours, flags=flags, settings=settings)
-    train(config, run_dir, on_progress=lambda progress: progress.elapsed < limit)
-    with (run_dir / "progress.csv").open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row.get("evaluation/success")]
-    moments = [
-        {
-            "steps": int(float(row["train/steps"])),
-            "seconds": float(row["time/elapsed"]),
-            "success": float(row["evaluation/success"]),
-        }
-        for row in rows
-    ]
-    return {"name": f"FRobs, {pair.ours}", "seed": seed, "moments": moments}
 
 
 def neighbours_python(framework: str = "panda-gym") -> Path:
@@ -277,16 +255,18 @@ def report(
     """
     names = list(dict.fromkeys(row["name"] for row in rows))
     seeds = sorted({row["seed"] for row in rows})
+    measured = [*rows, *(row for both in pairs.values() for row in both)]
+    machines, commits = (sorted({row[key] for row in measured}) for key in ("machine", "commit"))
     lines = [
         "# Benchmarks: comparison with panda-gym",
         "",
-        f"Measured by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}. Machine: {machine()}. Commit: "
-        f"{current_commit()}. All candidates were trained on the same machine. Training times include compilation, but not imports.",
+        f"Written by `tests/benchmarks/neighbours.py` on {date.today():%d %B %Y}. Machine: {'; '.join(machines)}. Commit: "
+        f"{', '.join(commits)}. The candidates were trained one after another. Training times include compilation, but neither "
+        "imports nor evaluations.",
         "",
         "## Reach",
         "",
-        f"The candidates were trained one after another. The table shows the training time until an evaluation on {episodes} new goals "
-        "first reaches the success rate. Evaluations are not included in the time.",
+        f"The table shows the training time until an evaluation on {episodes} new goals first reaches the success rate.",
         "",
         "| | " + " | ".join(f"to {share:.0%}, median | all seeds" for share in THRESHOLDS) + " |",
         "|---|" + "---:|---|" * len(THRESHOLDS),
@@ -367,7 +347,6 @@ def _differences(episodes: int) -> list[str]:
         f"| algorithm | TQC with rl-baselines3-zoo's settings (PyTorch) | {algorithms}, in JAX |",
         "| how sparse rewards are handled | hindsight experience replay | push: hindsight experience replay; pick and place: half "
         "of the training steps are in episodes that begin on the path of the task's scripted expert (`reset_from`) |",
-        "| training time | does not include evaluations | includes evaluations |",
     ]
 
 
@@ -388,7 +367,7 @@ def main() -> None:
     def pair(name: str, side: str) -> dict[str, Any]:
         task = PAIRS[name]
         if side == "FRobs":
-            return stored(KEPT / f"{name}-frobs.json", measure_pair, task, 0, given.episodes)
+            return stored(KEPT / f"{name}-frobs.json", measure_ours, task.ours, 0, given.episodes)
         return stored(KEPT / f"{name}-panda-gym.json", measure_theirs, task.theirs, 0, given.episodes, LONGEST, python)
 
     if given.only:

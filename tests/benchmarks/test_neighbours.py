@@ -12,7 +12,7 @@ import neighbours
 
 def row(name: str, seed: int, *found: tuple[float, float]) -> dict[str, object]:
     moments = [{"steps": 500 * i, "seconds": s, "success": share} for i, (s, share) in enumerate(found, start=1)]
-    return {"name": name, "seed": seed, "moments": moments}
+    return {"name": name, "seed": seed, "moments": moments, "machine": "one core", "commit": "abcdef0"}
 
 
 def test_the_time_is_that_of_the_first_evaluation_that_finds_the_success() -> None:
@@ -32,6 +32,7 @@ def test_the_page_gives_medians_and_says_what_differs() -> None:
     assert "| panda-gym | 0% | 0% | 0% | 0% | 0% | 10% | 1,000 | 30 min |" in page
     assert "| FRobs | 50% | 50% | 98% | 98% | 98% | 98% | 1,000 | 12 min |" in page
     assert "| panda-gym, PandaPush-v3 | 512 |" in page
+    assert "Machine: one core. Commit: abcdef0." in page
     assert all(word in page for word in ("goals", "reward", "algorithm", "hindsight experience replay"))
 
 
