@@ -36,7 +36,7 @@ def test_the_observation_is_that_of_a_goal_environment(id: str) -> None:
         observation, _ = env.reset(seed=0)
         assert env.observation_space.contains(observation)
         assert {name: values.shape for name, values in observation.items()} == {
-            "observation": (25,),
+            "observation": (28,),
             "achieved_goal": (3,),
             "desired_goal": (3,),
         }

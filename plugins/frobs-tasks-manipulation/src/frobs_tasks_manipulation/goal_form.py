@@ -50,7 +50,8 @@ class GoalForm(CubeTask, GoalTask):
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the terms of ``observation``, ``achieved_goal`` and ``desired_goal``."""
-        terms = {name: term for name, term in super().observation_terms().items() if not name.startswith("goal")}
+        terms = {**super().observation_terms(), **self.near_terms()}
+        terms = {name: term for name, term in terms.items() if not name.startswith("goal")}
         achieved = bounded(lambda: self.cube.pos, 3, _FARTHEST, "m", scale=4.0)
         desired = bounded(lambda: self.goal, 3, _FARTHEST, "m", scale=4.0)
         return {

@@ -100,7 +100,8 @@ class PegInsertion(CubeTask):
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for tool, peg, hole (x, y), grip − tool and goal − peg."""
-        terms = {name.replace("cube", "peg"): term for name, term in super().observation_terms().items()}
+        terms = {**super().observation_terms(), **self.near_terms()}
+        terms = {name.replace("cube", "peg"): term for name, term in terms.items()}
         return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
 
     def markers(self) -> Sequence[Marker]:
