@@ -90,6 +90,7 @@ def frobs_algorithms() -> list[AlgorithmRecord]:
             ("Box",),
             Irb120Reach="sac_irb120_reach.yaml",
             **dict.fromkeys(_CONDITIONED, "sac_reach_goal.yaml"),
+            **_for_arms(PushGoal="sac_push_goal.yaml"),
         ),
         _record(
             "td3",
