@@ -345,8 +345,8 @@ def _differences(episodes: int) -> list[str]:
         "| success | within the tolerance once, which ends the episode | within the tolerance during the last 5 steps |",
         "| length of an episode | 50 steps | 100 steps (push), 50 steps (pick and place) |",
         f"| algorithm | TQC with rl-baselines3-zoo's settings (PyTorch) | {algorithms}, in JAX |",
-        "| how sparse rewards are handled | hindsight experience replay | push: hindsight experience replay; pick and place: half "
-        "of the training steps are in episodes that begin on the path of the task's scripted expert (`reset_from`) |",
+        "| how sparse rewards are handled | hindsight experience replay | half of the training steps are in episodes that begin "
+        "on the path of the task's scripted expert (`reset_from`); push: also hindsight experience replay |",
     ]
 
 
