@@ -118,7 +118,7 @@ class Slide(CubeTask):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for tool, puck, goal (x, y), puck − tool and goal − puck."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
-        return {**super().observation_terms(), "goal": goal}
+        return {**super().observation_terms(), **self.near_terms(), "goal": goal}
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         x = self.center[0] + rng.uniform("goal_x", self.nearest, self.farthest, (), mask)
