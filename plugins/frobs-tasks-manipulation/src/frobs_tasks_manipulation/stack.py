@@ -15,6 +15,7 @@ from frobs_core.random import RandomSource
 from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
 from frobs_tasks_manipulation.manipulation import UP
+from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length, nearness
 from frobs_tasks_manipulation.tracked import Tracked
 
@@ -34,8 +35,8 @@ class Stack(CubeTask):
 
     - ``dense``: 0.2 · nearness of the tool to the cube + 0.3 · centering of the cube between the fingers (or 0.5 in
       total if the cube is in its place on the other cube) + h · (0.2 + 0.6 · nearness of the cube to its place), where
-      h is the lift height of the cube as a fraction of the cube's size, + 0.5 if the success condition is met. If the
-      cube is in its place, + 0.25 · opening of the gripper + 0.25 · distance between the tool and the cube as a
+      h is the lift height of the cube as a fraction of the cube's size, + 1 if the success condition is met. If the
+      cube is in its place, + 0.25 · opening of the gripper + 0.75 · distance between the tool and the cube as a
       fraction of ``released``
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
@@ -62,9 +63,9 @@ class Stack(CubeTask):
         "lift": "0.2 · min(h / size, 1), where h is the height of the cube's bottom",
         "carry": "(0.6 − 0.2 · tanh(d / 0.2 m) − 0.4 · tanh(d / 0.03 m)) · min(h / size, 1), where d is the distance from "
         "the cube to its place",
-        "release": "0.25 · opening of the gripper + 0.25 · min(d / released, 1) if the cube is in its place, where d "
+        "release": "0.25 · opening of the gripper + 0.75 · min(d / released, 1) if the cube is in its place, where d "
         "is the distance from the tool to the cube",
-        "achieved": "0.5 if the cube is released on the other cube and both cubes are at rest",
+        "achieved": "1 if the cube is released on the other cube and both cubes are at rest",
         "unachieved": "−1 unless the cube is released on the other cube and both cubes are at rest",
     }
 
@@ -85,13 +86,23 @@ class Stack(CubeTask):
         self.base = Tracked(self._simulation.bodies[BASE])
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for the tool, both cubes, and the offsets cube − tool and goal − cube."""
+        """Return the observation terms for the tool, both cubes, the offsets cube − tool and goal − cube, and the gripper.
+
+        The term ``gripper_effort`` is the mean drive effort of the fingers as a fraction of its limit. While the fingers
+        hold the cube, the gripper's opening does not show how far they are commanded to close; the effort does.
+        """
         terms = super().observation_terms()
         return {
             **{name: term for name, term in terms.items() if name not in ("goal", "goal_offset")},
+            **self.near_terms(),
+            "gripper_effort": bounded(self._gripper_effort, 1, 1.5, "1"),
             **self.base.terms("base"),
             "goal_offset": terms["goal_offset"],
         }
+
+    def _gripper_effort(self) -> Floats:
+        shares = self._robot.joint_efforts[:, self._fingers] / self._robot.effort_limit[:, self._fingers]
+        return np.asarray(shares.sum(axis=1, keepdims=True) / len(self._fingers))
 
     def markers(self) -> tuple[()]:
         """Return no markers, because the goal is the other cube."""
@@ -126,6 +137,6 @@ class Stack(CubeTask):
             "grip": np.where(placed, 0.3, 0.3 * nearness(self.to_cube, self.size / 2)),
             "lift": 0.2 * height,
             "carry": near * height,  # pushing the cube over the floor must not pay
-            "release": np.where(placed, 0.25 * np.clip(self.opening, 0.0, 1.0) + 0.25 * away, 0.0),
-            "achieved": np.where(self._is_achieved(), 0.5, 0.0),
+            "release": np.where(placed, 0.25 * np.clip(self.opening, 0.0, 1.0) + 0.75 * away, 0.0),
+            "achieved": np.where(self._is_achieved(), 1.0, 0.0),
         }
