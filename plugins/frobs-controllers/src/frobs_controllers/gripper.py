@@ -92,7 +92,7 @@ class GripperPosition(Gripper):
 
 
 class GripperDelta(Gripper):
-    """Gripper controller whose action changes the opening by up to one step. An action of 0 keeps the current opening.
+    """Gripper controller whose action changes the commanded opening by up to one step. An action of 0 keeps it.
 
     Args:
         max_delta: Change in the opening for an action of 1, as a fraction of the full stroke, in (0, 1].
