@@ -18,7 +18,7 @@ from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.observed import bounded
-from frobs_tasks_manipulation.rewards import nearness
+from frobs_tasks_manipulation.rewards import length, nearness
 
 BLOCK = "block"
 _WALL, HEIGHT = 0.03, 0.05
@@ -38,8 +38,9 @@ class PegInsertion(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to its grip position on the peg + 0.3 · centering of the peg between the
-      fingers + h · (0.2 + 0.6 · nearness of the peg to its place in the hole), where h is the lift height of the peg as
-      a fraction of the block's height (or 1 if the peg is in or above the hole), + 0.5 if the success condition is met
+      fingers + h · (0.2 + 0.3 · nearness of the peg to its place in the hole + 0.3 · alignment of the peg's lower end
+      with the hole), where h is the lift height of the peg as a fraction of the block's height (or 1 if the peg is in or
+      above the hole), + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
@@ -62,8 +63,9 @@ class PegInsertion(CubeTask):
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the peg",
         "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
         "0.2 if the peg is in or above the hole",
-        "insert": "0.6 · (1 − tanh(d / 0.2 m)) · min(h / height of the block, 1), where d is the distance from the peg "
-        "to its place in the hole; without the last factor if the peg is in or above the hole",
+        "insert": "(0.6 − 0.3 · tanh(d / 0.2 m) − 0.3 · tanh(a / 0.01 m)) · min(h / height of the block, 1), where d is the "
+        "distance from the peg to its place in the hole, and a is the horizontal distance from the peg's lower end to the "
+        "hole's axis; without the last factor if the peg is in or above the hole",
         "achieved": "0.5 if the peg is at rest and deep enough in the hole",
         "unachieved": "−1 unless the peg is at rest and deep enough in the hole",
     }
@@ -142,10 +144,12 @@ class PegInsertion(CubeTask):
         above = (np.abs(offset[:, :2]) <= self.clearance + 0.002).all(axis=1)
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT) / HEIGHT
         lifted = np.where(above, 1.0, height)
+        aside = length((self.end - self.goal)[:, :2])
+        near = 0.3 * nearness(self.to_goal, 0.2) + 0.3 * nearness(aside, 0.01)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
             "grip": 0.3 * nearness(self.to_cube, self.size / 2),
             "lift": 0.2 * lifted,
-            "insert": 0.6 * nearness(self.to_goal, 0.2) * lifted,  # pushing the peg over the floor must not pay
+            "insert": near * lifted,  # pushing the peg over the floor must not pay
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
