@@ -9,7 +9,15 @@ _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}
 """Robot name and readable name of each arm, by the prefix of its environment IDs."""
 
-_PRETRAINED = ("PandaLift", "PandaOpenDoor", "PandaOpenDrawer", "PandaPickAndPlace", "PandaPush", "Ur5OpenDrawer")
+_PRETRAINED = (
+    "PandaLift",
+    "PandaOpenDoor",
+    "PandaOpenDrawer",
+    "PandaPickAndPlace",
+    "PandaPush",
+    "PandaStack",
+    "Ur5OpenDrawer",
+)
 """Environments with a pretrained policy, which ``tests/benchmarks/pretrained.py`` trains."""
 
 _GOAL_MAX_DELTA = 0.05
