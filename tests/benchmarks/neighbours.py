@@ -103,11 +103,6 @@ class Pair:
     theirs: str
     ours: Ours
 
-    @property
-    def algorithm(self) -> str:
-        """Name of FRobs's algorithm."""
-        return str(self.ours.flags["algorithm"])
-
 
 PAIRS = {
     "push": Pair(
@@ -329,7 +324,7 @@ def _curves(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def _differences(episodes: int) -> list[str]:
     """Return the text about the tasks with a cube."""
-    algorithms = " and ".join(f"`{pair.algorithm}` ({pair.title.lower()})" for pair in PAIRS.values())
+    algorithms = " and ".join(f"`{pair.ours.flags['algorithm']}` ({pair.title.lower()})" for pair in PAIRS.values())
     return [
         "## Conditions of pushing, picking and placing",
         "",

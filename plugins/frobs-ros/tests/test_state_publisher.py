@@ -25,6 +25,7 @@ from frobs_ros.errors import PackageNotFoundError
 from frobs_ros.ros_node import find_node
 from frobs_ros.state_publisher import Frames, Pace, prefixed, read_joints
 
+MODULE = "frobs_ros.state_publisher"
 ZOO = """<robot name="zoo">
 <link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/><link name="/f"/>
 <link name="g"/><link name="h"/>
@@ -51,9 +52,6 @@ _names = count()
 
 def text_of(robot: str) -> str:
     return ZOO if robot == "zoo" else load_model(get_record("robot", robot).load().model).xml
-
-
-MODULE = "frobs_ros.state_publisher"
 
 
 def real_publisher() -> Path:
@@ -108,7 +106,7 @@ class Publisher:
         self.process = subprocess.Popen([*command, f"__ns:={self.namespace}", *words])
 
     def wait_until_ready(self) -> None:
-        """Wait until it hears and is heard. If it is stuck, it is aborted; ours then prints what its threads do."""
+        """Wait until it hears and is heard. A stuck process is aborted, and ours then prints the stack of each thread."""
         try:
             wait_for(lambda: self._joints.get_num_connections() > 0 and self._is_heard())
         except AssertionError:

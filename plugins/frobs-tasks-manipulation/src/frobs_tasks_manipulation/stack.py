@@ -88,8 +88,9 @@ class Stack(CubeTask):
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
         """Return the observation terms for the tool, both cubes, the offsets cube − tool and goal − cube, and the gripper.
 
-        The term ``gripper_effort`` is the mean drive effort of the fingers as a fraction of its limit. While the fingers
-        hold the cube, the gripper's opening does not show how far they are commanded to close; the effort does.
+        The term ``gripper_effort`` is the mean drive effort of the fingers as a fraction of its limit, < 0 if it closes
+        them. While the fingers hold the cube, the gripper's opening does not show how far they are commanded to close;
+        the effort does.
         """
         terms = super().observation_terms()
         return {
@@ -102,7 +103,7 @@ class Stack(CubeTask):
 
     def _gripper_effort(self) -> Floats:
         shares = self._robot.joint_efforts[:, self._fingers] / self._robot.effort_limit[:, self._fingers]
-        return np.asarray(shares.sum(axis=1, keepdims=True) / len(self._fingers))
+        return np.asarray((shares * np.sign(self._stroke)).sum(axis=1, keepdims=True) / len(self._fingers))
 
     def markers(self) -> tuple[()]:
         """Return no markers, because the goal is the other cube."""
