@@ -47,6 +47,7 @@ class CubeTask(Manipulation):
     """
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position", "goal")
+    late_terms: ClassVar[Sequence[str]] = ("cube_offset_near", "goal_offset_near")
     shows_goal: ClassVar[bool] = True
     body_name: ClassVar[str] = CUBE
     goal_clearance: ClassVar[float] = 2.5

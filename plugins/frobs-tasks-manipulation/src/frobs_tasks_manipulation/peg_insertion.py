@@ -53,6 +53,7 @@ class PegInsertion(CubeTask):
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     physics_timestep: ClassVar[float] = 0.002  # short, because an arm can press the peg into the floor
+    late_terms: ClassVar[Sequence[str]] = ("peg_offset_near", "goal_offset_near")
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
         "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"

@@ -65,6 +65,7 @@ class Slide(CubeTask):
         "unachieved": "−1 unless the puck is at the goal and moves slowly",
     }
     physics_timestep: ClassVar[float] = 0.002  # half of the usual timestep, because the tool and the puck are fast
+    late_terms: ClassVar[Sequence[str]] = ("puck_offset_near", "goal_offset_near")
     start_opening: ClassVar[float] = 0.0
     body_name: ClassVar[str] = PUCK
 
