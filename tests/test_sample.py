@@ -53,7 +53,12 @@ def test_an_unusable_sample_is_an_error_that_names_the_range(value):
 
 def test_the_eighths_contain_each_case_once():
     for index in range(17):
-        assert sum(sampling.is_sampled(index, sample) for sample in range(8)) == 1
+        assert sum(sampling.is_sampled("test_a.py::test_b", index, sample) for sample in range(8)) == 1
+
+
+def test_functions_with_one_case_are_distributed_over_the_samples():
+    count = [sum(sampling.is_sampled(f"test_{name}", 0, sample) for name in range(400)) for sample in range(8)]
+    assert min(count) > 20
 
 
 def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str]:
@@ -69,13 +74,19 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
     return sorted(passed), done.stdout
 
 
+def sampled(sample: int) -> list[int]:
+    cases = [index for index in range(16) if sampling.is_sampled("test_cases.py::test_exhaustive", index, sample)]
+    assert len(cases) == 2
+    return cases
+
+
 @pytest.mark.parametrize(
     "options",
     [pytest.param((), id="one process"), pytest.param(("-n", "2"), id="two workers", marks=pytest.mark.slow)],
 )
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
-    assert cases == [7, 15]
+    assert cases == sampled(1)
     assert "sample 2 of 8 of exhaustive tests; FROBS_SAMPLE=1 repeats it" in output
 
 
@@ -92,4 +103,4 @@ def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     sample = sampling.choose_sample({}, commit)
     cases, output = run(tmp_path, "-n", "2")
     assert f"FROBS_SAMPLE={sample} " in output
-    assert cases == [index for index in range(16) if sampling.is_sampled(index, sample)]
+    assert cases == sampled(sample)

@@ -48,6 +48,7 @@ def test_the_record_has_two_nodes_on_one_machine() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_processes_on_a_cluster_are_measured() -> None:
     pytest.importorskip("ray")
     done = subprocess.run(

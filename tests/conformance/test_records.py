@@ -65,12 +65,8 @@ test_controller = pytest_checks(every("controller", check_controller))
 test_task = pytest_checks(every("task", of_a_task_alone))
 ALGORITHMS = list(every("algorithm", lambda name: check_algorithm(name, SHORT.get(name))))
 test_algorithm = pytest_checks(check for check in ALGORITHMS if check.name.startswith(QUICK))
-test_other_algorithm = pytest.mark.slow(
-    pytest_checks(check for check in ALGORITHMS if not check.name.startswith((*QUICK, "sbx_")))
-)
-# Each network is compiled, so these take minutes together.
-test_algorithm_in_jax = pytest.mark.exhaustive(
-    pytest.mark.slow(pytest_checks(check for check in ALGORITHMS if check.name.startswith("sbx_")))
+test_other_algorithm = pytest.mark.exhaustive(
+    pytest.mark.slow(pytest_checks(check for check in ALGORITHMS if not check.name.startswith(QUICK)))
 )
 test_plugin = pytest_checks(
     replace(check, name=f"{report.name}-{check.name}")

@@ -30,6 +30,7 @@ def columns(run: Path) -> dict[str, list[float]]:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_seeds_survive_a_dead_node_and_equal_runs_without_ray(two_nodes: TwoNodes) -> None:
     command = ["train", REACH, "--seeds", "3", "--num-envs", "8", "--steps", "20000", *SMALL, "--json"]
     process = two_nodes.start(*command)

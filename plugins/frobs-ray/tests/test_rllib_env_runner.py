@@ -47,6 +47,7 @@ def test_steps_are_cut_into_episodes_with_their_final_observations() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.usefixtures("cluster")
 @pytest.mark.parametrize("name", ["rllib_ppo", "rllib_sac", "rllib_appo"])
 def test_the_monitor_gets_every_episode_of_remote_environments(name: str, make: Any, monitor: Any) -> None:
