@@ -33,6 +33,7 @@ def workers() -> list[psutil.Process]:
 
 
 @pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_study_survives_dead_workers_and_equals_one_without_ray(two_nodes: TwoNodes) -> None:
     process = two_nodes.start(*command(two_nodes.folder, "--trials", "10", "--pruner", "halving"))
     trials = two_nodes.folder / "study" / "trials"
@@ -46,7 +47,8 @@ def test_a_study_survives_dead_workers_and_equals_one_without_ray(two_nodes: Two
     found = json.loads(finished.stdout)
     assert [trial["number"] for trial in found["trials"]] == list(range(10))
     assert {trial["state"] for trial in found["trials"]} <= {"complete", "pruned"}
-    complete = next(trial for trial in found["trials"] if trial["state"] == "complete")
+    # The last trials began after the failures. Trials that were resumed may differ, because CartPole has no snapshots.
+    complete = [trial for trial in found["trials"] if trial["state"] == "complete"][-1]
     search = Search(
         environment="CartPole-v1",
         flags={"steps": 2_000},

@@ -319,7 +319,7 @@ def test_trajectory_goals_succeed_fail_and_are_cancelled(robot: Arm, request: py
     assert run() == GoalStatus.REJECTED
     assert client.get_result().error_code == FollowJointTrajectoryResult.INVALID_JOINTS
     goal.trajectory.joint_names = ["a_joint", "b_joint"]
-    aim(0.0, 0.0, 5.0)
+    aim(0.0, 0.0, 100.0)  # so long that it has not ended when the cancellation arrives
     client.send_goal(goal)
     until(lambda: robot.step(10) or client.get_state() == GoalStatus.ACTIVE)  # type: ignore[func-returns-value]
     client.cancel_goal()
