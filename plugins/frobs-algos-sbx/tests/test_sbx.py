@@ -34,8 +34,8 @@ CASES = {
     ),
     "dqn-discrete": ("sbx_dqn", exact.REACH, {**exact.REPLAY, **SMALL, "target_update_interval": 40}),
 }
-MANY = (pytest.mark.slow, pytest.mark.exhaustive)
-ALL = [pytest.param(*case, id=name, marks=MANY if "-" in name else ()) for name, case in CASES.items()]
+EXHAUSTIVE = (pytest.mark.slow, pytest.mark.exhaustive)
+ALL = [pytest.param(*case, id=name, marks=EXHAUSTIVE if "-" in name else ()) for name, case in CASES.items()]
 
 
 @pytest.mark.parametrize(("name", "environment", "config"), ALL)
