@@ -53,6 +53,8 @@ class PlayedRobot:
         self.env.step(2.0 * (command.values - low) / (high - low) - 1.0)
         self.after(self)
 
+    hold = send
+
     def is_over(self) -> bool:
         return len(self.commands) >= 60
 

@@ -78,6 +78,7 @@ def act(
 
     Raises:
         RobotSilentError: The robot has not sent measurements for longer than ``timeout``.
+        RosError: The command to hold the position could not be sent.
     """
     period = mirror.env.control_timestep
     state = _first(robot, timeout)
@@ -114,7 +115,7 @@ def act(
                 on_step(report)
         report.is_success = mirror.is_success()
     finally:
-        robot.send(mirror.hold(robot.state() or state), period)
+        robot.hold(mirror.hold(robot.state() or state), period)
     return report
 
 

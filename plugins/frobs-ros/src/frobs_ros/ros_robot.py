@@ -16,11 +16,15 @@ from frobs_core.errors import ConfigurationError, MissingSettingError
 from frobs_core.interfaces import CommandMode
 from frobs_core.rotations import quat_rotate
 from frobs_ros.environment import use_ros
-from frobs_ros.errors import ControllerError
+from frobs_ros.errors import ControllerError, RosError
 from frobs_ros.master import connect
 from frobs_ros.mirror import Command, Mirror, State
+from frobs_ros.processes import wait_for
 from frobs_ros.scans import rays_of
 from frobs_ros.services import call, is_offered
+
+_PATIENCE = 5.0
+"""Maximum time for sending the last command [s]."""
 
 _MODES = {"position": CommandMode.POSITION, "velocity": CommandMode.VELOCITY, "effort": CommandMode.EFFORT}
 
@@ -95,6 +99,9 @@ class RosRobot:
             rospy.Subscriber(self._name(topics.scan), LaserScan, self._hear_scan, queue_size=1, tcp_nodelay=True)
         rospy.Subscriber(self._name(topics.goal), Point, self._hear_goal, queue_size=1)
         self._publisher, self._message = self._open(controller, topics)
+        self._ending, self._holds = threading.Event(), threading.Event()
+        self._holds.set()
+        rospy.on_shutdown(self._end)
 
     def _name(self, topic: str) -> str:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
@@ -234,13 +241,46 @@ class RosRobot:
 
     def send(self, command: Command, seconds: float) -> None:
         """Publish a command. The duration of a trajectory command is ``seconds`` [s]."""
+        self._holds.clear()
         self._publisher.publish(self._message(command, seconds))
 
-    def is_over(self) -> bool:
-        """Return whether the node has been shut down."""
-        import rospy
+    def hold(self, command: Command, seconds: float) -> None:
+        """Publish the robot's last command until it has been sent to every subscriber.
 
-        return bool(rospy.is_shutdown())
+        rospy sends messages from another thread, and discards unsent messages when the node shuts down.
+
+        Raises:
+            RosError: The command was not sent within five seconds.
+        """
+        before = self._sent()
+
+        def is_sent() -> bool:
+            self.send(command, seconds)
+            sent = self._sent()  # the first may be an earlier command that was still being sent
+            return all(sent[number] >= count + 2 for number, count in before.items() if number in sent)
+
+        try:
+            if not wait_for(is_sent, _PATIENCE, 0.001):
+                raise RosError(
+                    "the command to hold the position could not be sent; the robot may still be moving. Stop the robot "
+                    "by other means, and check that the nodes that receive its commands respond."
+                )
+        finally:
+            self._holds.set()
+
+    def is_over(self) -> bool:
+        """Return whether the node is shutting down."""
+        return self._ending.is_set()
+
+    def _end(self) -> None:
+        """Delay the shutdown of the node until the robot has been commanded to hold its position."""
+        self._ending.set()
+        self._holds.wait(2.0 * _PATIENCE)
+
+    def _sent(self) -> dict[int, int]:
+        """Return the number of commands that were sent on each open connection."""
+        _, _, connections = self._publisher.impl.get_stats()
+        return {number: count for number, _, count, is_open in connections if is_open}
 
     def _ordered(self, command: Command) -> list[float]:
         values = dict(zip(self._mirror.joint_names, command.values.tolist(), strict=True))

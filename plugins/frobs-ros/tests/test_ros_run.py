@@ -1,0 +1,94 @@
+"""However a policy's run ends, the robot stops."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+# rospy's other thread sends each message a moment later, as on a busy machine
+RUN = """
+import sys, time
+from frobs_ros.environment import use_ros
+use_ros()
+from rospy.impl.tcpros_base import TCPROSTransport
+
+write = TCPROSTransport.write_data
+
+def write_later(self, data):
+    time.sleep(0.1)
+    write(self, data)
+
+TCPROSTransport.write_data = write_later
+from frobs_cli import main
+main()
+"""
+
+
+@pytest.fixture
+def speed(rosmaster: str) -> Any:
+    """Returns the last measured speed of the base, in m/s and rad/s together."""
+    import rospy
+    from nav_msgs.msg import Odometry
+
+    heard: list[float] = [0.0]
+
+    def hear(message: Any) -> None:
+        twist = message.twist.twist
+        heard[0] = abs(twist.linear.x) + abs(twist.angular.z)
+
+    topic = rospy.Subscriber("/odom", Odometry, hear, queue_size=1)
+    yield lambda: heard[0]
+    topic.unregister()
+
+
+def _until(condition: Callable[[], bool], timeout: float) -> None:
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def _kill_node(process: subprocess.Popen[str]) -> None:
+    from frobs_ros import nodes
+    from frobs_ros.errors import RosError
+
+    (name,) = (name for name in nodes.names() if name.startswith("/frobs_policy"))
+    with contextlib.suppress(RosError):  # the node may end before it answers
+        nodes.shut_down(name)
+
+
+@pytest.mark.slow
+@pytest.mark.ros_feature("policies as nodes", "mujoco")
+@pytest.mark.parametrize(
+    ("end", "code"),
+    [
+        pytest.param(None, 0, id="seconds"),
+        pytest.param(lambda process: process.send_signal(signal.SIGINT), 130, id="ctrl-c"),
+        pytest.param(lambda process: process.send_signal(signal.SIGTERM), 130, id="sigterm"),
+        pytest.param(_kill_node, 0, id="rosnode-kill"),
+    ],
+)
+def test_a_robot_stops_when_the_run_ends(
+    end: Callable[[subprocess.Popen[str]], None] | None,
+    code: int,
+    bridges: Callable[..., Any],
+    speed: Callable[[], float],
+) -> None:
+    bridges("--robot", "kobuki")
+    words = ["ros", "run", "frobs/KobukiDynamic-v0", "--pretrained", "--goal", "4", "0", "0", "--timeout", "30"]
+    words += ["--seconds", "2"] if end is None else []
+    with subprocess.Popen(
+        [sys.executable, "-c", RUN, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        _until(lambda: speed() > 0.1 or process.poll() is not None, 120.0)
+        if end is not None and process.poll() is None:
+            end(process)
+        assert process.wait(60.0) == code, process.communicate()[1]
+    _until(lambda: speed() < 0.01, 20.0)
