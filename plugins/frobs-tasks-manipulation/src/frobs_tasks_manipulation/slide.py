@@ -18,9 +18,11 @@ from frobs_core.validation import positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.observed import bounded
-from frobs_tasks_manipulation.rewards import nearness
+from frobs_tasks_manipulation.rewards import length, nearness
 
 PUCK = "puck"
+GRAVITY = 9.81
+"""Gravitational acceleration [m/s²]."""
 
 
 class Slide(CubeTask):
@@ -33,7 +35,7 @@ class Slide(CubeTask):
     The reward depends on the reward type:
 
     - ``dense``: 0.2 · nearness of the tool to the puck (or 0.2 once the puck has left the working area) + 0.8 ·
-      nearness of the puck to the goal + 0.5 if the success condition is met
+      nearness of the puck's predicted resting place to the goal + 0.5 if the success condition is met
     - ``sparse``: 0 if the success condition is met, otherwise −1
 
     Args:
@@ -60,7 +62,8 @@ class Slide(CubeTask):
     reward_meanings: ClassVar[Mapping[str, str]] = {
         "approach": "0.2 · (1 − tanh(d / 0.2 m)), where d is the distance from the tool to the puck; "
         "0.2 once the puck has left the working area",
-        "slide": "0.8 · (1 − tanh(d / 0.3 m)), where d is the distance from the puck to the goal",
+        "slide": "0.8 − 0.4 · tanh(d / 0.3 m) − 0.4 · tanh(d / 0.05 m), where d is the distance from the goal to the "
+        "place where the puck will come to rest",
         "achieved": "0.5 if the puck is at the goal and moves slowly",
         "unachieved": "−1 unless the puck is at the goal and moves slowly",
     }
@@ -99,6 +102,16 @@ class Slide(CubeTask):
         """Whether the puck has left the working area in the direction of the goals, (num_envs,) bool."""
         return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
 
+    @property
+    def rest_offset(self) -> Floats:
+        """Offset from the place where the puck will come to rest, if nothing touches it, to the goal, (num_envs, 2) [m].
+
+        The puck slides by v² / (2 μ g).
+        """
+        velocity = self.cube.velocity[:, :2]
+        slide = length(velocity)[:, None] * velocity / (2.0 * self.friction * GRAVITY)
+        return np.asarray(self.goal[:, :2] - self.cube.pos[:, :2] - slide)
+
     def scene(self) -> Scene:
         """Return a scene with a puck on a slippery floor."""
         scene = super().scene()
@@ -117,9 +130,10 @@ class Slide(CubeTask):
         return {"overview": Camera(pos=(x + 0.7, y - 1.3, 0.75), target=(x + 0.1, y, 0.15), fov_y=38.0)}
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for tool, puck, goal (x, y), puck − tool and goal − puck."""
+        """Return the observation terms for tool, puck, goal (x, y), puck − tool, goal − puck and goal − resting place."""
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
-        return {**super().observation_terms(), **self.near_terms(), "goal": goal}
+        rest = bounded(lambda: self.rest_offset, 2, 2.0, "m", scale=5.0)
+        return {**super().observation_terms(), **self.near_terms(), "goal": goal, "goal_offset_at_rest": rest}
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         x = self.center[0] + rng.uniform("goal_x", self.nearest, self.farthest, (), mask)
@@ -127,9 +141,10 @@ class Slide(CubeTask):
         return np.stack([x, y, np.full(len(x), self.rest_height)], axis=1)
 
     def _dense_terms(self) -> Mapping[str, Floats]:
+        missing = length(self.rest_offset)
         return {
             "approach": np.where(self.is_gone, 0.2, 0.2 * nearness(self.to_cube, 0.2)),
-            "slide": 0.8 * nearness(self.to_goal, 0.3),
+            "slide": 0.4 * nearness(missing, 0.3) + 0.4 * nearness(missing, 0.05),
             "achieved": np.where(self._is_achieved(), 0.5, 0.0),
         }
 

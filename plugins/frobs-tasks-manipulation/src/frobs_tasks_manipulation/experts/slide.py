@@ -11,7 +11,7 @@ from frobs_core.env import RobotEnv
 from frobs_core.vector_env import RobotVectorEnv
 from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
 from frobs_tasks_manipulation.rewards import length
-from frobs_tasks_manipulation.slide import Slide
+from frobs_tasks_manipulation.slide import GRAVITY, Slide
 
 BEHIND, DOWN, PUSH, AWAY = range(4)
 _HEIGHT = 0.06  # [m] height of the tool while it moves to another position behind the puck
@@ -27,7 +27,6 @@ _AIMED = 0.02  # [m] distance between the goal and the predicted end of the slid
 _LONGEST = 40  # maximum number of control steps in a push
 _BRAKING, _BACK = 3, 0.1  # number of steps in which the tool brakes after a push, and commanded backward distance [m]
 _RISE = 5.0  # [1/s] vertical speed of the tool per unit of height error
-_GRAVITY = 9.81  # [m/s²]
 _STILL = 0.02  # [m/s] speed below which the puck is considered to be at rest
 _FORWARD = np.array([1.0, 0.0, 0.0])
 _HORIZONTAL = np.array([1.0, 1.0, 0.0])
@@ -55,9 +54,7 @@ class SlidePuck(ToolExpert[Any]):
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
         direction, left = self._way()
-        velocity = task.cube.velocity * _HORIZONTAL
-        slide = length(velocity)[:, None] * velocity / (2.0 * task.friction * _GRAVITY)  # v² / (2 μ g)
-        missing = left - (slide * direction).sum(axis=1)  # [m] distance from the predicted end of the slide to the goal
+        missing = (task.rest_offset * direction[:, :2]).sum(axis=1)  # [m] distance that the puck will be short
         aside = length((self._behind() - task.tcp) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(
@@ -94,7 +91,7 @@ class SlidePuck(ToolExpert[Any]):
         """Return the velocity of the tool during a push, (num_envs, 3) [m/s]."""
         task = self.task
         direction, left = self._way()
-        needed = np.sqrt(2.0 * task.friction * _GRAVITY * left)[:, None] * direction
+        needed = np.sqrt(2.0 * task.friction * GRAVITY * left)[:, None] * direction
         # The puck follows the tool, which lags behind its command.
         soon = 0.5 * (task.cube.velocity * _HORIZONTAL + self._velocity)
         change, most = _FASTER * (needed - soon), _ACCELERATION * self._control_timestep
