@@ -50,8 +50,8 @@ REQUIREMENTS = {
         "numpy==1.26.4",
         "torch==2.13.0",
     ),
-    "Gymnasium-Robotics": ("gymnasium-robotics==1.4.2", "numpy==1.26.4"),
-    "robosuite": ("robosuite==1.5.2", "numpy==1.26.4"),
+    "Gymnasium-Robotics": ("gymnasium-robotics==1.4.2", "mujoco==3.3.7", "numpy==1.26.4"),
+    "robosuite": ("robosuite==1.5.2", "mujoco==3.3.7", "numpy==1.26.4"),
 }
 """Distributions to install, by framework."""
 THRESHOLDS = (0.95, 0.98)
