@@ -27,6 +27,9 @@ _WALL, HEIGHT = 0.03, 0.05
 _GRIP = 0.02
 """Height above the peg's center at which the tool grips the peg [m]. A low grip tilts the peg less."""
 
+_CLOSE = 0.01
+"""Largest observed horizontal distance from the peg's lower end to the hole's axis [m]."""
+
 _OAK = (0.72, 0.52, 0.33, 1.0)
 
 
@@ -53,7 +56,7 @@ class PegInsertion(CubeTask):
 
     reset_options: ClassVar[Sequence[str]] = ("cube_position",)
     physics_timestep: ClassVar[float] = 0.002  # short, because an arm can press the peg into the floor
-    late_terms: ClassVar[Sequence[str]] = ("peg_offset_near", "goal_offset_near")
+    late_terms: ClassVar[Sequence[str]] = ("peg_offset_near", "goal_offset_near", "goal_offset_of_end")
     expert: ClassVar[str] = "frobs_tasks_manipulation.experts.insert:InsertPeg"
     success_rule: ClassVar[str] = (
         "during the last hold_steps control steps before the time limit, the peg is at rest and deep enough in the hole"
@@ -64,9 +67,10 @@ class PegInsertion(CubeTask):
         "grip": "0.3 · (1 − tanh(2 d / size)), where size is the edge length of the peg",
         "lift": "0.2 · min(h / height of the block, 1), where h is the height of the peg's lower end; "
         "0.2 if the peg is in or above the hole",
-        "insert": "(0.6 − 0.3 · tanh(d / 0.2 m) − 0.3 · tanh(a / 0.01 m)) · min(h / height of the block, 1), where d is the "
-        "distance from the peg to its place in the hole, and a is the horizontal distance from the peg's lower end to the "
-        "hole's axis; without the last factor if the peg is in or above the hole",
+        "insert": "(0.6 − 0.3 · tanh(d / 0.2 m) − 0.15 · tanh(a / 0.01 m) − 0.15 · tanh(a / 0.002 m)) · "
+        "min(h / height of the block, 1), where d is the distance from the peg to its place in the hole, and a is the "
+        "horizontal distance from the peg's lower end to the hole's axis; without the last factor if the peg is in or "
+        "above the hole",
         "achieved": "0.5 if the peg is at rest and deep enough in the hole",
         "unachieved": "−1 unless the peg is at rest and deep enough in the hole",
     }
@@ -102,10 +106,14 @@ class PegInsertion(CubeTask):
         return replace(scene, bodies={CUBE: peg, BLOCK: block})
 
     def observation_terms(self) -> Mapping[str, ObservationTerm]:
-        """Return the observation terms for tool, peg, hole (x, y), grip − tool and goal − peg."""
+        """Return the observation terms for tool, peg, hole (x, y), grip − tool, goal − peg and hole − lower end."""
         terms = {**super().observation_terms(), **self.near_terms()}
         terms = {name.replace("cube", "peg"): term for name, term in terms.items()}
-        return {**terms, "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)}
+        return {
+            **terms,
+            "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0),
+            "goal_offset_of_end": bounded(lambda: (self.goal - self.end)[:, :2], 2, _CLOSE, "m", scale=1.0 / _CLOSE),
+        }
 
     def markers(self) -> Sequence[Marker]:
         """Return a marker at the target position of the peg's center."""
@@ -146,7 +154,7 @@ class PegInsertion(CubeTask):
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT) / HEIGHT
         lifted = np.where(above, 1.0, height)
         aside = length((self.end - self.goal)[:, :2])
-        near = 0.3 * nearness(self.to_goal, 0.2) + 0.3 * nearness(aside, 0.01)
+        near = 0.3 * nearness(self.to_goal, 0.2) + 0.15 * nearness(aside, 0.01) + 0.15 * nearness(aside, 0.002)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),
             "grip": 0.3 * nearness(self.to_cube, self.size / 2),
