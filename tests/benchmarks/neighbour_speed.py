@@ -65,14 +65,19 @@ def measure(make: Callable[[], Any], seconds: float) -> float:
     env = make()
     low, high = env.action_spec if hasattr(env, "action_spec") else (env.action_space.low, env.action_space.high)
     rng = np.random.default_rng(0)
-    times: list[float] = []
-    while sum(times[1:]) < seconds:
+
+    def episode() -> float:
         env.reset()
         start = time.perf_counter()
         for _ in range(EPISODE):
             env.step(rng.uniform(low, high))
-        times.append(time.perf_counter() - start)
-    return EPISODE * len(times[1:]) / sum(times[1:])
+        return time.perf_counter() - start
+
+    episode()
+    times: list[float] = []
+    while sum(times) < seconds:
+        times.append(episode())
+    return EPISODE * len(times) / sum(times)
 
 
 if __name__ == "__main__":

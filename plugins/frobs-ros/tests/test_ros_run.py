@@ -6,11 +6,12 @@ import contextlib
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+
+from frobs_ros.processes import wait_for
 
 # rospy's other thread sends each message a moment later, as on a busy machine
 RUN = """
@@ -48,13 +49,6 @@ def speed(rosmaster: str) -> Any:
     topic.unregister()
 
 
-def _until(condition: Callable[[], bool], timeout: float) -> None:
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 def _kill_node(process: subprocess.Popen[str]) -> None:
     from frobs_ros import nodes
     from frobs_ros.errors import RosError
@@ -87,8 +81,9 @@ def test_a_robot_stops_when_the_run_ends(
     with subprocess.Popen(
         [sys.executable, "-c", RUN, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
-        _until(lambda: speed() > 0.1 or process.poll() is not None, 120.0)
-        if end is not None and process.poll() is None:
+        assert wait_for(lambda: speed() > 0.1 or process.poll() is not None, 120.0)
+        assert process.poll() is None, process.communicate()[1]
+        if end is not None:
             end(process)
         assert process.wait(60.0) == code, process.communicate()[1]
-    _until(lambda: speed() < 0.01, 20.0)
+    assert wait_for(lambda: speed() < 0.01, 20.0)

@@ -112,7 +112,7 @@ class PegInsertion(CubeTask):
         return {
             **terms,
             "goal": bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0),
-            "goal_offset_of_end": bounded(lambda: (self.goal - self.end)[:, :2], 2, _CLOSE, "m", scale=1.0 / _CLOSE),
+            "goal_offset_of_end": bounded(lambda: self.end_offset, 2, _CLOSE, "m", scale=1.0 / _CLOSE),
         }
 
     def markers(self) -> Sequence[Marker]:
@@ -141,6 +141,7 @@ class PegInsertion(CubeTask):
         super()._measure()
         down = matrix_from_quat(self.cube.quat_wxyz)[:, :, 2]
         self.end = self.cube.pos - self.height / 2 * down  # center of the lower end, (num_envs, 3) [m]
+        self.end_offset = (self.goal - self.end)[:, :2]  # from the lower end to the hole's axis, (num_envs, 2) [m]
 
     def _is_achieved(self) -> Mask:
         offset = self.cube.pos - self.goal
@@ -153,7 +154,7 @@ class PegInsertion(CubeTask):
         above = (np.abs(offset[:, :2]) <= self.clearance + 0.002).all(axis=1)
         height = np.minimum(np.maximum(self.cube.pos[:, 2] - self.rest_height, 0.0), HEIGHT) / HEIGHT
         lifted = np.where(above, 1.0, height)
-        aside = length((self.end - self.goal)[:, :2])
+        aside = length(self.end_offset)
         near = 0.3 * nearness(self.to_goal, 0.2) + 0.15 * nearness(aside, 0.01) + 0.15 * nearness(aside, 0.002)
         return {
             "approach": 0.2 * nearness(self.to_cube, 0.2),

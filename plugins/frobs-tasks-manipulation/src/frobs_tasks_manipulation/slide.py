@@ -102,16 +102,6 @@ class Slide(CubeTask):
         """Whether the puck has left the working area in the direction of the goals, (num_envs,) bool."""
         return np.asarray(self.cube.pos[:, 0] > self.center[0] + (self.area / 2 + self.nearest) / 2)
 
-    @property
-    def rest_offset(self) -> Floats:
-        """Offset from the place where the puck will come to rest, if nothing touches it, to the goal, (num_envs, 2) [m].
-
-        The puck slides by v² / (2 μ g).
-        """
-        velocity = self.cube.velocity[:, :2]
-        slide = length(velocity)[:, None] * velocity / (2.0 * self.friction * GRAVITY)
-        return np.asarray(self.goal[:, :2] - self.cube.pos[:, :2] - slide)
-
     def scene(self) -> Scene:
         """Return a scene with a puck on a slippery floor."""
         scene = super().scene()
@@ -134,6 +124,13 @@ class Slide(CubeTask):
         goal = bounded(lambda: self.goal[:, :2], 2, 2.0, "m", scale=4.0)
         rest = bounded(lambda: self.rest_offset, 2, 2.0, "m", scale=5.0)
         return {**super().observation_terms(), **self.near_terms(), "goal": goal, "goal_offset_at_rest": rest}
+
+    def _measure(self) -> None:
+        super()._measure()
+        velocity = self.cube.velocity[:, :2]
+        slide = length(velocity)[:, None] * velocity / (2.0 * self.friction * GRAVITY)  # v² / (2 μ g)
+        # from the place where the puck will come to rest, if nothing touches it, to the goal, (num_envs, 2) [m]
+        self.rest_offset = self.goal[:, :2] - self.cube.pos[:, :2] - slide
 
     def _draw_goal(self, cube: Floats, mask: Mask | None, rng: RandomSource) -> Floats:
         x = self.center[0] + rng.uniform("goal_x", self.nearest, self.farthest, (), mask)

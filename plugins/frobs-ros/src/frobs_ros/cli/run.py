@@ -107,7 +107,7 @@ def run(
         import rospy
 
         rospy.init_node("frobs_policy", anonymous=True, disable_signals=True)
-        signal.signal(signal.SIGTERM, signal.default_int_handler)  # also commands the robot to hold its position
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the run like Ctrl-C
         try:
             live = RosRobot(mirror, namespace, controller, Topics(joint_states, odom, scan, goal_topic))
             print_note(f"sending a command every {mirror.env.control_timestep:g} s; press Ctrl-C to stop")

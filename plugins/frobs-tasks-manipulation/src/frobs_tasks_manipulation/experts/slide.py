@@ -54,7 +54,9 @@ class SlidePuck(ToolExpert[Any]):
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
         direction, left = self._way()
-        missing = (task.rest_offset * direction[:, :2]).sum(axis=1)  # [m] distance that the puck will be short
+        missing = (task.rest_offset * direction[:, :2]).sum(
+            axis=1
+        )  # [m] from the predicted end of the slide to the goal
         aside = length((self._behind() - task.tcp) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(
