@@ -1,13 +1,15 @@
 """Batched rotations, represented by scalar-first quaternions (…, 4), matrices (…, 3, 3) and angles [rad].
 
 Leading dimensions broadcast. Row *i* of a result does not depend on the number of rows, because only elementwise
-functions and sums over the last axis are used.
+functions and sums over the last axis are used. The components of a single vector are Python floats, which are several
+times as fast as arrays and round identically.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TypeVar
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +29,8 @@ def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
     Returns:
         (…, 4)
     """
-    return np.stack(multiply_components(*_columns(first), *_columns(second)), axis=-1)
+    first, second = np.asarray(first, float), np.asarray(second, float)
+    return joined(multiply_components(*components(first), *components(second)), first, second)
 
 
 def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
@@ -46,7 +49,8 @@ def quat_rotate(quat_wxyz: npt.ArrayLike, vector: npt.ArrayLike) -> Floats:
     Returns:
         (…, 3)
     """
-    return np.stack(rotate_components(*_columns(quat_wxyz), *_columns(vector)), axis=-1)
+    quat_wxyz, vector = np.asarray(quat_wxyz, float), np.asarray(vector, float)
+    return joined(rotate_components(*components(quat_wxyz), *components(vector)), quat_wxyz, vector)
 
 
 def cross(first: Floats, second: Floats) -> Floats:
@@ -59,10 +63,7 @@ def cross(first: Floats, second: Floats) -> Floats:
     Returns:
         (…, 3)
     """
-    if first.size == second.size == 3:  # Python floats are faster for single vectors, and round identically
-        products: Floats = np.array(cross_components(*first.ravel().tolist(), *second.ravel().tolist()))
-        return products.reshape(np.broadcast_shapes(first.shape, second.shape))
-    return np.stack(cross_components(*_columns(first), *_columns(second)), axis=-1)
+    return joined(cross_components(*components(first), *components(second)), first, second)
 
 
 def cross_components(a: Number, b: Number, c: Number, p: Number, q: Number, r: Number) -> tuple[Number, Number, Number]:
@@ -143,17 +144,15 @@ def quat_from_rpy(rpy: npt.ArrayLike) -> Floats:
         (…, 4)
     """
     half = 0.5 * np.asarray(rpy, float)
-    cr, cp, cy = _columns(np.cos(half))
-    sr, sp, sy = _columns(np.sin(half))
-    return np.stack(
-        [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ],
-        axis=-1,
+    cr, cp, cy = components(np.cos(half))
+    sr, sp, sy = components(np.sin(half))
+    quat = (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
     )
+    return joined(quat, half)
 
 
 def quat_from_axis_angle(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Floats:
@@ -212,13 +211,20 @@ def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
     Returns:
         (…, 3, 3)
     """
-    w, x, y, z = _columns(quat_wxyz)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
+    quat_wxyz = np.asarray(quat_wxyz, float)
+    w, x, y, z = components(quat_wxyz)
+    entries = (
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+        2 * (x * y + w * z),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - w * x),
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        1 - 2 * (x * x + y * y),
+    )
+    return joined(entries, quat_wxyz).reshape(*quat_wxyz.shape[:-1], 3, 3)
 
 
 def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
@@ -241,7 +247,18 @@ def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
     return rotation
 
 
-def _columns(array: npt.ArrayLike) -> list[Floats]:
-    """Return the components along the last axis as separate arrays, (…) each."""
-    array = np.asarray(array, float)
-    return [array[..., i] for i in range(array.shape[-1])]
+def components(vectors: Floats) -> list[Any]:
+    """Return the components of vectors (…, k): arrays (…), or floats if there is only one vector."""
+    k = vectors.shape[-1]
+    return vectors.ravel().tolist() if vectors.size == k else [vectors[..., i] for i in range(k)]
+
+
+def joined(values: Sequence[Any], *vectors: Floats) -> Floats:
+    """Return components, as computed from those of ``vectors``, as an array (…, k)."""
+    if isinstance(values[0], float):
+        shape = vectors[0].shape if vectors[0].ndim >= vectors[-1].ndim else vectors[-1].shape
+        return np.array(values).reshape(*shape[:-1], len(values))
+    array: Floats = np.empty((*values[0].shape, len(values)))
+    for i, value in enumerate(values):
+        array[..., i] = value
+    return array

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import gymnasium as gym
 import numpy as np
 
-from frobs_controllers.rotations import quat_between, quat_from_rotation_vector, quat_multiply
+from frobs_controllers.rotations import quat_between, quat_from_rotation_vector
 from frobs_controllers.tcp_delta_position import TcpDeltaPosition
 from frobs_core.arrays import Action, Floats, Mask, rows_of
 from frobs_core.errors import ParameterValueError
 from frobs_core.interfaces import JointGroup, Snapshot
+from frobs_core.rotations import quat_multiply
 from frobs_core.validation import boolean, choice, number_list, positive
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -108,8 +109,9 @@ class TcpDeltaPose(TcpDeltaPosition):
         np.minimum(step, self._ones, out=step)
         np.multiply(step, self._leash, out=step)
         if self._has_box:
-            wanted = np.clip(self._target + step[:, :3], self._target_low, self._target_high)
-            step[:, :3] = np.clip(wanted - self._target, -self.max_delta, self.max_delta)
+            # np.minimum and np.maximum together take less than half the time of np.clip.
+            wanted = np.minimum(np.maximum(self._target + step[:, :3], self._target_low), self._target_high)
+            step[:, :3] = np.minimum(np.maximum(wanted - self._target, -self.max_delta), self.max_delta)
 
         pos, quat_wxyz = self._joints.frame_pose("tcp")
         np.subtract(self._target, pos, out=left[:, :3])

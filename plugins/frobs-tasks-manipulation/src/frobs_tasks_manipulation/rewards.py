@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.rotations import components
 
 
 def length(vector: Floats) -> Floats:
     """Return the lengths (n,) of vectors (n, k)."""
-    return np.asarray(np.sqrt((vector * vector).sum(axis=-1)))
+    total = sum(component * component for component in components(vector))
+    return np.asarray(np.sqrt(total)).reshape(len(vector))
 
 
 def nearness(distance: Floats, reach: float) -> Floats:
