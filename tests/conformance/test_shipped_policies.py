@@ -19,6 +19,7 @@ MANIPULATION = {
     "frobs/PandaOpenDrawer-v0",
     "frobs/PandaPickAndPlace-v0",
     "frobs/PandaPush-v0",
+    "frobs/PandaSlide-v0",
     "frobs/PandaStack-v0",
     "frobs/Ur5OpenDrawer-v0",
 }

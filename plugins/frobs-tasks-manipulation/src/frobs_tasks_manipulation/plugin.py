@@ -15,6 +15,7 @@ _PRETRAINED = (
     "PandaOpenDrawer",
     "PandaPickAndPlace",
     "PandaPush",
+    "PandaSlide",
     "PandaStack",
     "Ur5OpenDrawer",
 )
