@@ -163,10 +163,8 @@ def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> 
     )  # fmt: skip
     if annotate:
         text = f"{rate:.1f} % of {latest['episodes']}\nnew episodes"
-        axis.annotate(
-            text, (latest["steps"], rate), xytext=(-8, -14), textcoords="offset points", ha="right", va="top",
-            fontsize=9, color=color,
-        )  # fmt: skip
+        height = 0.04 if rate > 50.0 else 0.75  # below or above the end of the curve
+        axis.annotate(text, (0.98, height), xycoords="axes fraction", ha="right", fontsize=9, color=color)
 
 
 def _dress(axis: Any) -> None:
