@@ -254,7 +254,7 @@ def components(vectors: Floats) -> list[Any]:
 
 
 def joined(values: Sequence[Any], *vectors: Floats) -> Floats:
-    """Return components, as computed from those of ``vectors``, as an array (…, k)."""
+    """Return an array (…, k) of components that were computed from the components of ``vectors``."""
     if isinstance(values[0], float):
         shape = vectors[0].shape if vectors[0].ndim >= vectors[-1].ndim else vectors[-1].shape
         return np.array(values).reshape(*shape[:-1], len(values))
