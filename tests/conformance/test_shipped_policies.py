@@ -17,6 +17,7 @@ MANIPULATION = {
     "frobs/PandaLift-v0",
     "frobs/PandaOpenDoor-v0",
     "frobs/PandaOpenDrawer-v0",
+    "frobs/PandaPegInsertion-v0",
     "frobs/PandaPickAndPlace-v0",
     "frobs/PandaPush-v0",
     "frobs/PandaSlide-v0",

@@ -13,6 +13,7 @@ _PRETRAINED = (
     "PandaLift",
     "PandaOpenDoor",
     "PandaOpenDrawer",
+    "PandaPegInsertion",
     "PandaPickAndPlace",
     "PandaPush",
     "PandaSlide",
