@@ -77,6 +77,7 @@ def _with_tight_hole(task: TaskRecord) -> TaskRecord:
             each,
             id=each.id.replace("-v0", "Tight-v0"),
             summary=f"{each.summary} that is 0.5 mm wider",
+            pretrained="",
             parameters={**each.parameters, "clearance": 0.0005},
         )
         for each in task.environments
