@@ -49,12 +49,15 @@ def draw_episode(env_id: str, path: Path, run: BundleRun | None) -> bool:
 
 
 def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
-    observation, _ = env.reset(seed=4)
+    env.reset(seed=4)
     if run is None:
         return [env.render()]
     policy, _ = run.load_policy(env.observation_space, env.action_space)
-    wanted = _wanted(env, policy, observation)
-    observation, _ = env.reset(seed=4)
+    for seed in range(4, 14):  # the first success is drawn
+        wanted, succeeded = _wanted(env, policy, seed)
+        if succeeded:
+            break
+    observation, _ = env.reset(seed=seed)
     frames = [env.render()]
     for step in range(1, max(wanted) + 1):
         observation = env.step(_action(policy, observation, step == 1))[0]
@@ -63,16 +66,20 @@ def _moments(env: gym.Env[Any, Any], run: BundleRun | None) -> list[np.ndarray]:
     return frames
 
 
-def _wanted(env: gym.Env[Any, Any], policy: Any, observation: Any) -> list[int]:
-    """Return the steps to draw after the beginning: when the reward is some of the way to its best, and the end."""
+def _wanted(env: gym.Env[Any, Any], policy: Any, seed: int) -> tuple[list[int], bool]:
+    """Return the steps to draw after the beginning, and whether the episode is successful.
+
+    The steps are the one at which the reward is some of the way to its best, and the end.
+    """
+    observation, _ = env.reset(seed=seed)
     rewards, done = [], False
     while not done:
-        observation, reward, terminated, truncated, _ = env.step(_action(policy, observation, not rewards))
+        observation, reward, terminated, truncated, info = env.step(_action(policy, observation, not rewards))
         rewards.append(float(reward))
         done = terminated or truncated
     highest = np.maximum.accumulate(rewards)
     middle = int(np.argmax(highest >= 0.7 * highest[0] + 0.3 * highest[-1])) + 1
-    return sorted({max(1, middle), len(rewards)})
+    return sorted({max(1, middle), len(rewards)}), bool(info.get("is_success", True))
 
 
 def _action(policy: Any, observation: Any, start: bool) -> Any:
