@@ -1,8 +1,8 @@
 """Batched rotations, represented by scalar-first quaternions (…, 4), matrices (…, 3, 3) and angles [rad].
 
 Leading dimensions broadcast. Row *i* of a result does not depend on the number of rows, because only elementwise
-functions and sums over the last axis are used. The components of a single vector are Python floats, which are several
-times as fast as arrays and round identically.
+functions and sums over the last axis are used. Single vectors are computed with Python floats, which are several times
+as fast as arrays and round identically.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ import numpy.typing as npt
 from frobs_core.arrays import Floats
 
 Number = TypeVar("Number", float, Floats)
+
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
@@ -35,7 +37,7 @@ def quat_multiply(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
 
 def quat_conjugate(quat_wxyz: npt.ArrayLike) -> Floats:
     """Return the inverse rotations of unit quaternions (…, 4)."""
-    inverse: Floats = np.asarray(quat_wxyz, float) * np.array([1.0, -1.0, -1.0, -1.0])
+    inverse: Floats = np.asarray(quat_wxyz, float) * _CONJUGATE
     return inverse
 
 
@@ -214,16 +216,10 @@ def matrix_from_quat(quat_wxyz: npt.ArrayLike) -> Floats:
     quat_wxyz = np.asarray(quat_wxyz, float)
     w, x, y, z = components(quat_wxyz)
     entries = (
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - w * z),
-        2 * (x * z + w * y),
-        2 * (x * y + w * z),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - w * x),
-        2 * (x * z - w * y),
-        2 * (y * z + w * x),
-        1 - 2 * (x * x + y * y),
-    )
+        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+    )  # fmt: skip
     return joined(entries, quat_wxyz).reshape(*quat_wxyz.shape[:-1], 3, 3)
 
 
@@ -248,7 +244,7 @@ def quat_difference(target: npt.ArrayLike, current: npt.ArrayLike) -> Floats:
 
 
 def components(vectors: Floats) -> list[Any]:
-    """Return the components of vectors (…, k): arrays (…), or floats if there is only one vector."""
+    """Return the k components of vectors (…, k): arrays (…), or Python floats if there is only one vector."""
     k = vectors.shape[-1]
     return vectors.ravel().tolist() if vectors.size == k else [vectors[..., i] for i in range(k)]
 

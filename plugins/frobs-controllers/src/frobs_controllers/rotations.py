@@ -11,7 +11,7 @@ from frobs_core.rotations import components, joined, quat_conjugate, quat_multip
 def quat_from_rotation_vector(vector: Floats) -> Floats:
     """Return quaternions (n, 4) for rotation vectors (n, 3), whose lengths are the angles [rad]."""
     x, y, z = components(vector)
-    half = np.maximum(0.5 * np.sqrt(x * x + y * y + z * z), 1e-150)  # avoids division by 0: sin(x) / x is 1
+    half = np.maximum(0.5 * np.sqrt(x * x + y * y + z * z), 1e-150)  # avoids 0 / 0, whose limit is 1
     factor = 0.5 * np.sin(half) / half
     return joined((np.cos(half), factor * x, factor * y, factor * z), vector)
 

@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import AT_REST, Body, BodyHandle
-from frobs_core.rotations import quat_rotate
+from frobs_core.rotations import quat_conjugate, quat_rotate
 from frobs_sim_mujoco.columns import numbers_of
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def put_free_twist(
 ) -> None:
     """Set the linear [m/s] and angular [rad/s] velocities of a free body in the world frame, (n, 3) each."""
     dof, at = joint.dofadr[0], joint.qposadr[0]
-    quat = states["qpos"][rows, at + 3 : at + 7] * np.array([1.0, -1.0, -1.0, -1.0])
+    quat = quat_conjugate(states["qpos"][rows, at + 3 : at + 7])
     qvel = states["qvel"]
     qvel[rows, dof : dof + 3] = lin_vel_world
     # MuJoCo stores a free joint's angular velocity in the body's own frame.

@@ -54,9 +54,8 @@ class SlidePuck(ToolExpert[Any]):
     def _next_phase(self) -> np.ndarray[Any, np.dtype[np.int64]]:
         task, phase = self.task, self.phase
         direction, left = self._way()
-        missing = (task.rest_offset * direction[:, :2]).sum(
-            axis=1
-        )  # [m] from the predicted end of the slide to the goal
+        # distance from the place where the puck will come to rest to the goal [m]
+        missing = (task.rest_offset * direction[:, :2]).sum(axis=1)
         aside = length((self._behind() - task.tcp) * _HORIZONTAL)
         again = (task.speed < _STILL) & (left > task.tolerance) & ~task.is_gone & (self.age > _BRAKING)
         return np.select(
