@@ -1,0 +1,63 @@
+"""Budgets for files from strangers: how large, deep and expensive a file may be before it is rejected.
+
+:data:`BUDGETS` lists every limit by kind of file, and a :class:`Meter` counts what one file has used. The limits count
+bytes, elements and steps instead of seconds, so that a file that is accepted on a fast machine is accepted on a slow one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import NoReturn
+
+BUDGETS: Mapping[str, Mapping[str, int]] = {
+    "robot file": {
+        "bytes": 16 * 2**20,
+    },
+    "mesh": {
+        "parts": 2_000,
+    },
+    "YAML file": {
+        "bytes": 512 * 2**10,
+    },
+    "policy bundle": {},
+    "run folder": {},
+}
+"""Limits by kind of file and by what is counted, such as ``BUDGETS["mesh"]["bytes"]``."""
+
+
+class Meter:
+    """Counts what one file uses and rejects the file if it exceeds a limit of its budget.
+
+    Args:
+        kind: Kind of file, a key of :data:`BUDGETS`.
+        refuse: Function that raises the caller's error, such as a :class:`~frobs_core.errors.ModelFileError`. The
+            function receives the reason, which contains the count and the limit.
+    """
+
+    def __init__(self, kind: str, refuse: Callable[[str], NoReturn]) -> None:
+        self._limits = BUDGETS[kind]
+        self._refuse = refuse
+        self.used: Counter[str] = Counter()
+
+    def spend(self, what: str, amount: int = 1) -> None:
+        """Add to a count.
+
+        Args:
+            what: What is counted, a key of the budget.
+            amount: What to add.
+
+        Raises:
+            Exception: The error of ``refuse``, if the count exceeds its limit.
+        """
+        self.used[what] += amount
+        self.check(what, self.used[what])
+
+    def check(self, what: str, value: int) -> None:
+        """Reject the file if a value, such as the depth of an element, exceeds its limit.
+
+        Raises:
+            Exception: The error of ``refuse``.
+        """
+        if value > self._limits[what]:
+            self._refuse(f"it has {value:,} {what}; the limit is {self._limits[what]:,}.")
