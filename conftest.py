@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -13,7 +14,8 @@ from zlib import crc32
 import pytest
 from hypothesis import HealthCheck, settings
 
-pytest_plugins = ["frobs_devkit.testing.fixtures"]
+sys.path.insert(0, str(Path(__file__).parent / "tests"))
+pytest_plugins = ["frobs_devkit.testing.fixtures", "optional_parts"]
 
 # Threads of PyTorch and NumPy wait actively for each other: with other tests on the same cores, one is much faster. This is
 # also for the processes that tests start.
@@ -116,16 +118,10 @@ def _read_commit(folder: Path) -> str:
 
 @pytest.fixture(scope="session")
 def real_gazebo() -> Any:
-    """Return a real Gazebo 11; skip without one, and fail where FROBS_REQUIRE_GAZEBO=1 says that one must be here."""
-    from frobs_core.errors import SimulationError
+    """Return a real Gazebo 11."""
+    from frobs_sim_gazebo.installation import find_gazebo
 
-    installation = pytest.importorskip("frobs_sim_gazebo.installation", reason="frobs-sim-gazebo is not installed")
-    try:
-        return installation.find_gazebo()
-    except SimulationError as error:
-        if os.environ.get("FROBS_REQUIRE_GAZEBO") == "1":
-            pytest.fail(f"FROBS_REQUIRE_GAZEBO=1, and {error}", pytrace=False)
-        pytest.skip(str(error))
+    return find_gazebo()
 
 
 @pytest.fixture

@@ -124,9 +124,11 @@ def test_simulator_keywords_reach_mujoco():
     assert found == (1, 1, 10.0, 7, 1e-6)
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.parametrize("num_envs", [1, 2])
 def test_simulator_keywords_reach_bullet(num_envs):
-    pybullet = pytest.importorskip("pybullet")
+    import pybullet
+
     keywords = {**PARTS, "simulator": "pybullet", "num_threads": 1, "simulator_kwargs": {"iterations": 7}}
     with closing(RobotVectorEnv(num_envs, **keywords)) as env:
         for world in env.simulation.native:

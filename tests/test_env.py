@@ -297,6 +297,7 @@ def test_a_snapshot_continues_with_the_same_bits(vector):
     fresh.close()
 
 
+@pytest.mark.needs("rendering")
 def test_pictures_are_of_the_size_that_was_asked_for():
     env = RobotVectorEnv(2, render_mode="rgb_array", render_size=(32, 48), **PARTS)
     env.reset(seed=0)

@@ -106,7 +106,7 @@ def test_a_distribution_imports_only_lower_layers(distribution: Distribution) ->
 
 def test_a_distribution_requires_what_it_imports_of_frobs(distribution: Distribution) -> None:
     if not distribution.packages:
-        pytest.skip("the meta-package has no code")
+        pytest.skip("not applicable: the meta-package has no code")
     required = distribution.requirements() & set(distributions())
     assert required == imported_distributions(distribution) | REQUIRED_ONLY.get(distribution.name, set())
 
@@ -142,7 +142,7 @@ def test_optional_imports_are_still_used() -> None:
 
 def test_every_package_ships_its_types(distribution: Distribution, tmp_path: Path) -> None:
     if not distribution.packages:
-        pytest.skip("the meta-package has no code")
+        pytest.skip("not applicable: the meta-package has no code")
     missing = [package.name for package in distribution.packages if not (package / "py.typed").is_file()]
     assert not missing
     wheel = next(

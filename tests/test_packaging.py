@@ -91,7 +91,7 @@ def test_the_sdist_of_the_devkit_contains_the_templates(tmp_path: Path) -> None:
 
     wheel, sdist = build(distributions()["frobs-devkit"].folder, tmp_path)
     with tarfile.open(sdist) as archive:
-        archive.extractall(tmp_path / "unpacked", filter="data")
+        archive.extractall(tmp_path / "unpacked", **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
     again = next(
         WheelBuilder(str(next((tmp_path / "unpacked").iterdir()))).build(
             directory=str(tmp_path / "again"), versions=["standard"]

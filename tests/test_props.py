@@ -33,7 +33,6 @@ class ReachBesideDrawer(Reach):
 
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 def test_a_drawer_in_an_environment_opens_only_when_it_is_pulled(simulator: str) -> None:
-    pytest.importorskip(simulator)
     task = replace(frobs_core.plugins.get_record("task", "reach"), entry_point=f"{__name__}:ReachBesideDrawer")
     with closing(
         RobotEnv(task=task, robot="irb120", controller="joint_delta_position", simulator=simulator, render_mode=None)

@@ -67,6 +67,7 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
     (folder / "test_cases.py").write_text(CASES, encoding="utf-8")
     (folder / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n", encoding="utf-8")
     inherited = {key: value for key, value in os.environ.items() if not key.startswith(("PYTEST", "FROBS_SAMPLE"))}
+    inherited["PYTHONPATH"] = str(CONFTEST.parent / "tests")
     command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *options]
     done = subprocess.run(command, cwd=folder, env={**inherited, **environment}, text=True, capture_output=True)
     assert done.returncode == 0, done.stdout + done.stderr

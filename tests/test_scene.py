@@ -86,7 +86,6 @@ def test_an_attachment_needs_two_sides_of_which_the_second_moves(first: str, sec
 
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 def test_a_box_slides_by_the_larger_of_two_frictions(simulator: str) -> None:
-    pytest.importorskip(simulator)
     subject = SimulatorUnderTest(frobs_core.plugins.get_record("simulator", simulator))
     box = Body(
         geometry=Box((0.2, 0.2, 0.1)),

@@ -11,9 +11,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import images
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_every_image_takes_time() -> None:
-    pytest.importorskip("pybullet")
     env = gym.make_vec("frobs_core:frobs/Irb120Reach-v0", num_envs=2, simulator="pybullet").unwrapped
     env.reset(seed=0)
     wall, processor = images.measure(env, 1, fast=True)

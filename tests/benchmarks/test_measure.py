@@ -10,9 +10,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 import measure
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_the_page_says_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("pybullet")
     monkeypatch.setattr(measure, "STEPS", {1: 20, 8: 10})
     small = {case: {1: budgets[1], 8: 1.08} for case, budgets in measure.BUDGETS.items()}
     monkeypatch.setattr(measure, "BUDGETS", small)

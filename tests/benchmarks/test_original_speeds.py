@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -12,8 +11,7 @@ import originals
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(os.environ.get("FROBS_REQUIRE_ROS") != "1", reason="needs ROS 1; FROBS_REQUIRE_ROS=1 runs it")
-@pytest.mark.skipif(not originals.ORIGINALS.is_dir(), reason=f"the original packages are not in {originals.ORIGINALS}")
+@pytest.mark.needs("ros", "originals")
 def test_steps_of_an_original_environment_are_timed() -> None:
     found = originals.measure("KobukiMazeEnv", "bridge:mujoco", 20)
     assert found["processor"] > 0.0

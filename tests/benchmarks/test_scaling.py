@@ -47,10 +47,10 @@ def test_the_record_has_two_nodes_on_one_machine() -> None:
         assert not fit_model(result).node_contention_measured
 
 
+@pytest.mark.needs("ray")
 @pytest.mark.slow
 @pytest.mark.exhaustive
 def test_processes_on_a_cluster_are_measured() -> None:
-    pytest.importorskip("ray")
     done = subprocess.run(
         [sys.executable, "-c", _CLUSTER], cwd=Path(__file__).parent, check=True, stdout=subprocess.PIPE
     )

@@ -43,9 +43,9 @@ def test_what_cannot_be_opened_is_one_line(frobs: Frobs, args: tuple[str, ...], 
     assert says in " ".join(result.stderr.split())
 
 
+@pytest.mark.needs("imageio_ffmpeg")
 @pytest.mark.slow
 def test_a_policy_is_recorded(frobs: Frobs, tmp_path: Path) -> None:
-    pytest.importorskip("imageio_ffmpeg")
     video = tmp_path / "reach.mp4"
     result = frobs("play", REACH, "--pretrained", "--video", str(video), "--episodes", "1")
     assert result.exit_code == 0

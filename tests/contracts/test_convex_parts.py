@@ -34,12 +34,10 @@ def cup(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture(params=["mujoco", "pybullet", pytest.param("gazebo", marks=pytest.mark.slow)])
+@pytest.fixture(
+    params=["mujoco", "pybullet", pytest.param("gazebo", marks=[pytest.mark.slow, pytest.mark.needs("gazebo")])]
+)
 def simulator(request: pytest.FixtureRequest) -> str:
-    if request.param == "gazebo":
-        request.getfixturevalue("real_gazebo")
-    else:
-        pytest.importorskip(request.param)
     return str(request.param)
 
 
@@ -52,19 +50,19 @@ def drop(simulator: str, body: Body) -> Simulation:
     return sim
 
 
+@pytest.mark.needs("coacd")
 @pytest.mark.parametrize(("decomposed", "height"), [(True, RADIUS), (False, 0.02 + RADIUS)])
 def test_a_ball_falls_through_a_ring_only_if_the_ring_is_decomposed(
     simulator: str, decomposed: bool, height: float, ring: Path
 ) -> None:
-    pytest.importorskip("coacd")
     shape = Shape(Mesh(ring, decomposed=decomposed), Pose((0.0, 0.0, 0.01)))
     with closing(drop(simulator, Body(shapes=(shape,), density=1000.0))) as sim:
         assert sim.bodies["ball"].pose[0][0, 2] == pytest.approx(height, abs=2e-3)
         assert sim.bodies["body"].pose[0][0, 2] == pytest.approx(0.0, abs=2e-3)
 
 
+@pytest.mark.needs("coacd")
 def test_a_cup_holds_a_ball(simulator: str, cup: Path) -> None:
-    pytest.importorskip("coacd")
     with closing(drop(simulator, Body(geometry=Mesh(cup, decomposed=True)))) as sim:
         ball = sim.bodies["ball"]
         ball.write_twist(np.array([[0.2, 0.1, 0.0]]), np.zeros((1, 3)))
@@ -74,16 +72,18 @@ def test_a_cup_holds_a_ball(simulator: str, cup: Path) -> None:
         assert z == pytest.approx(0.01 + RADIUS, abs=2e-3)
 
 
+@pytest.mark.needs("coacd")
 def test_pieces_have_the_volume_of_the_mesh_and_its_scale(ring: Path) -> None:
-    pytest.importorskip("coacd")
     pieces = convex_parts(Mesh(ring, (2.0, 1.0, 1.0), decomposed=True))
     assert 4 <= len(pieces) <= 64
     hulls = [trimesh.Trimesh(piece.vertices, piece.faces).convex_hull for piece in pieces]
     assert sum(hull.volume for hull in hulls) == pytest.approx(2.0 * trimesh.load_mesh(ring).volume, rel=0.1)
 
 
+@pytest.mark.needs("coacd")
 def test_pieces_are_computed_once(ring: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    coacd = pytest.importorskip("coacd")
+    import coacd
+
     first = convex_parts(Mesh(ring, decomposed=True))
     monkeypatch.delattr(coacd, "run_coacd")
     copy = ring.with_name("copy.stl")

@@ -31,7 +31,6 @@ def weigh(env, opening):
 
 @ENGINES
 def test_a_wrist_reads_the_weight_of_what_the_gripper_holds(simulator):
-    pytest.importorskip(simulator)
     env = RobotEnv(
         task=CUBE_TASK,
         robot=ARM_WITH_HAND,
@@ -58,7 +57,6 @@ def test_a_wrist_reads_the_weight_of_what_the_gripper_holds(simulator):
 
 @ENGINES
 def test_force_and_torque_are_right_in_tilted_poses_of_each_environment(simulator):
-    pytest.importorskip(simulator)
     # The flange is only a frame between the arm and the hand; the tool center point is only a frame beyond both.
     robot = replace(
         ARM_WITH_HAND, sensors={"flange": ForceTorque(frame="flange"), "tip": ForceTorque(frame="hand_tcp")}

@@ -11,7 +11,6 @@ HOLD = 2.0  # [s]
 
 @pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 def test_a_gripper_lifts_a_cube_and_holds_it_for_two_seconds(simulator):
-    pytest.importorskip(simulator)
     env = RobotEnv(
         task=CUBE_TASK,
         robot=ARM.attach("flange", FINGERS, name="hand"),

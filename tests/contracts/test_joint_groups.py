@@ -56,7 +56,6 @@ def test_actions_are_joined_in_the_order_of_the_groups(gripping):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_every_joint_has_its_own_command_mode(gripping, simulator):
-    pytest.importorskip(simulator)
     with closing(make(gripping, controller="joint_velocity", simulator=simulator)) as env:
         modes = env.robot.command_modes
         assert modes == (CommandMode.VELOCITY,) * 7 + (CommandMode.POSITION,) * 2
@@ -71,7 +70,6 @@ def test_every_joint_has_its_own_command_mode(gripping, simulator):
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_joints_without_a_controller_hold_their_home_position(gripping, simulator):
-    pytest.importorskip(simulator)
     controller = {"arm": "joint_delta_position", "hand": None}
     with closing(make(gripping, controller=controller, simulator=simulator)) as env:
         assert env.action_space.shape == (7,)
@@ -123,7 +121,6 @@ def test_groups_that_share_a_joint_are_rejected():
 
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_each_environment_of_many_equals_the_single_one(gripping, simulator):
-    pytest.importorskip(simulator)
     rng = np.random.default_rng(0)
     actions = rng.uniform(-1.0, 1.0, (15, 3, 7)).astype(np.float32)
     keywords = {"controller": {"arm": "tcp_delta_pose", "hand": "gripper_delta"}, "simulator": simulator}
@@ -158,7 +155,6 @@ def test_a_snapshot_continues_with_the_same_bits(gripping):
 @pytest.mark.parametrize("simulator", SIMULATORS)
 def test_an_impedance_controller_yields_like_a_spring(gripping, simulator):
     """A force F at the tool moves it by F / K, and it returns when the force ends."""
-    pytest.importorskip(simulator)
     controller = {"arm": "tcp_impedance", "hand": None}
     kwargs = {"arm": {"stiffness": 500.0}}
     with closing(make(gripping, controller=controller, controller_kwargs=kwargs, simulator=simulator)) as env:

@@ -24,6 +24,7 @@ def test_the_settings_of_the_documentation_train_on_images_alone(tmp_path):
     assert evaluate(run, episodes=4).steps == 2048
 
 
+@pytest.mark.needs("rendering")
 def test_images_differ_with_the_goal_and_with_the_arm():
     eye = {"camera": "overview", "size": [84, 84], "markers": True}
     keywords = {"task": "reach", "robot": "irb120", "controller": "tcp_delta_position", "num_threads": 1}

@@ -14,7 +14,7 @@ import trimesh
 from arm_and_gripper import ARM
 
 from frobs_core import plugins
-from frobs_core.errors import PhysicsParameterError, RenderingUnavailableError
+from frobs_core.errors import PhysicsParameterError
 from frobs_core.interfaces import Body, Camera, CommandMode, Placement, Scene, Shape, Simulation
 from frobs_core.models import Box, Mesh, Pose, Sphere, load_model
 
@@ -35,7 +35,6 @@ def dumbbell(size: float, mass: float = 0.4) -> Body:
 
 @pytest.fixture(params=["mujoco", "pybullet"])
 def simulate(request: pytest.FixtureRequest) -> Callable[..., Simulation]:
-    pytest.importorskip(request.param)
     implementation = plugins.get_record("simulator", request.param).load()
     return lambda scene, num_envs=1, robots={}, **options: implementation(
         robots, scene, num_envs=num_envs, physics_timestep=0.002, **options
@@ -98,14 +97,12 @@ def test_a_snapshot_holds_the_sizes(simulate: Simulate) -> None:
         assert (trace(sim, 1) == expected).all()
 
 
+@pytest.mark.needs("rendering")
 def test_images_show_the_size(simulate: Simulate) -> None:
     with closing(simulate(Scene(bodies={"body": dumbbell(1.0)}, cameras={"eye": CAMERA}), num_envs=2)) as sim:
         as_built = sim.snapshot()
         sim.write_parameter("size", "body", np.array([1.0, 2.0]))
-        try:
-            images = sim.render(camera="eye", size=(64, 64), modality="segmentation")
-        except RenderingUnavailableError as error:
-            pytest.skip(str(error))
+        images = sim.render(camera="eye", size=(64, 64), modality="segmentation")
         small, large = (images == 1).sum(axis=(1, 2, 3))
         assert large > 2.5 * small
         sim.restore(as_built)
@@ -134,8 +131,8 @@ def test_a_size_is_above_zero(simulate: Simulate, value: float) -> None:
         sim.write_parameter("size", "body", np.array([value]))
 
 
+@pytest.mark.needs("pybullet")
 def test_worker_processes_of_pybullet_resize_their_own_environments() -> None:
-    pytest.importorskip("pybullet")
     implementation = plugins.get_record("simulator", "pybullet").load()
     scene = Scene(bodies={"body": dumbbell(1.0)})
     ends = []

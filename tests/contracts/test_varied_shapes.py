@@ -46,7 +46,6 @@ class ReachBesideObject(Reach):
 
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 def test_each_environment_shows_a_shape_of_its_own(simulator: str) -> None:
-    pytest.importorskip(simulator)
     task = replace(get_record("task", "reach"), entry_point=f"{__name__}:ReachBesideObject")
     env = RobotVectorEnv(
         num_envs=4, task=task, robot="irb120", controller="joint_delta_position", simulator=simulator, num_threads=1

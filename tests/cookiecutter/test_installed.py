@@ -125,10 +125,12 @@ def test_from_wheels_alone_a_pair_is_made_installed_tested_and_learned(
     assert found["success_rate"] >= 0.95, found
 
 
+@pytest.mark.needs("pybullet_data")
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("file", ["xarm/xarm6_robot.urdf", "kuka_iiwa/model.urdf"])
 def test_a_pair_from_an_unknown_arm_learns_to_reach(file: str, new: Any, sandbox: Sandbox, tmp_path: Path) -> None:
-    data = pytest.importorskip("pybullet_data", reason="PyBullet has no wheel for this Python")
+    import pybullet_data as data
+
     folder = new(what="pair", name="some_arm", example="file", robot_file=str(Path(data.getDataPath()) / file))
     sandbox.install(distributions(folder))
     sandbox.run("pytest", "-q", folder / "frobs-robots-some-arm")

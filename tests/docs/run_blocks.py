@@ -1,8 +1,8 @@
-"""Type the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--draw]``.
+"""Type the fenced blocks of a page in order, in the present folder: ``run_blocks.py PAGE [--without PART ...]``.
 
 All bash blocks are typed into one shell, so they share its folder and its variables. Python blocks share one namespace,
-and run in the folder of the shell. A block with ``skip="why"`` is left out, one with ``needs="rendering"`` too unless
-``--draw`` is given, and one with ``file="name"`` is written to that file.
+and run in the folder of the shell. A block with ``skip="why"`` is left out, one with ``needs="PART"`` too if the part is
+named, and one with ``file="name"`` is written to that file.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ def main() -> None:
     sys.path[0] = ""  # as in a Python that was started without a file
     terminal = Terminal()
     namespace: dict[str, Any] = {"__name__": "__main__"}
-    for block in blocks(Path(sys.argv[1])):
-        wanted = "rendering" not in block.attributes.get("needs", "") or "--draw" in sys.argv
-        if wanted and "skip" not in block.attributes:
+    page, *without = [argument for argument in sys.argv[1:] if argument != "--without"]
+    for block in blocks(Path(page)):
+        if not set(without) & set(block.attributes.get("needs", "").split()) and "skip" not in block.attributes:
             run(block, terminal, namespace)
 
 

@@ -74,9 +74,9 @@ def test_the_commands_have_existing_options() -> None:
         assert options <= known[f"frobs {command[1]}"], command
 
 
+@pytest.mark.needs("ray")
 @pytest.mark.slow
 def test_the_options_of_ray_exist() -> None:
-    pytest.importorskip("ray")
     page = "".join(block.text for block in blocks(DOCS / "how-to" / "cluster.md"))
     used = {"num-cpus", "include-dashboard", "disable-usage-stats"}
     used |= {option for line in page.splitlines() if "ray start" in line for option in re.findall(r"--([\w-]+)", line)}

@@ -34,9 +34,17 @@ WITH_ALL = [
     for name, path in SOURCES.items()
     if "\n__all__" in path.read_text("utf-8") and not name.startswith("frobs_rl")  # these names are FRobs_RL's
 ]
+IMPORTS_NEED = {"frobs_sim_gazebo.available": ["gazebo"]}
+"""Modules that can be imported only where something is installed, and what."""
 
 
-@pytest.mark.parametrize("name", WITH_ALL)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.needs(*IMPORTS_NEED[name])) if name in IMPORTS_NEED else name
+        for name in WITH_ALL
+    ],
+)
 def test_all_equals_what_is_there(name: str) -> None:
     module = importlib.import_module(name)
     there = {

@@ -1,14 +1,12 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+from optional_parts import is_here
 from pages import PAGES, RUN, Block, blocks, name
 from reader_environment import ReaderEnvironment
 from run_blocks import SHORTER
@@ -38,24 +36,27 @@ QUICK = ("api-stability", "forces", "install", "many-environments", "model-files
 """Pages whose blocks take at most three seconds. The others are run in the slow tests."""
 
 
+def needs(page: Path) -> list[str]:
+    """Return the parts of a machine that blocks of a page need."""
+    return sorted({part for block in typed(page) for part in block.attributes.get("needs", "").split()})
+
+
 def pages(*, installing: bool) -> Iterator[Any]:
+    """Yield each page once, or twice if parts are missing: without the blocks that need them, and, skipped, with them."""
     for page in RUNNABLE:
         if (page in INSTALLING) is installing:
-            yield pytest.param(page, id=name(page), marks=[] if page.stem in QUICK else [pytest.mark.slow])
+            marks = [] if page.stem in QUICK else [pytest.mark.slow]
+            missing = [part for part in needs(page) if not is_here(part)]
+            if missing:
+                yield pytest.param(page, missing, id=f"{name(page)}-without-{'-'.join(missing)}", marks=marks)
+            marks.append(pytest.mark.needs(*needs(page)))
+            yield pytest.param(page, [], id=name(page), marks=marks)
 
 
-def run(page: Path, environment: Sandbox, folder: Path) -> None:
+def run(page: Path, environment: Sandbox, folder: Path, without: Sequence[str] = ()) -> None:
     shutil.copytree(FILES, folder)
-    environment.run("python", "-W", "error", DRIVER, page, *(["--draw"] if can_draw() else []), cwd=folder)
-
-
-@cache
-def can_draw() -> bool:
-    code = (
-        "import gymnasium as gym\n"
-        "gym.make('frobs_core:frobs/Irb120Reach-v0', render_mode='rgb_array').unwrapped.simulation.render()"
-    )
-    return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
+    left_out = ["--without", *without] if without else []
+    environment.run("python", "-W", "error", DRIVER, page, *left_out, cwd=folder)
 
 
 @pytest.fixture(scope="session")
@@ -67,16 +68,18 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ReaderEnvironme
         yield environment
 
 
-@pytest.mark.parametrize("page", list(pages(installing=False)))
-def test_pages_run_as_typed(page: Path, shared: ReaderEnvironment, tmp_path: Path) -> None:
-    run(page, shared, tmp_path / "here")
+@pytest.mark.parametrize(("page", "without"), list(pages(installing=False)))
+def test_pages_run_as_typed(page: Path, without: list[str], shared: ReaderEnvironment, tmp_path: Path) -> None:
+    run(page, shared, tmp_path / "here", without)
 
 
-@pytest.mark.parametrize("page", list(pages(installing=True)))
-def test_pages_that_install_run_as_typed_in_an_environment_of_their_own(page: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "without"), list(pages(installing=True)))
+def test_pages_that_install_run_as_typed_in_an_environment_of_their_own(
+    page: Path, without: list[str], tmp_path: Path
+) -> None:
     environment = ReaderEnvironment(tmp_path / "venv", *([] if page in EMPTY else ["frobs"]))
     with environment.faster(tmp_path / "programs"):
-        run(page, environment, tmp_path / "here")
+        run(page, environment, tmp_path / "here", without)
 
 
 def test_a_terminal_keeps_its_folder_and_variables_between_blocks(shared: ReaderEnvironment, tmp_path: Path) -> None:

@@ -114,8 +114,10 @@ def test_what_mimics_a_joint_is_moved_with_it():
     assert composite_inertia(make(joints), [0.0]) == {"left": pytest.approx(2.0 + 4 * 2.0)}
 
 
+@pytest.mark.needs("pinocchio")
 def test_the_inertia_about_each_joint_is_that_of_pinocchio():
-    pinocchio = pytest.importorskip("pinocchio")
+    import pinocchio
+
     model = load_model("frobs_robots_abb:models/irb120.urdf.xacro")
     theirs = pinocchio.buildModelFromXML(model.xml)
     q = np.array([0.3, -0.4, 0.5, 1.0, -0.7, 2.0])

@@ -91,9 +91,9 @@ def test_deprecated_use_is_told_with_its_place(site, examine):
     assert "old.old has been deprecated since frobs-core 0.1 and will be removed in 0.2; use new." in finding.problem
 
 
+@pytest.mark.needs("torch")
 @pytest.mark.slow
 def test_torch_threads_are_told(site, examine):
-    pytest.importorskip("torch")
     site.add("torch-dist", {"threads.py": "import torch; torch.set_num_threads(3)" + GOOD}, requires=CORE)
     facts = examine()["threads"]
     assert "torch threads" in facts.changed

@@ -260,10 +260,8 @@ def test_a_replay_buffer_is_saved_only_after_a_training(make: Make) -> None:
         make(A2C).save_replay_buffer()
 
 
+@pytest.mark.needs("sb3_contrib")
 def test_a_mask_begins_episodes_of_a_recurrent_policy(tmp_path: Path) -> None:
-    if "recurrent_ppo" not in stock_models.MODELS:
-        pytest.skip("sb3-contrib is not installed")
-
     class RecurrentPPO(BasicModel):
         algorithm = "recurrent_ppo"
 

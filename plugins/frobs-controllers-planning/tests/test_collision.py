@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl")
+pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
 pytest.importorskip("toppra")
 pytest.importorskip("pinocchio")
 
@@ -88,15 +88,16 @@ def test_joints_that_follow_others_touch_what_they_touch_in_the_engine(prongs):
 @pytest.fixture
 def hoop(tmp_path: Path):
     """A ring whose hole is wide enough for the arm's tool, as a mesh file."""
-    trimesh = pytest.importorskip("trimesh")
+    import trimesh
+
     path = tmp_path / "hoop.stl"
     trimesh.creation.annulus(0.2, 0.26, 0.04, sections=16).export(path)
     return path
 
 
+@pytest.mark.needs("coacd")
 @pytest.mark.parametrize("decomposed", [False, True])
 def test_a_mesh_touches_where_it_touches_in_the_engine(hoop, decomposed):
-    pytest.importorskip("coacd")
     pose = Pose((0.42, 0.0, 0.5), tuple(quat_from_rpy([0.0, 1.4, 0.2])))
     bodies = {"hoop": Body(geometry=Mesh(hoop, decomposed=decomposed), pose=pose)}
     scene = Scene(
@@ -110,9 +111,9 @@ def test_a_mesh_touches_where_it_touches_in_the_engine(hoop, decomposed):
     assert 0.05 < found.mean() < 0.95
 
 
+@pytest.mark.needs("coacd")
 @pytest.mark.parametrize("decomposed", [False, True])
 def test_a_tool_goes_through_a_hoop_only_if_the_hoop_is_decomposed(hoop, decomposed):
-    pytest.importorskip("coacd")
     pose = Pose((0.42, 0.0, 0.63), tuple(quat_from_rpy([0.0, np.pi / 2, 0.0])))
     scene = Scene(bodies={"hoop": Body(geometry=Mesh(hoop, decomposed=decomposed), pose=pose)})
     planner = Planner("irb120", scene, clearance=0.005)

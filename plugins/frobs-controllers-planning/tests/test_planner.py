@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl")
+pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
 pytest.importorskip("toppra")
 pytest.importorskip("pinocchio")
 

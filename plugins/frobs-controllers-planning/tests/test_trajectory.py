@@ -7,7 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl")
+pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
 pytest.importorskip("toppra")
 pytest.importorskip("pinocchio")
 

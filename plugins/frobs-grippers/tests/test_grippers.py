@@ -81,7 +81,6 @@ def test_a_suction_cup_has_no_joints_and_feels_what_hangs_on_it() -> None:
 @pytest.mark.parametrize("name", [record.name for record in frobs_robots()])
 @pytest.mark.parametrize("arm", ARMS)
 def test_every_tool_attaches_to_every_arm(arm: str, name: str, simulator: str) -> None:
-    pytest.importorskip(simulator)
     robot = RobotConfig(robot=f"{arm}+{name}").describe()
     report = examine_robot(model_of(robot).path, simulators=[simulator])
     assert report.simulators[0].builds

@@ -105,7 +105,6 @@ class Script:
 def lift_shake_and_drop(
     robot: str | Robot, simulator: str, physics_timestep: float = 0.002, opened: float = 1.0
 ) -> None:
-    pytest.importorskip(simulator)
     script = Script(robot, simulator, "gripper_delta" if opened < 1.0 else "gripper_position", physics_timestep)
     place = np.array(PLACE)
     above = np.add(PLACE, (0.0, 0.0, 0.15))

@@ -15,7 +15,6 @@ import pytest
 
 import frobs_rl_compat
 from frobs_ros.environment import use_ros
-from frobs_ros.errors import RosNotFoundError
 
 _LIMIT = 900  # [s] for a script
 
@@ -41,13 +40,8 @@ def fast_sandbox(sandbox, tmp_path):
 
 @pytest.fixture
 def legacy_run() -> list[str]:
-    """The words of ``frobs legacy run``; skip where there is no ROS, or fail where FROBS_REQUIRE_ROS says so."""
-    try:
-        use_ros()
-    except RosNotFoundError as error:
-        if os.environ.get("FROBS_REQUIRE_ROS") == "1":
-            pytest.fail(str(error))
-        pytest.skip(str(error))
+    """The words of ``frobs legacy run``."""
+    use_ros()
     return [sys.executable, "-m", "frobs_cli", "legacy", "run"]
 
 
@@ -64,11 +58,9 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-@pytest.fixture(params=["mujoco", "gazebo"])
+@pytest.fixture(params=["mujoco", pytest.param("gazebo", marks=pytest.mark.needs("gazebo"))])
 def backend(request: pytest.FixtureRequest) -> str:
     """What stands behind the names of Gazebo, for FROBS_ROS_BACKEND: the bridge over MuJoCo, and over a real Gazebo 11."""
-    if request.param == "gazebo":
-        request.getfixturevalue("real_gazebo")
     return f"bridge:{request.param}"
 
 

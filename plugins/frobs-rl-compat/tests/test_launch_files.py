@@ -105,7 +105,7 @@ def test_a_robot_is_spawned_by_a_launch_file_that_includes_gazebo_ros(backend, r
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}")
+@pytest.mark.needs("originals")
 @pytest.mark.parametrize(
     ("package", "file", "arguments", "expected"),
     [

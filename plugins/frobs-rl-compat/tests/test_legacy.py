@@ -148,7 +148,7 @@ def test_without_ros_the_error_names_the_packages_before_the_script_starts(scrip
     )
     done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True)
     if done.returncode == 0:
-        pytest.skip("rospy is installed in this environment")
+        pytest.skip("not applicable: rospy is installed in this environment")
     assert done.returncode == 2
     assert "apt-get install ros-core" in done.stderr
     assert "Traceback" not in done.stderr

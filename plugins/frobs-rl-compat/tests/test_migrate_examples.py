@@ -21,7 +21,7 @@ ORIGINALS = Path(__file__).parents[4] / "shared" / "frobs_rl" / "originals"
 MAZE = "frobs_rl_resources/kobuki_maze/kobuki_maze_rl"
 REACHER = "frobs_rl_resources/abb_irb140_reacher/abb_irb140_reacher"
 
-needs_originals = pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}")
+needs_originals = pytest.mark.needs("originals")
 
 
 def method(text: str) -> ast.FunctionDef:

@@ -70,7 +70,7 @@ def test_a_migrated_package_installs_loads_trains_and_fails_only_what_it_says(
     assert json.loads(fast_sandbox.run("frobs", "evaluate", run, "--episodes", 1, "--json").stdout)["episodes"] == 1
 
 
-@pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}")
+@pytest.mark.needs("originals")
 @pytest.mark.parametrize(
     ("package", "id", "allowed"),
     [

@@ -29,7 +29,7 @@ SHORT = {"training_steps": 60, "learning_starts": 20, "save_freq": 30, "batch_si
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not ORIGINALS.is_dir(), reason=f"the original packages are not in {ORIGINALS}"),
+    pytest.mark.needs("originals"),
 ]
 
 

@@ -83,8 +83,10 @@ def test_the_tool_is_where_the_dimensions_say_at_zero(model: RobotModel) -> None
     assert quat[0] == pytest.approx([math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0])
 
 
+@pytest.mark.needs("pinocchio")
 def test_kinematics_are_pinocchios(model: RobotModel) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     theirs = pin.buildModelFromXML(model.xml)
     data, frame = theirs.createData(), theirs.getFrameId("tool0")
     positions = np.random.default_rng(0).uniform(*limits(model), (200, 6))

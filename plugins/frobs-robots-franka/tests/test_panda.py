@@ -77,8 +77,10 @@ def test_the_flange_is_where_the_makers_parameters_put_it(model: RobotModel) -> 
         np.testing.assert_allclose(z_axis, pose[:3, 2], rtol=0, atol=1e-9)
 
 
+@pytest.mark.needs("pinocchio")
 def test_kinematics_are_pinocchios(model: RobotModel) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     theirs = pin.buildModelFromXML(model.xml)
     data, frame = theirs.createData(), theirs.getFrameId("panda_tool0")
     positions = some_positions(200)

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from frobs_robots_kobuki.plugin import frobs_robots
 
 SIMULATORS = [
     "mujoco",
-    pytest.param("pybullet", marks=pytest.mark.skipif(not find_spec("pybullet"), reason="no wheel")),
+    "pybullet",
 ]
 CONTROL = 0.2  # [s]
 TOUCHING = ["wheel_left_link", "wheel_right_link", "caster_front_link", "caster_back_link"]

@@ -66,8 +66,10 @@ def test_the_tool_is_where_denavit_and_hartenberg_put_it(model: RobotModel) -> N
         np.testing.assert_allclose(pos, pose[:3, 3] * (-1, -1, 1), rtol=0, atol=1e-9)
 
 
+@pytest.mark.needs("pinocchio")
 def test_kinematics_are_pinocchios(model: RobotModel) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     theirs = pin.buildModelFromXML(model.xml)
     data, frame = theirs.createData(), theirs.getFrameId("tool0")
     positions = np.random.default_rng(0).uniform(*limits(model), (200, 6))

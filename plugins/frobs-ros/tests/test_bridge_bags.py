@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import time
@@ -29,16 +28,6 @@ ROBOT = f"""<robot name="looker"><link name="world"/><link name="base">{INERTIA}
 <plugin name="l" filename="libgazebo_ros_laser.so"><topicName>beams</topicName></plugin></sensor></gazebo></robot>"""
 RATES = {"/beams": 20, "/eye/image_raw": 10, "/imu": 50, "/joint_states": 100}  # [Hz] of topics with a header
 TOPICS = ["/tf", *RATES]
-
-
-@pytest.fixture
-def needs_rosbag(ros: None) -> None:
-    """Skip if rosbag is not installed, or fail if FROBS_REQUIRE_ROS requires it."""
-    from frobs_ros.environment import child_variables
-
-    if shutil.which("rosbag", path=child_variables()["PATH"]) is None:
-        reason = "rosbag is not installed; install it with 'apt-get install python3-rosbag'"
-        pytest.fail(reason) if os.environ.get("FROBS_REQUIRE_ROS") == "1" else pytest.skip(reason)
 
 
 def rosbag_process(arguments: list[str], uri: str, log: Path) -> subprocess.Popen[bytes]:
@@ -99,7 +88,7 @@ def stamps(bag: Path, topic: str) -> list[int]:
 
 @pytest.mark.ros_feature("rosbag", "ros", "mujoco")
 @pytest.mark.slow
-@pytest.mark.usefixtures("needs_rosbag")
+@pytest.mark.needs("rosbag")
 def test_recorded_topics_are_played_back_unchanged(
     bridges: Callable[..., Any], rosmaster: str, second_master: str, tmp_path: Path
 ) -> None:

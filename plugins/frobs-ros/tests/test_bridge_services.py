@@ -393,7 +393,7 @@ def test_link_mass_is_told_and_set(gazebo: Gazebo) -> None:
 @pytest.mark.ros_feature("lights", "mujoco", "pybullet", "gazebo")
 def test_lights_are_told_set_and_deleted(bridges: Callable[..., Any], gazebo: Gazebo) -> None:
     if not gazebo.get_light_properties("sun").success:
-        pytest.skip("the sun of this world is gone")
+        pytest.skip("not applicable: the sun of this world is gone")
     light = gazebo.get_light_properties("sun")
     light.diffuse.r = 0.25
     from geometry_msgs.msg import Pose, Vector3

@@ -11,11 +11,12 @@ def test_without_a_master_there_is_no_parameter_server(lonely: str) -> None:
     assert parameter_server() is None
 
 
+@pytest.mark.needs("frobs_algos_sb3")
 @pytest.mark.parametrize("algorithm", ["a2c", "ddpg", "dqn", "ppo", "sac", "td3"])
 def test_the_algorithms_parameters_go_through_the_parameter_server(own_master: str, algorithm: str) -> None:
     import rospy
 
-    models = pytest.importorskip("frobs_algos_sb3.frobs_rl", reason="frobs-algos-sb3 is not installed")
+    import frobs_algos_sb3.frobs_rl as models
     from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_parameters
 
     file = Path(models.__file__).parent / "config" / f"{algorithm}_config.yaml"

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -156,7 +155,7 @@ def test_without_a_display_there_is_a_log_instead_of_a_window(
     process.stop()
 
 
-@pytest.mark.skipif(not (shutil.which("Xvfb") and shutil.which("xterm")), reason="Xvfb and xterm are not installed")
+@pytest.mark.needs("xterm")
 def test_a_process_in_a_window_ends_as_any_other(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     display = processes.start("node", ["Xvfb", "-displayfd", "1", "-nolisten", "tcp"], name="Xvfb")
     wait_for(lambda: display.output().isdigit())

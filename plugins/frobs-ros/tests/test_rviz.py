@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import shutil
 import struct
 import subprocess
 import sys
@@ -25,7 +23,6 @@ from frobs_ros.visualization import MARKERS, PATH
 
 WIDTH, HEIGHT = 1200, 800  # of the window, in both configurations
 FIELD_OF_VIEW = math.radians(45)  # of RViz's cameras, vertical
-PROGRAMS = ("rviz", "Xvfb")
 # x, y and lengths along x and y [m] of walls around the robot, and of a box
 OBSTACLES = [
     (1, -1.6, 4.4, 0.1),
@@ -34,16 +31,6 @@ OBSTACLES = [
     (3.2, 0.3, 0.1, 3.8),
     (1.6, -0.4, 0.5, 0.5),
 ]
-
-
-@pytest.fixture
-def programs(ros: None) -> None:
-    missing = [name for name in PROGRAMS if shutil.which(name) is None]
-    if missing:
-        text = f"not installed: {', '.join(missing)}; apt-get install rviz xvfb"
-        if os.environ.get("FROBS_REQUIRE_ROS") == "1":
-            pytest.fail(text)
-        pytest.skip(text)
 
 
 class Screen:
@@ -92,7 +79,7 @@ class Screen:
 
 
 @pytest.fixture
-def show(programs: None, rosmaster: str, tmp_path: Path) -> Iterator[Callable[[Path], Screen]]:
+def show(rosmaster: str, tmp_path: Path) -> Iterator[Callable[[Path], Screen]]:
     """Opens RViz with a configuration, and waits until it listens."""
     import rosgraph
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import signal
 import subprocess
 import sys
@@ -21,7 +20,6 @@ from frobs_core.errors import ModelFileError
 from frobs_core.models import load_model
 from frobs_core.models.kinematics import MOVING
 from frobs_core.plugins import get_record
-from frobs_ros.errors import PackageNotFoundError
 from frobs_ros.ros_node import find_node
 from frobs_ros.state_publisher import Frames, Pace, prefixed, read_joints
 
@@ -55,13 +53,8 @@ def text_of(robot: str) -> str:
 
 
 def real_publisher() -> Path:
-    """Return ROS's own; skip where it is not installed, or fail where FROBS_REQUIRE_ROS says so."""
-    try:
-        return find_node("robot_state_publisher", "robot_state_publisher")
-    except PackageNotFoundError as error:
-        if os.environ.get("FROBS_REQUIRE_ROS") == "1":
-            pytest.fail(str(error))
-        pytest.skip(str(error))
+    """Return ROS's own."""
+    return find_node("robot_state_publisher", "robot_state_publisher")
 
 
 def wait_for(what: Callable[[], Any], timeout: float = 20.0) -> None:

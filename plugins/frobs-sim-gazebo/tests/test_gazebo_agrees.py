@@ -72,8 +72,10 @@ def test_links_stay_where_the_joint_positions_put_them(gazebo: Installation) -> 
     assert worst < 1e-4  # [m]
 
 
+@pytest.mark.needs("pinocchio")
 def test_frames_are_pinocchios(gazebo: Installation, tmp_path: Path) -> None:
-    pinocchio = pytest.importorskip("pinocchio")
+    import pinocchio
+
     path = tmp_path / "irb120.urdf"
     path.write_text(MODEL.xml)
     model = pinocchio.buildModelFromUrdf(str(path))

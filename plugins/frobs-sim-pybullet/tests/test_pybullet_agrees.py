@@ -133,8 +133,10 @@ def test_a_parameter_changes_the_motion_as_in_mujoco(
     assert np.abs(motions[0] - motions[1]).max() < 1e-9
 
 
+@pytest.mark.needs("pinocchio")
 def test_kinematics_and_jacobians_are_pinocchios(tmp_path: Path) -> None:
-    pin = pytest.importorskip("pinocchio")
+    import pinocchio as pin
+
     model = _MODEL
     path = tmp_path / "irb120.urdf"
     path.write_text(model.xml)

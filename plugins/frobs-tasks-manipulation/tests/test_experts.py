@@ -65,18 +65,18 @@ def test_the_expert_succeeds_from_200_random_starts(id: str) -> None:
         assert success_rate(env) >= 0.98
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("id", IDS)
 def test_the_expert_succeeds_on_pybullet(id: str) -> None:
-    pytest.importorskip("pybullet")
     with made(id, num_envs=10, simulator="pybullet") as env:
         assert success_rate(env) >= 0.9
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_pybullets_fingers_press_with_the_effort_of_their_drive() -> None:
-    pytest.importorskip("pybullet")
     with made(LIFT, num_envs=8, simulator="pybullet") as env:
         assert success_rate(env) == 1.0  # a gripper that presses less hard drops some of the cubes
 

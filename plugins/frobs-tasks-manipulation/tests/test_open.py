@@ -50,7 +50,6 @@ def test_the_closed_handles_are_in_the_area_and_the_targets_vary(task: str) -> N
 @pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("task", TASKS)
 def test_furniture_stays_as_it_is_when_nobody_touches_it(task: str, simulator: str) -> None:
-    pytest.importorskip(simulator)
     with closing(vector(task, 2, simulator=simulator)) as env:
         state: Any = env.task
         wait(env, 25)

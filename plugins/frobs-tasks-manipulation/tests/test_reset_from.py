@@ -42,7 +42,6 @@ def without_random(snapshot: Any) -> dict[str, np.ndarray[Any, Any]]:
 
 @pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 def test_rows_of_a_snapshot_continue_in_other_environments(simulator: str) -> None:
-    pytest.importorskip(simulator)
     keywords = {"simulator": simulator, **({"randomize": RANDOMIZED} if simulator == "mujoco" else {})}
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (16, 4, 4))
     with closing(make_vector_env(LIFT, 4, keywords)) as env:

@@ -47,7 +47,6 @@ def test_the_tool_cannot_reach_the_goals(id: str) -> None:
 @pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
 @pytest.mark.parametrize("friction", [0.03, 0.1])
 def test_a_puck_slides_as_far_as_its_friction_says(simulator: str, friction: float) -> None:
-    pytest.importorskip(simulator)
     speeds = np.array([0.3, 0.6])
     with closing(vector(2, simulator=simulator, simulator_kwargs={"cone": "elliptic"}, friction=friction)) as env:
         task: Any = env.task

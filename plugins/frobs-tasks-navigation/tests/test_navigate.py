@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ ROOM = {
 }
 SIMULATORS = [
     "mujoco",
-    pytest.param("pybullet", marks=pytest.mark.skipif(not find_spec("pybullet"), reason="no wheel")),
+    "pybullet",
 ]
 
 

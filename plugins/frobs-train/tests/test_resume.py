@@ -87,7 +87,11 @@ SDE = {"use_sde": True}
         pytest.param(
             {"randomize": RANDOMIZED, "environment_kwargs": {"controller": "tcp_delta_position"}}, id="delays"
         ),
-        pytest.param({"environment_kwargs": {"simulator": "pybullet"}}, id="PyBullet", marks=pytest.mark.slow),
+        pytest.param(
+            {"environment_kwargs": {"simulator": "pybullet"}},
+            id="PyBullet",
+            marks=[pytest.mark.slow, pytest.mark.needs("pybullet")],
+        ),
         pytest.param(
             {"num_envs": 1, "log_every": 40, "checkpoint_every": 48}, id="one environment", marks=pytest.mark.slow
         ),
@@ -96,8 +100,6 @@ SDE = {"use_sde": True}
     ],
 )
 def test_a_continued_run_equals_one_that_never_stopped(changes: dict[str, Any], tmp_path: Path) -> None:
-    if changes.get("environment_kwargs", {}).get("simulator") == "pybullet":
-        pytest.importorskip("pybullet", reason="PyBullet has no wheel for this Python")
     wanted = config(**{"environment": "frobs/Irb120Reach-v0", **changes})
     whole = train(wanted, tmp_path / "whole")
     resumed = resume(train_until(100, wanted, tmp_path / "killed"))

@@ -103,9 +103,9 @@ def test_bodies_are_turned_by_their_edges(size: tuple[float, float, float], shor
     assert np.linalg.det(matrix) == pytest.approx(1.0)
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_real_engines_follow_coulombs_law(subjects: Compare) -> None:
-    pytest.importorskip("pybullet")
     tool = slip_module._gripper(subjects("pybullet", LIFT)[0])
     assert tool is not None
     for subject in subjects("pybullet", LIFT):
@@ -118,9 +118,9 @@ def test_real_engines_follow_coulombs_law(subjects: Compare) -> None:
         assert force == pytest.approx((2.0 * 5.0 * fingers - 1.0) * WEIGHT, rel=0.15)
 
 
+@pytest.mark.needs("pybullet")
 @pytest.mark.slow
 def test_a_certificate_of_a_manipulation_task_has_all_three(subjects: Compare) -> None:
-    pytest.importorskip("pybullet")
     found = measure_parity(LIFT, ["mujoco", "pybullet"], only=list(MEASUREMENTS))
     assert [m.name for m in found.measurements] == list(MEASUREMENTS)
     comparisons = [c for m in found.measurements for c in m.comparisons]

@@ -106,8 +106,8 @@ def test_friction_that_a_simulator_rejects_is_skipped(subjects: Compare) -> None
     assert failed(found) == []
 
 
+@pytest.mark.needs("pybullet")
 def test_the_rule_that_combines_frictions_is_named(subjects: Compare) -> None:
-    pytest.importorskip("pybullet")
     facts = friction(subjects("pybullet")).facts
     rules = {key.rpartition(", ")[2]: rule for key, rule in facts.items() if key.startswith("sliding friction of")}
     assert len(rules) == 2

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, RenderingUnavailableError
+from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import Robot
 from frobs_core.models import load_model
 from frobs_devkit.robot_sheet import draw_robot_sheet
@@ -63,12 +63,10 @@ def test_labels_keep_apart_and_inside() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.needs("rendering")
 def test_a_robot_sheet_shows_the_robot(arm: Path, tmp_path: Path) -> None:
     model = load_model(arm)
-    try:
-        path = draw_robot_sheet(Robot(model=str(arm)), model, tmp_path / "new" / "arm.png", "mujoco")
-    except RenderingUnavailableError as error:
-        pytest.skip(str(error))
+    path = draw_robot_sheet(Robot(model=str(arm)), model, tmp_path / "new" / "arm.png", "mujoco")
     from matplotlib.image import imread
 
     picture = imread(path)[..., :3]

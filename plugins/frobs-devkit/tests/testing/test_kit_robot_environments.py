@@ -196,7 +196,7 @@ def test_the_kit_catches(find: Any, check: str, faulty: type) -> None:
         return
     except Inconclusive as reason:
         if "cannot render" in str(reason):
-            pytest.skip(str(reason))
+            pytest.skip(f"not applicable: {reason}")
         raise
     pytest.fail("not caught")
 

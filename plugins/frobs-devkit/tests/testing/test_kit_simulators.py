@@ -731,7 +731,7 @@ def test_the_kit_catches(
         return
     except Inconclusive as reason:
         if "cannot render" in str(reason):
-            pytest.skip(str(reason))
+            pytest.skip(f"not applicable: {reason}")
         raise
     pytest.fail("not caught")
 
@@ -752,7 +752,7 @@ def test_no_other_check_catches(
     found = [one for one in check_simulator("mujoco") if name == "render" or one.name not in drawing]
     report = run_checks(found)
     if check in [result.name for result in report.inconclusive]:
-        pytest.skip("nothing can be drawn here")
+        pytest.skip("not applicable: nothing can be drawn here")
     assert [result.name for result in report.failed] == [check]
 
 
