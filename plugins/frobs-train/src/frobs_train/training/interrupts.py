@@ -6,7 +6,6 @@ immediately.
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import signal
 import threading
@@ -69,8 +68,6 @@ class Interrupts:
             raise KeyboardInterrupt
         self.requested = signum
         again = "Ctrl-C again" if signum == signal.SIGINT else "another SIGTERM"
-        with contextlib.suppress(RuntimeError):  # the signal arrived while another message was being logged
-            _log.warning(
-                "Training stops after the current rollout and writes a checkpoint; %s stops training immediately.",
-                again,
-            )
+        text = "Training stops after the current rollout and writes a checkpoint; %s stops training immediately."
+        # In a thread, because the signal may have arrived while this thread was writing to the same stream.
+        threading.Thread(target=_log.warning, args=(text, again)).start()
