@@ -1,7 +1,7 @@
 """Parts of a machine that ``make test`` does not install, and the tests that need them.
 
 A test that needs such a part is marked ``@pytest.mark.needs("ros")``. The mark takes names of :data:`PARTS` and names of
-Python modules. Tests get the mark by themselves if they use a fixture of :data:`FIXTURES`, or if they are parametrized
+Python modules; with ``on="mujoco"``, it counts only for the cases of the test with this parameter. Tests get the mark by themselves if they use a fixture of :data:`FIXTURES`, or if they are parametrized
 with ``"pybullet"``. Where a part is missing, the test is skipped; with ``FROBS_REQUIRE_PARTS=all`` it fails instead.
 
 Two options check that the marks are true: ``--prove-needs`` runs the tests whose parts are missing, and reports those that
@@ -124,7 +124,8 @@ def is_here(part: str) -> bool:
 
 def needs_of(item: pytest.Item) -> list[str]:
     """Return the parts that a test needs."""
-    return sorted({part for mark in item.iter_markers("needs") for part in mark.args})
+    marks = [mark for mark in item.iter_markers("needs") if mark.kwargs.get("on") in (None, *_parameters(item))]
+    return sorted({part for mark in marks for part in mark.args})
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -159,9 +160,13 @@ def _by_fixture(item: pytest.Item) -> Iterator[str]:
 
 
 def _by_parameter(item: pytest.Item) -> Iterator[str]:
-    callspec = getattr(item, "callspec", None)
-    if callspec is not None and "pybullet" in [value for value in callspec.params.values() if isinstance(value, str)]:
+    if "pybullet" in _parameters(item):
         yield "pybullet"
+
+
+def _parameters(item: pytest.Item) -> list[str]:
+    callspec = getattr(item, "callspec", None)
+    return [value for value in callspec.params.values() if isinstance(value, str)] if callspec is not None else []
 
 
 @pytest.hookimpl(tryfirst=True)

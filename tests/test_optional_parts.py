@@ -59,7 +59,9 @@ def run(tmp_path: Path):
             text=True,
             capture_output=True,
         )
-        words = [line.split() for line in done.stdout.splitlines() if line.startswith(("PASSED", "FAILED", "ERROR", "XFAIL"))]
+        words = [
+            line.split() for line in done.stdout.splitlines() if line.startswith(("PASSED", "FAILED", "ERROR", "XFAIL"))
+        ]
         return {line[1].partition("::")[2]: line[0] for line in words}
 
     return start

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
+pytest.importorskip("ompl")
 pytest.importorskip("toppra")
-pytest.importorskip("pinocchio")
+pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -72,7 +72,7 @@ def test_a_vector_equals_single_environments_and_continues_from_a_snapshot():
     single.close()
 
 
-@pytest.mark.needs("rendering")
+@pytest.mark.needs("rendering", on="mujoco")
 def test_cameras_have_keys_of_their_own(simulator):
     cameras = {
         "picture": {"camera": "overview", "size": [12, 16]},
@@ -114,7 +114,7 @@ def test_one_fast_call_draws_all_environments(quality, fast):
     env.close()
 
 
-@pytest.mark.needs("rendering")
+@pytest.mark.needs("rendering", on="mujoco")
 def test_markers_are_drawn_where_they_are_asked_for(simulator):
     goal = [0.35, 0.0, 0.4]
     eye = {"camera": "overview", "size": [48, 64]}

@@ -97,7 +97,7 @@ def test_a_snapshot_holds_the_sizes(simulate: Simulate) -> None:
         assert (trace(sim, 1) == expected).all()
 
 
-@pytest.mark.needs("rendering")
+@pytest.mark.needs("rendering", on="mujoco")
 def test_images_show_the_size(simulate: Simulate) -> None:
     with closing(simulate(Scene(bodies={"body": dumbbell(1.0)}, cameras={"eye": CAMERA}), num_envs=2)) as sim:
         as_built = sim.snapshot()

@@ -49,8 +49,7 @@ def pages(*, installing: bool) -> Iterator[Any]:
             missing = [part for part in needs(page) if not is_here(part)]
             if missing:
                 yield pytest.param(page, missing, id=f"{name(page)}-without-{'-'.join(missing)}", marks=marks)
-            marks.append(pytest.mark.needs(*needs(page)))
-            yield pytest.param(page, [], id=name(page), marks=marks)
+            yield pytest.param(page, [], id=name(page), marks=[*marks, pytest.mark.needs(*needs(page))])
 
 
 def run(page: Path, environment: Sandbox, folder: Path, without: Sequence[str] = ()) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("pinocchio")
+pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 pytest.importorskip("pybullet_data")
 
 from compare import TOLERANCE, compare

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
+pytest.importorskip("ompl")
 pytest.importorskip("toppra")
-pytest.importorskip("pinocchio")
+pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 
 import pinocchio as pin
 

@@ -7,9 +7,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-pytest.importorskip("ompl", exc_type=ImportError)  # which needs libgomp1
+pytest.importorskip("ompl")
 pytest.importorskip("toppra")
-pytest.importorskip("pinocchio")
+pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 
 from frobs_controllers_planning.plan import Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner
