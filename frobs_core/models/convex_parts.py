@@ -14,6 +14,12 @@ from frobs_core.models.model import Mesh
 MAX_FACES = 20_000
 """Maximum number of triangles in a mesh to decompose. The decomposition of a larger mesh would take minutes."""
 
+THICKNESS = 1e-3
+"""Thickness of the plate that replaces a flat collision mesh [m]."""
+
+FLAT = 1e-6
+"""Extent of a flat mesh across its plane, relative to its largest extent."""
+
 _SETTINGS = {
     "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
     "max_convex_hull": 64,  # maximum number of pieces
@@ -36,13 +42,37 @@ def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
     """
     whole = joined(read_mesh(mesh.path))
     if not mesh.decomposed:
-        return scaled([whole], mesh.scale)
+        return tuple(_with_volume(mesh, part) for part in scaled([whole], mesh.scale))
     cache = MeshCache(mesh.path.with_suffix(_CACHED_AS), whole.vertices.tobytes() + whole.faces.tobytes())
     parts = cache.load(MeshPart)
     if parts is None:
         parts = _decompose(mesh, whole)
         cache.store(parts)
-    return scaled(parts, mesh.scale)
+    return tuple(_with_volume(mesh, part) for part in scaled(parts, mesh.scale))
+
+
+def _with_volume(mesh: Mesh, part: MeshPart) -> MeshPart:
+    """Make a plate of a flat mesh, because engines reject a collision shape without a volume.
+
+    Raises:
+        ModelFileError: All vertices lie on a line.
+    """
+    points = part.vertices - part.vertices.mean(axis=0)
+    _, axes = np.linalg.eigh(points.T @ points)  # (3,), (3, 3); the first axis is that of the smallest extent
+    extents = np.ptp(points @ axes, axis=0)  # (3,) [m]
+    if extents[0] > FLAT * extents[2]:
+        return part
+    if extents[1] <= FLAT * extents[2]:
+        raise ModelFileError(mesh.path, "all vertices of the collision mesh lie on a line: replace it by a shape.")
+    corners = part.vertices[part.faces]  # (m, 3, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    up = normals @ axes[:, 0] > 0.0
+    top = np.where(up[:, None], part.faces, part.faces[:, ::-1])
+    shift = 0.5 * THICKNESS * axes[:, 0]
+    return MeshPart(
+        np.concatenate([part.vertices + shift, part.vertices - shift]),
+        np.concatenate([top, top[:, ::-1] + len(part.vertices)]).astype(np.int32),
+    )
 
 
 def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:

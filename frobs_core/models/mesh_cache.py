@@ -16,8 +16,8 @@ import numpy as np
 from frobs_core.files import cache_folder, read_limited, write_aside
 from frobs_core.models.mesh_files import MAX_BYTES
 
-_VERSION = b"1"  # version of the parser, which is part of the key
-_MATERIALS = re.compile(rb"^\s*mtllib\s+(.+?)\s*$", re.MULTILINE)
+_VERSION = b"2"  # version of the parser, which is part of the key
+_MATERIALS = re.compile(rb"^[ \t]*mtllib[ \t]+(.*)$", re.MULTILINE)
 _MAX_NAMES = 1_000  # maximum number of referenced files that the key covers
 _BUFFERS = re.compile(rb'"uri"\s*:\s*"(?!data:)([^"]+)"')
 
@@ -53,7 +53,7 @@ class MeshCache:
         left = MAX_BYTES
         for name in list(dict.fromkeys(pattern.findall(data)))[:_MAX_NAMES] if pattern else ():
             with contextlib.suppress(OSError, ValueError):
-                beside = read_limited(path.parent / os.fsdecode(name), left)
+                beside = read_limited(path.parent / os.fsdecode(name.strip()), left)
                 left -= len(beside)
                 key.update(b"\0" + beside)
         self.file = cache_folder("meshes") / f"{key.hexdigest()}.npz"

@@ -18,6 +18,9 @@ from frobs_core.models.mesh_files import PIXEL
 MAX_PARTS = 2_000
 """Maximum number of parts in a mesh. A part is a shape with one material, counted each time the scene uses it."""
 
+MAX_DEPTH = 100
+"""Maximum nesting depth of the elements in a COLLADA file."""
+
 MAX_MATERIALS = 1_000
 """Maximum number of materials in an OBJ file. The reading time is proportional to the square of this number."""
 
@@ -27,27 +30,45 @@ MAX_VERTICES = 12_000_000
 _HOLDERS = ("node", "geometry")
 _INSTANCES = ("instance_node", "instance_geometry", "instance_controller")
 _PARTS = ("triangles", "polylist", "polygons", "trifans", "tristrips")
-_MATERIAL = re.compile(rb"^\s*usemtl\s+(.*?)\s*$", re.MULTILINE)
+_MATERIAL = re.compile(rb"^[ \t]*usemtl[ \t]+(.*)$", re.MULTILINE)
 _GLB, _JSON = 0x46546C67, 0x4E4F534A
 _PIXEL_URI = "data:image/png;base64," + base64.b64encode(PIXEL).decode()
 
 
-def check_collada(path: Path, data: bytes) -> None:
+def check_collada(path: Path, data: bytes) -> float:
     """Check that a COLLADA file is XML without a document type, and that its nodes are not repeated excessively.
 
+    Returns:
+        The unit that the document declares [m], or 1.
+
     Raises:
-        ModelFileError: The check fails.
+        ModelFileError: The check fails, or the unit is not a positive number.
     """
+    opened: list[str] = []  # the elements around the current position
+    unit = counts = ""
+    scene = False
     below: dict[str, Counter[str]] = defaultdict(Counter)  # contents of each node, and how often the node uses each
     parts: Counter[str] = Counter()  # number of parts of each geometry
     stack: list[str] = [""]
     parser = expat.ParserCreate()
+    parser.buffer_text = True
 
     def doctype(*_: Any) -> None:
         raise ModelFileError(path, "the mesh declares a document type (<!DOCTYPE …>), which is not allowed: remove it.")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal unit, scene
         kind = tag.rpartition(":")[2]
+        opened.append(kind)
+        if len(opened) > MAX_DEPTH:
+            raise ModelFileError(path, f"the elements of the mesh are nested deeper than {MAX_DEPTH} levels.")
+        if opened == [
+            "COLLADA",
+            "asset",
+            "unit",
+        ]:  # parts of the document may have units of their own, which do not count
+            unit = attributes.get("meter", "1")
+        scene |= opened == ["COLLADA", "scene", "instance_visual_scene"]
         if kind in _HOLDERS:
             name = attributes.get("id") or f"/{parser.CurrentByteIndex}"
             if kind == "node":
@@ -58,19 +79,49 @@ def check_collada(path: Path, data: bytes) -> None:
         elif kind in _PARTS:
             parts[stack[-1]] += 1
 
+    def text(characters: str) -> None:
+        nonlocal counts
+        if opened[-1:] == ["p"] and "-" in characters:
+            raise ModelFileError(path, "the mesh is broken: a vertex has a negative index.")
+        if opened[-1:] == ["vcount"]:
+            counts += characters
+
     def end(tag: str) -> None:
+        nonlocal counts
+        if opened.pop() == "vcount":
+            words = counts.split()
+            if not all(word.isdigit() and len(word) < 10 for word in words) or sum(map(int, words)) > MAX_VERTICES:
+                _refuse(path, "claims too many vertices in its polygons", f"{MAX_VERTICES:,}")
+            counts = ""
         if tag.rpartition(":")[2] in _HOLDERS:
             stack.pop()
 
     parser.StartDoctypeDeclHandler = doctype
     parser.StartElementHandler = start
     parser.EndElementHandler = end
+    parser.CharacterDataHandler = text
     try:
         parser.Parse(data, True)
     except (expat.ExpatError, LookupError, ValueError) as error:
         raise ModelFileError(path, f"the mesh is broken: it is not well-formed XML ({error}).") from error
     _check_parts(path, sum(parts.values()))
     _check_instances(path, below, parts)
+    if not scene:
+        raise ModelFileError(
+            path, "the mesh has no <scene> that shows a <visual_scene>, so it shows nothing: export it again."
+        )
+    return _metres(path, unit)
+
+
+def _metres(path: Path, text: str) -> float:
+    """Return a unit of length [m]."""
+    try:
+        unit = float(text or "1") if text.isascii() and "_" not in text else 0.0
+    except ValueError:
+        unit = 0.0
+    if not 0.0 < unit < float("inf"):
+        raise ModelFileError(path, f"the mesh declares a unit of '{text}' m, which is not a positive number.")
+    return unit
 
 
 def check_obj(path: Path, data: bytes) -> None:
@@ -79,7 +130,7 @@ def check_obj(path: Path, data: bytes) -> None:
     Raises:
         ModelFileError: The file has more than :data:`MAX_MATERIALS` materials.
     """
-    materials = len(set(_MATERIAL.findall(data)))
+    materials = len({name.strip() for name in _MATERIAL.findall(data)})
     if materials > MAX_MATERIALS:
         _refuse(path, f"has {materials:,} materials", f"{MAX_MATERIALS:,}")
 

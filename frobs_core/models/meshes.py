@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import io
 import logging
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
@@ -31,11 +31,9 @@ FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 MAX_FACES = 2_000_000
 """Maximum number of triangles in a mesh. Building a model from a larger mesh would appear to hang."""
 
-_UNIT = re.compile(rb'<unit\b[^>]*\bmeter\s*=\s*["\']([^"\']+)["\']')
-_LOOKS = re.compile(
-    rb"<(bind_material|library_(?:materials|effects|images|cameras|lights)|instance_(?:camera|light))\b"
-    rb"(?:[^>]*/>|.*?</\1>)",
-    re.DOTALL,
+_LOOKS = (
+    *("bind_material", "instance_camera", "instance_light"),
+    *("library_materials", "library_effects", "library_images", "library_cameras", "library_lights"),
 )
 _DEFAULT_COLOUR = (102, 102, 102, 255)  # trimesh's value for files without a color
 
@@ -63,13 +61,13 @@ def read_mesh(path: Path) -> tuple[MeshPart, ...]:
     Raises:
         ModelFileError: The file cannot be read, contains no triangles, is broken or is too large.
     """
-    data = _read_file(path)
+    data, unit = _read_file(path)
     if path.suffix.lower() == ".stl" and data[:5] != b"solid":
         return _checked(path, _parse(path, data))  # as fast as reading a cache
     cache = MeshCache(path, data)
     parts = cache.load(MeshPart)
     if parts is None:
-        parts = _checked(path, _parse(path, data, _metres(path, data)))
+        parts = _checked(path, _parse(path, data, unit))
         cache.store(parts)
     return parts
 
@@ -113,7 +111,8 @@ def write_stl(part: MeshPart, path: Path) -> None:
     path.write_bytes(bytes(80) + np.uint32(len(corners)).astype("<u4").tobytes() + records.tobytes())
 
 
-def _read_file(path: Path) -> bytes:
+def _read_file(path: Path) -> tuple[bytes, float]:
+    """Return the content of a mesh file after it was checked, and its unit of length [m]."""
     if path.suffix.lower() not in FORMATS:
         raise ModelFileError(
             path, f"meshes with the suffix '{path.suffix}' are not supported; use one of {', '.join(FORMATS)}."
@@ -121,24 +120,48 @@ def _read_file(path: Path) -> bytes:
     data = read_mesh_file(path)
     match path.suffix.lower():
         case ".dae":
-            check_collada(path, data)
+            return _without_prefixes(data), check_collada(path, data)
         case ".obj":
             check_obj(path, data)
         case ".gltf" | ".glb":
-            return check_gltf(path, data)
-    return data
+            return check_gltf(path, data), 1.0
+        case ".stl" if (
+            data[:5].lower() == b"solid" and b"facet" in data[:1000] and b"endsolid" not in data[-1000:].lower()
+        ):
+            return data + b"\nendsolid\n", 1.0  # some exporters omit the last line, which trimesh requires
+    return data, 1.0
 
 
-def _metres(path: Path, data: bytes) -> float:
-    """Return the factor that converts the coordinates in a file to meters."""
-    match = _UNIT.search(data) if path.suffix.lower() == ".dae" else None
-    try:
-        unit = float(match[1]) if match else 1.0
-    except ValueError:
-        unit = 0.0
-    if not 0.0 < unit < np.inf:
-        raise ModelFileError(path, f"the mesh declares a unit of {match[1].decode(errors='replace')} m.")  # type: ignore[index]
-    return unit
+def _without_prefixes(data: bytes) -> bytes:
+    """Return a COLLADA document whose elements have no namespace prefixes, which pycollada does not support."""
+    if b":COLLADA" not in data:
+        return data
+    return _edited(data, lambda root: None)
+
+
+def _without_looks(data: bytes) -> bytes:
+    """Return a COLLADA document without materials, cameras and lights."""
+
+    def edit(root: ElementTree.Element) -> None:
+        for parent in list(root.iter()):
+            for child in [child for child in parent if child.tag in _LOOKS]:
+                parent.remove(child)
+
+    return _edited(data, edit)
+
+
+def _edited(data: bytes, edit: Callable[[ElementTree.Element], None]) -> bytes:
+    """Return an edited COLLADA document. :func:`check_collada` has rejected document types."""
+    root = ElementTree.fromstring(data)
+    namespace = root.tag[1:].partition("}")[0] if root.tag.startswith("{") else ""
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    edit(root)
+    if namespace:
+        root.set("xmlns", namespace)
+    edited: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return edited
 
 
 def _parse(path: Path, data: bytes, unit: float = 1.0) -> list[MeshPart]:
@@ -192,7 +215,7 @@ def _load(path: Path, data: bytes, beside: SiblingFiles) -> Any:
     try:
         return load(data, ignore_broken=False)  # without its textures
     except collada.common.DaeError:
-        return load(_LOOKS.sub(b"", data), ignore_broken=False)
+        return load(_without_looks(data), ignore_broken=False)
 
 
 def _colour(mesh: Any) -> Rgba | None:

@@ -8,11 +8,12 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
+from urllib.parse import unquote
 
 from frobs_core.errors import ModelFileError, nearest
 from frobs_core.files import read_limited
+from frobs_core.models.xmltree import parse_xml
 
-_PACKAGE = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
 _MAX_PACKAGE_BYTES = 2**20
 _NO_PACKAGES_BELOW = ("CATKIN_IGNORE", "AMENT_IGNORE", "rospack_nosubdirs")
 _SCHEME = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]+)://(.*)$", re.DOTALL)  # a single letter is a Windows drive
@@ -45,16 +46,21 @@ def resolve_path(path: str | Path) -> Path:
 
 
 def _beside(path: Path) -> str:
-    """Suggest a similar name for a missing path, or list the contents of its nearest existing parent folder."""
+    """Suggest a similar name for a missing path, or list the files of its kind in the folder that should contain it."""
+    kind = path.suffix.lower()
     folder = path.absolute().parent
+    missing = None
     while not folder.is_dir():
-        path, folder = folder, folder.parent
+        path, folder, missing = folder, folder.parent, folder
     names = sorted(entry.name for entry in folder.iterdir())
     close = nearest(path.name, names)
     if close:
         return f" Did you mean '{folder / close}'?"
-    shown = ", ".join(names[:10]) + (", …" if len(names) > 10 else "")
-    return f" {folder} contains: {shown or 'nothing'}."
+    if missing is not None:
+        return f" There is no folder {missing}."
+    alike = [name for name in names if os.path.splitext(name)[1].lower() == kind]
+    shown = ", ".join(alike[:10]) + (", …" if len(alike) > 10 else "")
+    return f" {folder} contains {shown or 'no other file of this kind'}."
 
 
 class Packages:
@@ -141,21 +147,51 @@ class Packages:
         Raises:
             ModelFileError: The file does not exist, or the scheme is not supported.
         """
-        match = _SCHEME.match(uri)
-        if match is None:
-            found = base / os.path.expanduser(uri)
-        elif match[1] in ("package", "model"):
-            package, _, inside = match[2].lstrip("/").partition("/")  # a third slash is a common mistake
-            found = self.find(package) / inside
-        elif match[1] == "file":
-            found = base / re.sub(r"^localhost(?=/)", "", match[2])
-        else:
-            raise ModelFileError(
-                self.file, f"the scheme {match[1]}:// of '{uri}' is not supported; use package://, file:// or a path."
-            )
+        found = self._locate(uri, base)
         if not found.is_file():
             raise ModelFileError(self.file, f"the file '{uri}' is missing: {found} does not exist.{_beside(found)}")
         return found.resolve()
+
+    def _locate(self, uri: str, base: Path) -> Path:
+        """Return where a file should be: the first place that has it, as the name is written or in another notation."""
+        notations = dict.fromkeys((uri, uri.replace("\\", "/")))  # separators of Windows
+        if "://" in uri:
+            notations |= dict.fromkeys(unquote(notation) for notation in tuple(notations))
+        places = []
+        errors = []
+        for notation in notations:
+            try:
+                places.append(self._place(notation, base))
+            except ModelFileError as error:
+                errors.append(error)
+        if not places:
+            raise errors[0]
+        return next((place for place in places if place.is_file()), None) or self._moved(places[-1]) or places[0]
+
+    def _place(self, uri: str, base: Path) -> Path:
+        match = _SCHEME.match(uri)
+        if match is None:
+            return base / os.path.expanduser(uri)
+        if match[1] in ("package", "model"):
+            package, _, inside = match[2].lstrip("/").partition("/")  # a third slash is a common mistake
+            return self.find(package) / inside
+        if match[1] == "file":
+            return base / re.sub(r"^localhost(?=/)", "", match[2])
+        raise ModelFileError(
+            self.file, f"the scheme {match[1]}:// of '{uri}' is not supported; use package://, file:// or a path."
+        )
+
+    def _moved(self, path: Path) -> Path | None:
+        """Return the file of a package that was installed elsewhere, for a path on the machine of the file's author."""
+        for i, part in reversed(list(enumerate(path.parts[:-1]))):
+            if part in self.given or (i > 0 and path.parts[i - 1] == "share"):
+                try:
+                    candidate = self.find(part).joinpath(*path.parts[i + 1 :])
+                except ModelFileError:
+                    continue
+                if candidate.is_file():
+                    return candidate
+        return None
 
 
 def path_folders(variable: str) -> list[Path]:
@@ -177,9 +213,9 @@ def packages_below(root: Path) -> Iterator[Path]:
 
 def package_name(folder: Path) -> str:
     """Return the package name in a folder's ``package.xml``, or the folder's name if the file does not define one."""
+    file = folder / "package.xml"
     try:
-        text = read_limited(folder / "package.xml", _MAX_PACKAGE_BYTES).decode(errors="replace")
-        match = _PACKAGE.search(text)
-    except OSError:
-        match = None
-    return match[1] if match else folder.name
+        name = parse_xml(read_limited(file, _MAX_PACKAGE_BYTES), file).child("name")
+    except (OSError, ModelFileError):
+        return folder.name
+    return ((name.text or "").strip() if name is not None else "") or folder.name

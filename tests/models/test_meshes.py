@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from frobs_core.errors import ModelFileError
-from frobs_core.models import Mesh, mesh_files, meshes
+from frobs_core.models import Mesh, convex_parts, mesh_files, meshes
 from frobs_core.models.meshes import bounding_box, joined, read_mesh, scaled, write_stl
 
 BOX = trimesh.creation.box((0.2, 0.4, 0.6))
@@ -224,3 +224,80 @@ def test_a_mesh_of_50_megabytes_is_read(tmp_path):
     records["corners"] = rng.random((count, 3, 3), np.float32)
     (tmp_path / "m.stl").write_bytes(binary_stl(count, records.tobytes()))
     assert len(joined(read_mesh(tmp_path / "m.stl")).faces) == count
+
+
+def collada(folder: Path, change=lambda text: text) -> Path:
+    """Write a cube of 100 mm in millimeters, after a change to the text."""
+    path = folder / "cube.dae"
+    text = trimesh.exchange.dae.export_collada(trimesh.creation.box((100.0, 100.0, 100.0))).decode()
+    asset = text[text.index("<asset>") : text.index("</asset>")]
+    text = text.replace(asset, '<asset><unit name="millimeter" meter="0.001"/>')
+    changed = change(text)
+    path.write_text(changed, encoding="utf-8")
+    return path
+
+
+UNIT = '<unit name="millimeter" meter="0.001"/>'
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace(UNIT, '<!-- <unit name="meter" meter="1"/> -->' + UNIT),
+        lambda text: text.replace(UNIT, '<extra><technique profile="X"><unit meter="1"/></technique></extra>' + UNIT),
+        lambda text: text.replace(
+            UNIT, '<extra><technique profile="X"><![CDATA[<unit meter="1"/>]]></technique></extra>' + UNIT
+        ),
+        lambda text: text.replace(UNIT, UNIT.replace('"0.001"', '" 1e-3 "')),
+        lambda text: (
+            text.replace("<", "<c:")
+            .replace("<c:/", "</c:")
+            .replace("<c:?", "<?")
+            .replace("<c:!", "<!")
+            .replace("xmlns=", "xmlns:c=")
+        ),
+        lambda text: "\ufeff" + text,
+    ],
+    ids=["comment", "extra", "cdata", "spaces", "prefix", "byte order mark"],
+)
+def test_the_unit_of_a_collada_file_is_that_of_its_document(tmp_path, change):
+    assert np.ptp(joined(read_mesh(collada(tmp_path, change))).vertices, axis=0) == pytest.approx([0.1] * 3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: text.replace('"0.001"', '"0,001"'), "a unit of '0,001' m"),
+        (lambda text: text.replace('"0.001"', '"1_0"'), "a unit of '1_0' m"),
+        (lambda text: text.replace('"0.001"', '"-1"'), "a unit of '-1' m"),
+        (lambda text: text[: text.index("<scene>")] + "</COLLADA>", "has no <scene>"),
+    ],
+)
+def test_a_collada_file_that_says_no_size_or_shows_nothing_is_refused(tmp_path, change, message):
+    with pytest.raises(ModelFileError, match=message):
+        read_mesh(collada(tmp_path, change))
+
+
+def test_an_ascii_stl_may_end_without_endsolid(tmp_path):
+    path = tmp_path / "m.stl"
+    text = trimesh.exchange.stl.export_stl_ascii(BOX)
+    path.write_text(text[: text.index("endsolid")])
+    assert len(joined(read_mesh(path)).faces) == 12
+
+
+def test_a_flat_mesh_becomes_a_plate_of_a_millimeter(tmp_path):
+    path = tmp_path / "m.stl"
+    corners = np.array([[0.0, 0, 0], [0.2, 0, 0], [0.2, 0.1, 0.1], [0, 0.1, 0.1]])
+    write_stl(meshes.MeshPart(corners, np.array([[0, 1, 2], [2, 3, 0]], np.int32)), path)
+    [plate] = convex_parts(Mesh(path))
+    normal = np.array([0.0, -1.0, 1.0]) / np.sqrt(2.0)
+    assert np.ptp(plate.vertices @ normal) == pytest.approx(1e-3)
+    assert np.ptp(plate.vertices[:, 0]) == pytest.approx(0.2)
+    assert volume(plate) > 0.0
+
+
+def test_a_mesh_whose_vertices_lie_on_a_line_is_no_collision_shape(tmp_path):
+    path = tmp_path / "m.stl"
+    write_stl(meshes.MeshPart(np.array([[0.0, 0, 0], [1, 1, 1], [2, 2, 2]]), np.array([[0, 1, 2]], np.int32)), path)
+    with pytest.raises(ModelFileError, match="on a line"):
+        convex_parts(Mesh(path))

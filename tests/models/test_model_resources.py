@@ -141,3 +141,61 @@ def test_what_is_nowhere_is_refused_with_all_places(packages, tmp_path, monkeypa
         packages("package://arm/meshes/n.stl")
     with pytest.raises(ModelFileError, match=r"the scheme http:// of 'http://example\.org/m\.stl' is not supported"):
         packages("http://example.org/m.stl")
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        "package://arm/my%20meshes/m%201.stl",
+        "package://arm/my meshes/m 1.stl",
+        r"package://arm\my meshes\m 1.stl",
+        r"..\my meshes\m 1.stl",
+        "file://DIR/my%20meshes/m%201.stl",
+        "file://localhost/DIR/my%20meshes/m%201.stl",
+    ],
+)
+def test_other_notations_of_a_path_are_understood(packages, tmp_path, uri):
+    (tmp_path / "src/arm_checkout/my meshes").mkdir()
+    (tmp_path / "src/arm_checkout/my meshes/m 1.stl").touch()
+    assert packages(uri.replace("DIR", str(tmp_path / "src/arm_checkout"))) == "src/arm_checkout/my meshes/m 1.stl"
+
+
+def test_a_name_with_a_percent_sign_is_taken_as_it_is_written_first(packages, tmp_path):
+    (tmp_path / "src/arm_checkout/meshes/a%20b.stl").touch()
+    (tmp_path / "src/arm_checkout/meshes/a b.stl").touch()
+    assert packages("package://arm/meshes/a%20b.stl") == "src/arm_checkout/meshes/a%20b.stl"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<!-- copied from <name>template</name> --><package><name>My Arm v2.SLDASM</name></package>",
+        "<package><author><name>someone</name></author><name>\n My Arm v2.SLDASM </name></package>",
+        '<?xml version="1.0"?>\n<package format="3"><name>My Arm v2.SLDASM</name></package>',
+    ],
+)
+def test_the_name_of_a_package_is_that_of_its_manifest(packages, tmp_path, text):
+    (tmp_path / "src/arm_checkout/package.xml").write_text(text)
+    assert packages("package://My Arm v2.SLDASM/meshes/m.stl") == MESH
+
+
+@pytest.mark.parametrize(
+    "text", ["", "<package>", '<!DOCTYPE a [<!ENTITY n "arm">]><package><name>&n;</name></package>']
+)
+def test_a_package_without_a_readable_manifest_has_the_name_of_its_folder(packages, tmp_path, text):
+    (tmp_path / "src/arm_checkout/package.xml").write_text(text)
+    assert packages("package://arm_checkout/meshes/m.stl") == MESH
+
+
+@pytest.mark.parametrize("uri", ["/opt/vendor/share/arm/meshes/m.stl", "file:///C:/work/share/arm/meshes/m.stl"])
+def test_a_path_on_the_machine_of_the_author_is_found_in_the_package(packages, tmp_path, uri):
+    given = {"arm": tmp_path / "src/arm_checkout"}
+    assert packages(uri, "elsewhere", package_paths=given) == MESH
+
+
+def test_a_missing_mesh_does_not_list_the_files_around_the_robot(packages, tmp_path):
+    (tmp_path / "private.txt").touch()
+    with pytest.raises(ModelFileError) as caught:
+        packages("meshes/m.stl", ".")
+    assert "private" not in str(caught.value)
+    assert f"There is no folder {tmp_path / 'meshes'}" in str(caught.value)

@@ -10,9 +10,6 @@ import numpy as np
 from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, convex_parts
 
-_THICKNESS = 1e-4
-"""Minimum thickness of a convex hull [m]."""
-
 
 def to_coal(geometry: Geometry) -> list[Any]:
     """Convert a geometry to Coal shapes: several shapes for a decomposed mesh, otherwise one shape.
@@ -49,16 +46,7 @@ def bounding_radius(geometry: Geometry) -> float:
 
 def _pieces(mesh: Mesh) -> list[Floats]:
     """Return the vertices of each convex piece of a mesh, (n, 3) [m]."""
-    return [_with_volume(np.unique(piece.vertices, axis=0)) for piece in convex_parts(mesh)]
-
-
-def _with_volume(points: Floats) -> Floats:
-    """Add thickness to points (n, 3) [m] that lie in a plane, because a convex hull must have a volume."""
-    _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    for axis, extent in zip(axes, extents, strict=True):
-        if extent < _THICKNESS:
-            points = np.concatenate([points - 0.5 * _THICKNESS * axis, points + 0.5 * _THICKNESS * axis])
-    return points
+    return [np.unique(piece.vertices, axis=0) for piece in convex_parts(mesh)]
 
 
 def _hull(points: Floats) -> Any:
