@@ -241,16 +241,22 @@ class Simulation(ABC):
             raise UnknownNameError("force-torque sensor", name, self.sensor_wrenches)
         return read_only(self.sensor_wrenches[name])
 
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
+    def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
         """Cast rays and return the distances to the objects that they hit.
 
         Args:
             origins: Start points in the world frame, (num_envs, k, 3) [m].
             directions: Unit vectors in the world frame, (num_envs, k, 3).
             max_range: Maximum range of the rays [m].
+            exclude: Name of the robot that the rays pass through, such as the robot that carries the sensor, or ``""``
+                to detect all robots.
 
         Returns:
             The distances, (num_envs, k) [m], or ``max_range`` for rays that hit nothing.
+
+        Raises:
+            CapabilityError: The simulator does not support ``rays``.
+            UnknownNameError: The simulation has no robot ``exclude``.
         """
         raise CapabilityError.lacking(self, "rays")
 

@@ -121,8 +121,8 @@ _TABLE = (
      "for joint in tool_model.joint_names)\n    title", "for joint in tool_model.joint_names[::-1])\n    title"),
     # -- abilities --
     ("a capability without its method", _SIMULATION,
-     "def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:",
-     "def cast_rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:"),
+     "def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str",
+     "def cast_rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str"),
     ("wrenches that are declared, not implemented", _SIMULATION, "    def apply_wrench(", "    def push("),
     ("force-torque sensors that are declared, not implemented", _SIMULATION,
      "self.sensor_wrenches = {name: np.zeros((num_envs, 6)) for name in self._wrench_reader.names}",

@@ -270,9 +270,18 @@ def body_quaternion_scalar_last(original: Any, self: Any, pos: Any, quat: Any = 
 
 
 @wrong(MujocoSimulation, "rays", "rays_measure")
-def misses_are_zero(original: Any, self: Any, origins: Any, directions: Any, max_range: float) -> Any:
-    found = original(self, origins, directions, max_range)
+def misses_are_zero(
+    original: Any, self: Any, origins: Any, directions: Any, max_range: float, exclude: str = ""
+) -> Any:
+    found = original(self, origins, directions, max_range, exclude)
     return np.where(found >= max_range, 0.0, found)
+
+
+@wrong(MujocoSimulation, "rays", "rays_exclude_a_robot")
+def no_robot_excluded(
+    original: Any, self: Any, origins: Any, directions: Any, max_range: float, exclude: str = ""
+) -> Any:
+    return original(self, origins, directions, max_range)
 
 
 @wrong(MujocoRobot, "lidar", "lidars_measure")

@@ -300,15 +300,13 @@ class GazeboSimulation(Simulation):
                 self.later(env, Op.PLACE, model + protocol.numbers(pose))
         self.version += 1
 
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays against all colliding shapes."""
-        return self.cast(origins, directions, max_range, "")
-
-    def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that ignore the robot ``blind_to``, if given, and return the distances, (num_envs, k) [m]."""
+    def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
+        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
+        if exclude and exclude not in self.robots:
+            raise UnknownNameError("robot of the simulation", exclude, self.robots)
         count = origins.shape[1]
         head = protocol.count(count) + protocol.numbers(max_range)
-        head += protocol.text(self.layout.model_names["robot", blind_to] if blind_to else "")
+        head += protocol.text(self.layout.model_names["robot", exclude] if exclude else "")
         messages = {}
         for env in np.flatnonzero(~self._diverged).tolist():
             body = head + protocol.numbers(origins[env]) + protocol.numbers(directions[env])

@@ -35,7 +35,7 @@ class MujocoRobot(RobotHandle):
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation
         self._batch = simulation.batch
-        self._seen = seen_except(group)  # geom groups that the robot's lidars detect
+        self.seen = seen_except(group)  # geom groups that the robot's lidars detect
         self.describe(name, placement, simulation.num_envs)
         model, mj, n = placement.model, simulation.model, simulation.num_envs
         joints = [mj.joint(f"{name}/{joint}").id for joint in self.joint_names]
@@ -203,7 +203,7 @@ class MujocoRobot(RobotHandle):
     def lidar(self, name: str) -> Floats:
         """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
-        distances = self._simulation.cast(origins, directions, lidar.range_max, self._seen, from_one_point=True)
+        distances = self._simulation.cast(origins, directions, lidar.range_max, self.seen, from_one_point=True)
         return np.maximum(distances, lidar.range_min)
 
     def _pose_between(self, joint: Joint) -> tuple[Floats, Floats]:

@@ -308,9 +308,12 @@ class MujocoSimulation(Simulation):
             for name, wrench in self._wrench_reader.read(recorded, before).items():
                 self.sensor_wrenches[name][:] = wrench
 
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays against all colliding shapes."""
-        return self.cast(origins, directions, max_range, seen_except())
+    def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
+        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
+        if exclude and exclude not in self.robots:
+            raise UnknownNameError("robot of the simulation", exclude, self.robots)
+        seen = self.robots[exclude].seen if exclude else seen_except()
+        return self.cast(origins, directions, max_range, seen)
 
     def cast(
         self, origins: Floats, directions: Floats, max_range: float, seen: np.ndarray, *, from_one_point: bool = False

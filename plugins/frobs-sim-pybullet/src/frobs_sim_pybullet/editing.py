@@ -82,16 +82,16 @@ class EditableWorld(World):
             self._broken = True
         return bearable
 
-    def rays(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
+    def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str) -> Floats:
         """Cast k rays, and return the distance at which each ray hits something, (k,) [m].
 
         Args:
             origins: Start points in the world frame, (k, 3) [m].
             directions: Unit vectors in the world frame, (k, 3).
             max_range: Length of the rays [m].
-            blind_to: Name of the robot that the rays ignore, or ``""`` to detect all robots.
+            exclude: Name of the robot that the rays pass through, or ``""`` to detect all robots.
         """
-        mask = ~ROBOT_GROUPS[list(self.robots).index(blind_to)] if blind_to else -1
+        mask = ~ROBOT_GROUPS[list(self.robots).index(exclude)] if exclude else -1
         return self._rays.cast(origins, directions, max_range, mask)
 
     def push(self, target: str, force: Floats, torque: Floats) -> None:

@@ -125,7 +125,7 @@ class PybulletRobot(RobotHandle):
     def lidar(self, name: str) -> Floats:
         """Return the ranges measured by one of the robot's lidars, (num_envs, rays) [m]."""
         lidar, origins, directions = self.lidar_rays(name)
-        return np.maximum(self._simulation.cast(origins, directions, lidar.range_max, self.name), lidar.range_min)
+        return np.maximum(self._simulation.rays(origins, directions, lidar.range_max, self.name), lidar.range_min)
 
     def _watched(self, kind: str, frame: str) -> Floats:
         return self._simulation.watched(f"robots/{self.name}/{kind}/{self.frame_name(frame)}")

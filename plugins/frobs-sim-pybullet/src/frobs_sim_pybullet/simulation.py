@@ -191,14 +191,12 @@ class PybulletSimulation(Simulation):
         if self._viewer is not None:
             self._viewer.sync(self.arrays, self.parameters.sizes(0))
 
-    def rays(self, origins: Floats, directions: Floats, max_range: float) -> Floats:
-        """Cast rays against all colliding shapes."""
-        return self.cast(origins, directions, max_range, "")
-
-    def cast(self, origins: Floats, directions: Floats, max_range: float, blind_to: str) -> Floats:
-        """Cast rays that ignore the robot ``blind_to``, if given, and return the distances, (num_envs, k) [m]."""
+    def rays(self, origins: Floats, directions: Floats, max_range: float, exclude: str = "") -> Floats:
+        """Cast rays against all colliding shapes, except those of the robot ``exclude``."""
+        if exclude and exclude not in self.robots:
+            raise UnknownNameError("robot of the simulation", exclude, self.robots)
         ends = origins.shape[1:]
-        return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, blind_to))
+        return np.array(self.call("rays", None, (origins, ends), (directions, ends), max_range, exclude))
 
     def write_body_poses(
         self, names: Sequence[str], pos: Floats, quat_wxyz: Floats | None = None, mask: Mask | None = None

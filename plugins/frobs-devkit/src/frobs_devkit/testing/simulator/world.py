@@ -106,6 +106,26 @@ def lidars_measure(subject: SimulatorUnderTest) -> None:
             robot.lidar("no_such_lidar")
 
 
+@verifies("rays")
+def rays_exclude_a_robot(subject: SimulatorUnderTest) -> None:
+    """Rays hit a robot unless ``exclude`` names it, and ``exclude`` rejects names of robots that do not exist."""
+    with subject.build(ROVER, pose=Pose(pos=(0.0, 0.0, 0.05))) as (sim, robot):
+        n = sim.num_envs
+        origins, down = np.tile([0.0, 0.0, 2.0], (n, 1, 1)), np.tile([0.0, 0.0, -1.0], (n, 1, 1))
+        hit = sim.rays(origins, down, 5.0)
+        expect(
+            (hit < 1.99).all(), f"a ray from above hits the floor instead of the robot: its length is {hit.max():.3f} m"
+        )
+        expect_close(
+            np.full((n, 1), 2.0),
+            sim.rays(origins, down, 5.0, exclude=robot.name),
+            subject.tolerance("rays", exact=1e-6),
+            "length of a ray to the floor below the excluded robot [m]",
+        )
+        with expect_raises(UnknownNameError, "rays(…, exclude='no_such_robot')"):
+            sim.rays(origins, down, 5.0, exclude="no_such_robot")
+
+
 @verifies("contacts")
 def contacts_are_told(subject: SimulatorUnderTest) -> None:
     """Declared contacts and their forces are reported for the whole step and for each environment.
