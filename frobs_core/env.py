@@ -14,6 +14,7 @@ import numpy.typing as npt
 from frobs_core.arrays import Action, Floats, Mask, widened
 from frobs_core.compose import Parts, compose
 from frobs_core.config import RENDER_MODES, EnvConfig
+from frobs_core.copying import CopiedByArguments
 from frobs_core.errors import ResetNeededError
 from frobs_core.inputs import batch_options, invalid_action
 from frobs_core.interfaces import Controller, GoalTask, Snapshot, Task
@@ -39,8 +40,8 @@ class Loop:
     Attributes:
         context: Data about the latest step, for use by the task.
         rng: Source of all random numbers.
-        after_reset: Function that is called after each reset and before the first observation, with the mask of the
-            reset environments. None if no function is registered.
+        after_reset: Functions that are called in this order after each reset and before the first observation, with the
+            mask of the reset environments.
         discrete: Whether the action space is not a Box.
     """
 
@@ -51,7 +52,7 @@ class Loop:
         self.decimation, self.num_envs = parts.decimation, num_envs
         self.context, self.rng = parts.context, parts.context.rng
         self._check_reset = parts.check_reset
-        self.after_reset: Callable[[Mask | None], None] | None = None
+        self.after_reset: list[Callable[[Mask | None], None]] = []
         self.discrete = not isinstance(parts.control.action_space, gym.spaces.Box)
         # Optional parts of a step are resolved here, so that a step does not test for them or call empty methods.
         self._robots = [(name, robot.robot) for name, robot in parts.control.robots.items()]
@@ -101,8 +102,8 @@ class Loop:
         self.control.reset(mask)
         self.context.reset(mask)
         self.added_terms.reset(self.rng, mask)
-        if self.after_reset is not None:
-            self.after_reset(mask)
+        for callback in self.after_reset:
+            callback(mask)
         if not self._checked_terms:  # checked only now, because terms may have no values before the first reset
             self.observations.check()
             self._checked_terms = True
@@ -215,7 +216,7 @@ def _overrides(part: object, base: type, method: str) -> bool:
     return getattr(part, method).__func__ is not getattr(base, method)
 
 
-class RobotEnv(gym.Env[Any, Any]):
+class RobotEnv(CopiedByArguments, gym.Env[Any, Any]):
     """Gymnasium environment in which robots perform a task.
 
     At every step, ``info`` contains ``is_success`` (0.0 or 1.0), the reward terms (``frobs/reward/<term>``), and the

@@ -32,6 +32,7 @@ Class hierarchy::
     ├── ModelFileError              a URDF, xacro or MJCF file cannot be used
     ├── InvalidActionError          an action has the wrong shape or is not finite
     ├── ResetNeededError            step() is called before reset() or after the end of an episode
+    ├── EnvironmentCopyError        an environment cannot be copied or pickled
     ├── SimulationError             the physics engine failed
     │   └── RenderingUnavailableError   OpenGL is not available
     ├── RunError
@@ -546,6 +547,18 @@ class InvalidActionError(FrobsError):
 
 class ResetNeededError(FrobsError):
     """``step`` was called before ``reset``, or for an environment whose episode has ended."""
+
+
+class EnvironmentCopyError(FrobsError, TypeError):
+    """An environment cannot be copied or pickled. It is also a TypeError, as for other objects without copies.
+
+    Args:
+        reason: Why a copy is impossible.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"this environment cannot be copied or pickled: {reason}. Build each environment separately.")
 
 
 class SimulationError(FrobsError):

@@ -19,6 +19,7 @@ from gymnasium.vector.utils import batch_space
 from frobs_core.arrays import Action, Mask, rows_of
 from frobs_core.compose import compose
 from frobs_core.config import RENDER_MODES, EnvConfig
+from frobs_core.copying import CopiedByArguments
 from frobs_core.env import Loop
 from frobs_core.errors import ParameterValueError, ResetNeededError, ResetOptionError
 from frobs_core.inputs import as_numbers, invalid_action, option_mapping
@@ -27,7 +28,7 @@ from frobs_core.observation import Observation
 from frobs_core.validation import whole_number
 
 
-class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
+class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
     """Gymnasium vector environment of ``num_envs`` environments with the same task.
 
     ``info`` follows Gymnasium's convention for vector environments: each key contains an array of values, and ``_key``
@@ -296,12 +297,12 @@ class RobotVectorEnv(gym.vector.VectorEnv[Any, Any, Any]):
         self._elapsed[mask] = snapshot["elapsed"][rows]
 
     def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
-        """Register a function that is called after each reset with the mask of the reset environments.
+        """Add a function that is called after each reset with the mask of the reset environments, or None for all.
 
         The function is called before the environments are observed, so it may change the episodes' initial states, for
-        example with :meth:`restore_rows`.
+        example with :meth:`restore_rows`. Several functions are called in the order in which they were added.
         """
-        self._loop.after_reset = callback
+        self._loop.after_reset.append(callback)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulation."""

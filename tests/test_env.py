@@ -297,6 +297,22 @@ def test_a_snapshot_continues_with_the_same_bits(vector):
     fresh.close()
 
 
+def test_functions_after_a_reset_are_called_in_order_and_change_the_first_observation(vector):
+    called = []
+    vector.call_after_reset(lambda mask: called.append(("first", mask)))
+    vector.call_after_reset(lambda mask: called.append(("second", mask)))
+    there = np.linspace(0.0, 0.5, 6)
+    vector.call_after_reset(lambda mask: vector.robot.write_joint_state(there[None], mask=mask))
+    observation, _ = vector.reset(seed=0)
+    assert called == [("first", None), ("second", None)]
+    assert vector.robot.joint_positions == pytest.approx(np.tile(there, (4, 1)))
+    assert observation[:, :6] == pytest.approx(np.tile(there, (4, 1)))
+    mask = np.array([True, False, False, True])
+    vector.reset(options={"reset_mask": mask})
+    assert [name for name, _ in called[2:]] == ["first", "second"]
+    assert all((given == mask).all() for _, given in called[2:])
+
+
 @pytest.mark.needs("rendering")
 def test_pictures_are_of_the_size_that_was_asked_for():
     env = RobotVectorEnv(2, render_mode="rgb_array", render_size=(32, 48), **PARTS)

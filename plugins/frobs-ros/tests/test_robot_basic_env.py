@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import subprocess
 import sys
 import time
@@ -14,7 +16,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
-from frobs_core.errors import ConfigurationError, ResetNeededError
+from frobs_core.errors import ConfigurationError, EnvironmentCopyError, ResetNeededError
 from frobs_ros import processes, ros_gazebo
 from frobs_ros.errors import PackageNotFoundError, RosError
 from frobs_ros.robot_basic_env import RobotBasicEnv
@@ -229,6 +231,14 @@ def test_a_hook_that_is_not_written_is_named(own_master: str, hook: str) -> None
     env = RobotBasicEnv()
     with pytest.raises(NotImplementedError, match=hook):
         getattr(env, hook)(*([None] if hook == "_send_action" else []))
+    env.close()
+
+
+def test_an_environment_of_a_robot_in_ros_refuses_copies(own_master: str) -> None:
+    env = RobotBasicEnv()
+    for copied in (pickle.dumps, copy.deepcopy, copy.copy):
+        with pytest.raises(EnvironmentCopyError, match="through ROS"):
+            copied(env)
     env.close()
 
 

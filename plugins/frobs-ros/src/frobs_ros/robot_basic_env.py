@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 
-from frobs_core.errors import ResetNeededError
+from frobs_core.errors import EnvironmentCopyError, ResetNeededError
 from frobs_ros import master, processes
 from frobs_ros.environment import use_ros
 from frobs_ros.gazebo import launch, physics, world
@@ -127,6 +127,14 @@ class RobotBasicEnv(gym.Env[Any, Any]):
         if "launch_Gazebo" in refused and not (settings.launch_gazebo or processes.owned(["gazebo"])):
             raise refused.pop("launch_Gazebo")  # the launch failed, but the script ignored the failure
         self._start()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Reject copying and pickling.
+
+        Raises:
+            EnvironmentCopyError: Always.
+        """
+        raise EnvironmentCopyError("it commands a robot through ROS, and a copy would command the same robot")
 
     def _start(self) -> None:
         settings = self._settings
