@@ -26,6 +26,7 @@ class CopiedByArguments:
     _arguments: tuple[tuple[Any, ...], dict[str, Any]]
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
+        """Keep the arguments, also those of a subclass's constructor."""
         env = super().__new__(cls)
         env._arguments = _containers_copied(args), _containers_copied(keywords)  # the caller may change them later
         return env
@@ -42,6 +43,7 @@ class CopiedByArguments:
         return _build, (type(self), *self._arguments), {"spec": self.spec}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Return a new environment to which objects among the arguments are passed without copying them."""
         _, arguments, state = self.__reduce__()
         env: Self = _build(*arguments)
         env.__dict__.update(state)

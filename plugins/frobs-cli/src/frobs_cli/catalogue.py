@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
 
+from frobs_cli.commands import command_sources, installed_commands
 from frobs_core import plugins, registry
+from frobs_core._version import __version__
+from frobs_core.capabilities import CAPABILITIES, abilities
 from frobs_core.errors import PluginError, UnknownNameError
-from frobs_core.specs import KINDS, Record
+from frobs_core.interfaces.sensor import SENSORS
+from frobs_core.randomization import physical_parameters
+from frobs_core.specs import KINDS, ParameterRecord, Record, SensorTypeRecord
 
 ENVIRONMENT = "environment"
+
+EXTENSIONS = {"capability": "ability", "sensor_type": "sensor_type", "parameter": "parameter", "command": ""}
+"""Kinds of additions to the contracts and to the program, with the kind of their records."""
+
 _WORDS = {"env": ENVIRONMENT, "envs": ENVIRONMENT, "environments": ENVIRONMENT, ENVIRONMENT: ENVIRONMENT}
 
 
@@ -29,10 +39,12 @@ class Listed:
 
 def kind_of(word: str) -> str:
     """Return the kind with the given singular or plural name. ``"environment"`` is considered a kind here."""
-    known = {**{kind: kind for kind in KINDS}, **{plural(kind): kind for kind in KINDS}, **_WORDS}
-    if word.lower() not in known:
-        raise UnknownNameError("kind", word, [*(plural(kind) for kind in KINDS), "envs"])
-    return known[word.lower()]
+    kinds = (*KINDS, *EXTENSIONS)
+    known = {**{kind: kind for kind in kinds}, **{plural(kind): kind for kind in kinds}, **_WORDS}
+    found = known.get(word.lower().replace("-", "_"))
+    if found is None:
+        raise UnknownNameError("kind", word, [*(plural(kind) for kind in kinds), "envs"])
+    return found
 
 
 def plural(kind: str) -> str:
@@ -41,16 +53,46 @@ def plural(kind: str) -> str:
 
 
 def listed(kind: str) -> list[Listed]:
-    """Return the records of a kind, sorted by name."""
-    sources = {
+    """Return the records of a kind, sorted by name. The core's own extensions and all commands have records too."""
+    if kind == "command":
+        sources = command_sources()
+        return [
+            Listed(name, Record(name=name, summary=command.summary, entry_point=command.function), *sources[name])
+            for name, command in sorted(installed_commands()[0].items())
+        ]
+    kind = EXTENSIONS.get(kind, kind)
+    origins = {
         id(record): (report.distribution, report.version)
         for report in plugins.reports()
         for record in report.records.get(kind, ())
     }
+    records = {**plugins.records(kind), **_of_core(kind)}
     return [
-        Listed(name, record, *sources.get(id(record), ("", "")))
-        for name, record in sorted(plugins.records(kind).items())
+        Listed(name, record, *origins.get(id(record), ("frobs-core", __version__) if kind not in KINDS else ("", "")))
+        for name, record in sorted(records.items())
     ]
+
+
+def _of_core(kind: str) -> dict[str, Record]:
+    """Return the extensions of the core that plugins cannot override, and a plugin's capabilities with unique names."""
+    if kind == "ability":
+        return dict(abilities())
+    if kind == "sensor_type":
+        return {
+            cls.type_name: SensorTypeRecord(
+                name=cls.type_name,
+                summary=inspect.cleandoc(cls.__doc__ or "").partition("\n")[0].replace("``", "").rstrip("."),
+                entry_point=f"{cls.__module__}:{cls.__qualname__}",
+            )
+            for cls in SENSORS
+        }
+    if kind == "parameter":
+        return {
+            name: ParameterRecord(name=name, summary=CAPABILITIES[ability], ability=ability)
+            for name, ability in physical_parameters().items()
+            if name not in plugins.records("parameter")
+        }
+    return {}
 
 
 def why_unusable(record: Record) -> str:

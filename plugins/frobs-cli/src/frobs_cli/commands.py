@@ -11,6 +11,7 @@ A table is a sequence of :class:`Command` objects. The module that contains the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -73,6 +74,18 @@ def installed_commands() -> tuple[dict[str, Command], list[str]]:
     return found, problems
 
 
+def command_sources() -> dict[str, tuple[str, str]]:
+    """Return the distribution and the version that provide each installed command, by the command's name."""
+    declared, _ = installed_commands()
+    sources: dict[str, tuple[str, str]] = {}
+    for entry in sorted(entry_points(group=GROUP), key=_order):
+        with suppress(Exception):  # installed_commands() reports tables that cannot be read
+            for command in entry.load():
+                if declared.get(command.name) is command:
+                    sources[command.name] = _distribution(entry), entry.dist.version if entry.dist else ""
+    return sources
+
+
 def _order(entry: EntryPoint) -> tuple[bool, str]:
     return _distribution(entry) != "frobs-cli", _distribution(entry)
 
@@ -84,13 +97,13 @@ def _distribution(entry: EntryPoint) -> str:
 COMMANDS = (
     Command(
         name="list",
-        summary="List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.",
+        summary="List what is installed: parts, environment IDs, extensions of plugins, and commands.",
         function="frobs_cli.list:list_",
         heading="Look around",
     ),
     Command(
         name="show",
-        summary="Show the details of a part, an environment ID, a run or a robot file.",
+        summary="Show the details of a part, an environment ID, an extension, a run or a robot file.",
         function="frobs_cli.show:show",
         heading="Look around",
     ),

@@ -23,6 +23,8 @@ def complete_id(incomplete: str) -> list[str]:
 
 def complete_kind(incomplete: str) -> list[str]:
     """Return the plural names of the record kinds, and ``envs``, that begin with the given text."""
+    from frobs_cli.catalogue import EXTENSIONS, plural
     from frobs_core.specs import KINDS
 
-    return [word for word in (*(f"{kind}s" for kind in KINDS), "envs") if word.startswith(incomplete)]
+    kinds = (*map(plural, (*KINDS, *EXTENSIONS)), "envs")
+    return [word for word in kinds if word.startswith(incomplete)]

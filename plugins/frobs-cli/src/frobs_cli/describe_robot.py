@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
+from frobs_core.control import joint_groups
 from frobs_core.errors import FrobsError
-from frobs_core.interfaces import Robot
+from frobs_core.interfaces import ALL, Robot
 from frobs_core.models import ENDINGS, JointType, RobotModel
 
 
@@ -47,6 +49,10 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
     facts: dict[str, Any] = {"model": robot.model, "base": robot.base, "tcp": robot.tcp}
     try:
         model = load(robot)
+        grouped = [
+            {"group": name, "joints": list(names), "default_controller": robot.default_controllers.get(name)}
+            for name, names in joint_groups(robot, model).items()
+        ]
     except FrobsError as error:
         return {**facts, "error": str(error)}
     facts |= {
@@ -54,6 +60,19 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "links": len(model.links),
         "mass": f"{sum(link.inertial.mass for link in model.links if link.inertial):.6g} kg",
         "notes": [{"about": note.element, "line": note.line, "note": note.text} for note in model.notes],
+        "groups": grouped,
+        "end_effectors": [
+            {
+                "end_effector": name,
+                "arm": tool.arm or next(iter(robot.groups), ALL),
+                "fingers": tool.group,
+                "tcp": tool.tcp,
+                "open": dict(tool.open),
+                "closed": dict(tool.closed),
+            }
+            for name, tool in robot.end_effectors.items()
+        ],
+        "differential_drive": robot.differential_drive and asdict(robot.differential_drive),
         "joints": joints(model, robot.home),
         "sensors": sensors(robot),
     }

@@ -21,13 +21,17 @@ def list_(
         typer.Argument(
             metavar="[KIND]",
             show_default="all kinds",
-            help="Kind to list: simulators, robots, controllers, tasks, algorithms or envs.",
+            help="Kind to list: simulators, robots, controllers, tasks, algorithms, envs, capabilities, sensor_types, "
+            "parameters or commands.",
             autocompletion=complete_kind,
         ),
     ] = None,
     json: Json = False,
 ) -> None:
-    """List what is installed: simulators, robots, controllers, tasks, algorithms and environment IDs.
+    """List what is installed: parts, environment IDs, extensions of plugins, and commands.
+
+    Parts are simulators, robots, controllers, tasks and algorithms. Extensions are capabilities of simulators, sensor
+    types and physical parameters that can be randomized.
 
     If a simulator's engine is not installed, the list shows how to install the engine.
 
@@ -36,7 +40,7 @@ def list_(
         $ frobs list envs
         $ frobs list robots --json
     """
-    kinds = [*KINDS, catalogue.ENVIRONMENT] if kind is None else [catalogue.kind_of(kind)]
+    kinds = [*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS] if kind is None else [catalogue.kind_of(kind)]
     with only_json(json):
         rows = {kind: _environments() if kind == catalogue.ENVIRONMENT else _records(kind) for kind in kinds}
     if json:
@@ -46,7 +50,7 @@ def list_(
         if i:
             print_line()
         if len(rows) > 1:
-            print_title(catalogue.plural(kind_), "" if facts else "none installed")
+            print_title(catalogue.plural(kind_).replace("_", " "), "" if facts else "none installed")
         elif not facts:
             print_note(f"no {kind_} is installed")
         if facts:

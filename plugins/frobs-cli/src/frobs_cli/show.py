@@ -12,6 +12,7 @@ import typer
 
 from frobs_cli import catalogue
 from frobs_cli.describe_environment import describe_environment, readable_environment
+from frobs_cli.describe_extension import describe_extension
 from frobs_cli.describe_record import describe_record
 from frobs_cli.describe_robot import describe_file, is_model_file, robot_of
 from frobs_cli.facts import print_facts
@@ -34,8 +35,9 @@ def show(
         typer.Argument(
             metavar="NAME",
             show_default=False,
-            help="What to show: a simulator, robot, controller, task or algorithm, an environment ID, a run folder, or "
-            "a robot's model file (URDF, xacro, MJCF). If a name has several meanings, write KIND:NAME.",
+            help="What to show: a simulator, robot, controller, task or algorithm, an environment ID, a capability, "
+            "sensor type, parameter or command, a run folder, or a robot's model file (URDF, xacro, MJCF). If a name "
+            "has several meanings, write KIND:NAME.",
         ),
     ],
     config: Annotated[
@@ -53,7 +55,7 @@ def show(
     package_path: PackagePath = None,
     json: Json = False,
 ) -> None:
-    """Show the details of a part, an environment ID, a run or a robot file.
+    """Show the details of a part, an environment ID, an extension, a run or a robot file.
 
     A part is a simulator, robot, controller, task or algorithm. The details of a part include the accepted parameters,
     the required capabilities, and what the part is compatible with.
@@ -62,6 +64,7 @@ def show(
         $ frobs show irb120
         $ frobs show frobs/Irb120Reach-v0
         $ frobs show controller:joint_position
+        $ frobs show sensor_type:lidar
         $ frobs show runs/first --config
         $ frobs show arm.urdf --picture arm.png
     """
@@ -124,7 +127,7 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
     """
     prefix, _, rest = name.partition(":")
     others = {it.kind: it for it in providers() if it.kind}
-    kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *others) else None
+    kind = prefix if prefix in (*KINDS, catalogue.ENVIRONMENT, *catalogue.EXTENSIONS, *others) else None
     wanted = rest if kind else name
     found = False
     for candidate in KINDS if kind is None else [kind] if kind in KINDS else []:
@@ -142,6 +145,13 @@ def _meanings(name: str) -> Iterator[Callable[[], Facts]]:
         if kind in (None, other) and (kind or provider.describes(wanted)):
             found = True
             yield lambda provider=provider: {**provider.describe(wanted)}  # type: ignore[misc]
+    for other in [] if found else catalogue.EXTENSIONS:
+        extensions = {item.name: item for item in catalogue.listed(other)} if kind in (None, other) else {}
+        if wanted in extensions:
+            found = True
+            yield lambda other=other, item=extensions[wanted]: describe_extension(other, item)  # type: ignore[misc]
+        elif kind == other:
+            raise UnknownNameError(other.replace("_", " "), wanted, extensions, catalogue.problems())
     if not found:
         names = {known for kind in KINDS for known in plugins.records(kind)} | set(registry.environments())
         hints = (plugins.active().install_hint(kind, name) for kind in (*KINDS, "environment"))

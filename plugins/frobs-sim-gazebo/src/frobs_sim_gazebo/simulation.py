@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError
+from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
     ContactState,
     Placement,

@@ -30,8 +30,9 @@ def check(
         typer.Argument(
             metavar="ID_OR_PLUGIN",
             show_default=False,
-            help="What to check: a Gymnasium environment ID, a part ('robot:irb120' or 'irb120'), or a plugin or "
-            "distribution with all its parts.",
+            help="What to check: a Gymnasium environment ID, a part ('robot:irb120' or 'irb120'), an extension "
+            "('sensor_type:lidar', 'capability:rays', 'parameter:mass' or 'command:train'), or a plugin or distribution "
+            "with everything that it provides.",
             autocompletion=complete_id,
         ),
     ],
@@ -66,7 +67,8 @@ def check(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the algorithm, or keyword argument of the environment, task or controller. Repeatable.",
+            help="Setting of the algorithm, keyword argument of the environment, task or controller, or field of the "
+            "sensor type. Repeatable.",
         ),
     ] = None,
     steps: Annotated[

@@ -14,6 +14,7 @@ from frobs_devkit.testing.algorithm import check_algorithm
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import check_env
+from frobs_devkit.testing.extension import check_extension
 from frobs_devkit.testing.find import Subject, find_subject
 from frobs_devkit.testing.plugin import check_plugin
 from frobs_devkit.testing.report import Report, Result, pytest_checks, run_checks
@@ -32,6 +33,7 @@ __all__ = [
     "check_algorithm",
     "check_controller",
     "check_env",
+    "check_extension",
     "check_plugin",
     "check_robot",
     "check_simulator",

@@ -8,6 +8,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from frobs_cli import catalogue
 from frobs_core import plugins, registry
 from frobs_core.errors import AmbiguousNameError, CommandLineError, UnknownNameError
 from frobs_core.plugins import PluginReport, normalize
@@ -17,6 +18,7 @@ from frobs_devkit.testing.checks import Check, Inconclusive, only
 from frobs_devkit.testing.controller import check_controller
 from frobs_devkit.testing.environment import CHECKS as ENVIRONMENT_CHECKS
 from frobs_devkit.testing.environment import check_env
+from frobs_devkit.testing.extension import check_extension
 from frobs_devkit.testing.plugin import check_plugin
 from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
@@ -28,7 +30,8 @@ class Subject:
     """An object to check, as returned by :func:`find_subject`.
 
     Attributes:
-        kind: ``"environment"``, a record kind, ``"plugin"`` or ``"distribution"``.
+        kind: ``"environment"``, a record kind, ``"capability"``, ``"sensor_type"``, ``"parameter"``, ``"command"``,
+            ``"plugin"`` or ``"distribution"``.
         name: Full name, such as ``"irb120"`` or ``"frobs/Irb120Reach-v0"``.
     """
 
@@ -63,17 +66,18 @@ class Subject:
                 environment, or to one of the kit's robots for a controller.
             simulator: Simulator for the checks. Defaults to the object's own simulator, or to all importable simulators
                 for a robot.
-            settings: Settings of an algorithm, or keyword arguments of an environment, task or controller.
+            settings: Settings of an algorithm, keyword arguments of an environment, task or controller, or fields of a
+                sensor.
             steps: Number of environment steps in an algorithm's training run.
 
         Raises:
             ConfigurationError: Objects of this kind do not support ``settings`` or ``steps``.
         """
-        if settings and self.kind not in ("environment", "task", "controller", "algorithm"):
+        if settings and self.kind not in ("environment", "task", "controller", "algorithm", "sensor_type"):
             raise CommandLineError(
                 "--set",
-                f"checks of a {self.kind} have no settings; use --set only with an environment ID, task, controller "
-                "or algorithm.",
+                f"checks of a {self.kind} have no settings; use --set only with an environment ID, task, controller, "
+                "algorithm or sensor type.",
             )
         if steps is not None and self.kind not in ("algorithm", "plugin", "distribution"):
             raise CommandLineError(
@@ -85,9 +89,13 @@ class Subject:
             (report,) = (report for report in plugins.reports() if _key(report) == self.name)
             return _of_plugin(report, **options)
         if self.kind == "distribution":
-            return [
+            checks = [
                 check.under(report.name) for report in _reports_of(self.name) for check in _of_plugin(report, **options)
             ]
+            for item in catalogue.listed("command"):
+                if normalize(item.distribution) == normalize(self.name):
+                    checks += [check.under(f"command:{item.name}") for check in check_extension("command", item.name)]
+            return checks
         return _of(self.kind, self.name, **options)
 
 
@@ -96,7 +104,8 @@ def find_subject(word: str) -> Subject:
 
     Args:
         word: A Gymnasium ID (``"frobs/Irb120Reach-v0"`` or ``"module:Id-v0"``), a record (``"robot:irb120"``, or
-            ``"irb120"`` if the name is unique), or the name of a plugin or distribution.
+            ``"irb120"`` if the name is unique), an extension (``"sensor_type:lidar"``), or the name of a plugin or
+            distribution.
 
     Raises:
         UnknownNameError: No object has this name. The message suggests the most similar name.
@@ -108,11 +117,17 @@ def find_subject(word: str) -> Subject:
         "plugin": [name for report in plugins.reports() for name in (report.name, _key(report))],
         "distribution": [report.distribution for report in plugins.reports()],
     }
+    if colon and kind in catalogue.EXTENSIONS:
+        check_extension(kind, rest)  # raises an error that lists the existing names
+        return Subject(kind, rest)
     if colon and kind in known:
         return _named(kind, rest, known[kind])
     if "/" in word or word in gym.registry or word.rpartition(":")[2] in gym.registry:
         return Subject("environment", word)
     found = [_named(kind, word, names) for kind, names in known.items() if _spelt(kind, word, names)]
+    if not found:
+        extensions = {other: [item.name for item in catalogue.listed(other)] for other in catalogue.EXTENSIONS}
+        found = [Subject(other, word) for other, names in extensions.items() if word in names]
     if not found:
         failed = plugins.active().failures()
         names = {name for names in known.values() for name in names if ":" not in name}
@@ -165,6 +180,8 @@ def _of(
             )
             return only("robot_is_given", "A robot is given.", reason)
         return check_env(name, **given)
+    if kind in catalogue.EXTENSIONS:
+        return check_extension(kind, name, settings)
     if kind == "robot":
         return check_robot(name, None if simulator is None else [simulator])
     if kind == "simulator":
@@ -197,6 +214,11 @@ def _of_plugin(report: PluginReport, **options: Any) -> list[Check]:
             if isinstance(record, TaskRecord):
                 own = [check for check in own if not record.environments or check.name not in of_environments]
             checks += [check.under(f"{kind}:{record.name}") for check in own]
+    for kind, record_kind in catalogue.EXTENSIONS.items():
+        own_records = report.records.get(record_kind, ())
+        for item in catalogue.listed(kind) if own_records else ():
+            if any(item.record is record for record in own_records):
+                checks += [check.under(f"{kind}:{item.record.name}") for check in check_extension(kind, item.name)]
     for id in report.environment_ids:
         if id in registry.environments():
             checks += [check.under(id) for check in _of("environment", id, **options)]

@@ -56,12 +56,13 @@ def sensors_read(subject: RobotUnderTest) -> None:
         sim.step(round(1.0 / TIMESTEP))
         for name, instrument in instruments.items():
             instrument.advance()
-            _expect_sound(name, able[name], instrument.measure())
+            expect_sound(name, able[name], instrument.measure())
     if lacking:
         raise Inconclusive(f"simulator '{subject.simulator.name}' does not support {', '.join(sorted(lacking))}")
 
 
-def _expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
+def expect_sound(name: str, sensor: Sensor, read: np.ndarray) -> None:
+    """Raise CheckFailure unless a reading in one environment has the sensor's shape and range."""
     expect(read.shape == (1, sensor.width), f"sensor '{name}' reads {read.shape}, not (1, {sensor.width}).")
     low, high = sensor.bounds
     expect(
