@@ -18,7 +18,7 @@ from frobs_core.errors import (
 )
 from frobs_core.interfaces import Robot
 from frobs_core.robot_config import RobotConfig
-from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.specs import ControllerDefaults, ControllerRecord, SimulatorRecord, TaskRecord
 from frobs_core.validation import choice, whole_number
 
 RENDER_MODES = ("rgb_array", "human")
@@ -139,6 +139,8 @@ class EnvConfig:
         _check(self, (Real, type(None)), "a number of seconds or None", "control_timestep", "physics_timestep")
         _check(self, (Mapping, type(None)), "a mapping or None", "sensors", "randomize", "robots", "differential_drive")
         _check(self, Mapping, "a mapping", *_MAPPINGS)
+        if isinstance(self.controller_kwargs, ControllerDefaults):
+            object.__setattr__(self, "controller_kwargs", self.controller_kwargs.of(self.controller))
         whole_number("num_threads", self.num_threads, highest=MAX_THREADS)
         if self.render_mode is not None:
             choice("render_mode", self.render_mode, RENDER_MODES)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any, Self
 
@@ -59,7 +60,12 @@ def _containers_copied(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.copy()
     if isinstance(value, Mapping):
-        return {key: _containers_copied(item) for key, item in value.items()}
+        items = {key: _containers_copied(item) for key, item in value.items()}
+        if type(value) is dict or not isinstance(value, dict):
+            return items
+        copied = copy.copy(value)  # keeps the attributes of subclasses, such as ControllerDefaults
+        copied.update(items)
+        return copied
     if type(value) in (list, tuple):
         return type(value)(_containers_copied(item) for item in value)
     return value

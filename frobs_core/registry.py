@@ -26,7 +26,7 @@ from frobs_core.plain import is_plain
 from frobs_core.plugins.collection import Plugins, warn
 from frobs_core.plugins.discovery import normalize
 from frobs_core.plugins.report import PluginReport
-from frobs_core.specs import EnvironmentRecord, TaskRecord
+from frobs_core.specs import ControllerDefaults, EnvironmentRecord, TaskRecord
 
 COMPOSITIONAL_ID = "frobs/Env-v0"
 """ID of an environment whose robot, task, controller and simulator are passed as keywords."""
@@ -221,13 +221,15 @@ def _table(collection: Plugins) -> _Table:
 def _add(table: _Table, report: PluginReport, task_name: str, task: TaskRecord, environment: EnvironmentRecord) -> None:
     problem = _problem(environment)
     if not problem:
-        kwargs = {
+        kwargs: dict[str, Any] = {
             "task": task_name,
             "robot": environment.robot,
             "controller": environment.controller,
             "simulator": environment.simulator,
             **copy.deepcopy(dict(environment.parameters)),
         }
+        if isinstance(kwargs.get("controller_kwargs"), Mapping):
+            kwargs["controller_kwargs"] = ControllerDefaults(environment.controller, kwargs["controller_kwargs"])
         spec = _spec(environment.id, environment.max_episode_steps, kwargs)
         there = gym.registry.get(spec.id)
         if spec.id in table.specs:

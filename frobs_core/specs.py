@@ -80,6 +80,28 @@ class ControllerRecord(Record):
     control_timestep: float | None = None
 
 
+class ControllerDefaults(dict[str, Any]):
+    """Keywords that an ID sets for its own controller. If the user chooses another controller, they do not apply.
+
+    Args:
+        controller: Name of the ID's controller.
+        keywords: Keywords of this controller.
+    """
+
+    def __init__(self, controller: str, keywords: Mapping[str, Any]) -> None:
+        super().__init__(keywords)
+        self.controller = controller
+
+    def of(self, chosen: Any) -> dict[str, Any]:
+        """Return the keywords for a chosen controller, or for a mapping from joint groups to controllers."""
+        if isinstance(chosen, Mapping):
+            return {group: dict(self) for group, one in chosen.items() if self._is_own(one)}
+        return dict(self) if self._is_own(chosen) else {}
+
+    def _is_own(self, chosen: Any) -> bool:
+        return (chosen.name if isinstance(chosen, ControllerRecord) else chosen) == self.controller
+
+
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentRecord:
     """Record of a Gymnasium ID, which combines a task, a robot and default keywords for the environment.
@@ -92,7 +114,8 @@ class EnvironmentRecord:
         controller: Name of the controller.
         max_episode_steps: Control steps before truncation.
         simulator: Name of the simulator.
-        parameters: Additional keywords of :class:`frobs_core.env.RobotEnv`.
+        parameters: Additional keywords of :class:`frobs_core.env.RobotEnv`. ``controller_kwargs`` apply only to
+            ``controller``, and not to another controller that the user chooses.
         pretrained: Policy bundle that is shipped with the environment, as ``"package:path.frobs"``, or an empty string.
             ``frobs export`` creates such bundles.
     """

@@ -71,9 +71,10 @@ def assert_same(first: list[Any], second: list[Any]) -> None:
     [
         lambda: gym.make(ID, control_timestep=0.02, max_episode_steps=5),
         lambda: gym.make_vec(ID, num_envs=3, randomize={"gravity": {"add": {"uniform": [-0.1, 0.1]}}}),
+        lambda: gym.make("frobs_core:frobs/PandaPush-v0", controller="joint_velocity"),
         lambda: RobotVectorEnv(2, max_episode_steps=4, stagger=True, **PARTS),
     ],
-    ids=["single", "vector", "staggered"],
+    ids=["single", "vector", "other controller", "staggered"],
 )
 def test_a_copy_repeats_the_rollout_and_leaves_the_original_alone(
     build: Callable[[], Any], copied: Callable[[Any], Any]

@@ -11,6 +11,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import frobs_core.plugins
+from frobs_core import registry
 from frobs_core.capabilities import Level
 from frobs_core.env import RobotEnv
 from frobs_core.errors import (
@@ -82,6 +83,34 @@ def test_bad_input_is_named(keywords, error, says):
         RobotEnv(**{**PARTS, **keywords})
     with pytest.raises(error, match=says):
         RobotVectorEnv(2, **{**PARTS, **keywords})
+
+
+PUSH = "frobs_core:frobs/PandaPush-v0"
+
+
+@pytest.mark.parametrize(
+    ("controller", "kwargs"),
+    [
+        ("joint_velocity", {}),
+        ({"arm": "joint_velocity"}, {}),
+        ({"arm": None, "gripper": "gripper_delta"}, {}),
+        ("OWN", "THE ID'S"),
+        ({"arm": "OWN", "gripper": None}, {"arm": "THE ID'S"}),
+    ],
+)
+def test_another_controller_does_not_receive_the_keywords_of_the_controller_of_an_id(controller, kwargs):
+    record = registry.find_environment(PUSH)[1]
+    own, keywords = record.controller, record.parameters["controller_kwargs"]
+
+    def told(value):
+        if isinstance(value, dict):
+            return {key: told(item) for key, item in value.items()}
+        return {"OWN": own, "THE ID'S": keywords}.get(value, value)
+
+    with closing(gym.make(PUSH, controller=told(controller))) as env:
+        assert env.unwrapped.config.controller_kwargs == told(kwargs)
+    with pytest.raises(UnknownParameterError, match="Did you mean 'max_velocity'"):
+        gym.make(PUSH, controller="joint_velocity", controller_kwargs={"max_delta": 0.1})
 
 
 def test_no_environments_are_refused():

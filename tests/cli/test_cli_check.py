@@ -134,9 +134,24 @@ def test_settings_and_steps_reach_the_checks(frobs: Frobs, monkeypatch: pytest.M
         return [PASSES]
 
     monkeypatch.setattr(find, "check_algorithm", check_algorithm)
-    settings = ["--set", "gamma=0.9", "--set", "policy_kwargs.net_arch=[8]"]
+    settings = ["--set", "algorithm_config.gamma=0.9", "--set", "algorithm_config.policy_kwargs.net_arch=[8]"]
     assert frobs("check", "algorithm:ppo", *settings, "--steps", "50").exit_code == 0
     assert given == ["ppo", {"gamma": 0.9, "policy_kwargs": {"net_arch": [8]}}, {"steps": 50}]
+
+
+@pytest.mark.parametrize(
+    ("word", "right"),
+    [
+        ("algorithm:ppo", "algorithm_config.learning_rate"),
+        ("frobs/Irb120Reach-v0", "environment_kwargs.learning_rate"),
+        ("controller:joint_position", "environment_kwargs.controller_kwargs.learning_rate"),
+        ("sensor_type:lidar", "environment_kwargs.sensors.lidar.learning_rate"),
+    ],
+)
+def test_a_setting_has_the_same_form_as_in_a_run_configuration(frobs: Frobs, word: str, right: str) -> None:
+    result = frobs("check", word, "--set", "learning_rate=0.1")
+    assert result.exit_code == 2
+    assert f"write --set {right}=VALUE" in result.stderr
 
 
 @pytest.mark.parametrize(("word", "option"), [("irb120", ("--set", "a=1")), ("frobs/Irb120Reach-v0", ("--steps", "5"))])

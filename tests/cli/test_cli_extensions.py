@@ -80,7 +80,11 @@ def test_extensions_pass_their_checks(facts: Facts, acme: None, word: str) -> No
 
 def test_a_lidar_is_checked_with_the_fields_that_are_set(frobs: Frobs) -> None:
     fields = ("rays=4", "range_min=0.1", "range_max=5.0")
-    result = frobs("check", "sensor_type:lidar", *(word for field in fields for word in ("--set", field)))
+    result = frobs(
+        "check",
+        "sensor_type:lidar",
+        *(word for field in fields for word in ("--set", f"environment_kwargs.sensors.lidar.{field}")),
+    )
     assert result.exit_code == 0, result.stdout
     assert "4 passed" in result.stdout
 

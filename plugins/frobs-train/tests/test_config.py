@@ -5,7 +5,13 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_core.errors import (
+    CommandLineError,
+    ConfigFileError,
+    ConfigurationError,
+    UnknownNameError,
+    UnknownParameterError,
+)
 from frobs_train import decide_threads, resolve_config
 from frobs_train.configuration.advice import advise_controller
 
@@ -135,7 +141,7 @@ def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp
 @pytest.mark.parametrize(
     ("setting", "error", "message"),
     [
-        ("stepz=3", UnknownParameterError, "Did you mean 'steps'"),
+        ("stepz=3", CommandLineError, "Did you mean 'steps'"),
         ("algorithm_config.n_step=3", UnknownParameterError, "Did you mean 'n_steps'"),
         ("algorithm_config.policy_kwargs.activation=relu", UnknownParameterError, "Did you mean 'activation_fn'"),
         ("steps", ConfigurationError, "must have the form key=value"),
@@ -148,6 +154,13 @@ def test_a_mistake_in_a_file_is_named_with_its_line(text: str, message: str, tmp
 def test_a_mistake_in_a_setting_is_named(setting: str, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         resolve_config("Pendulum-v1", settings=[setting])
+
+
+def test_a_setting_without_its_section_names_the_sections() -> None:
+    with pytest.raises(
+        CommandLineError, match=r"algorithm_config\.learning_rate=VALUE .* environment_kwargs\.learning"
+    ):
+        resolve_config("Pendulum-v1", settings=["learning_rate=0.1"])
 
 
 def test_an_unknown_algorithm_names_the_nearest() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -67,8 +68,9 @@ def check(
             "--set",
             metavar="KEY=VALUE",
             show_default=False,
-            help="Setting of the algorithm, keyword argument of the environment, task or controller, or field of the "
-            "sensor type. Repeatable.",
+            help="Setting in the same form as for 'frobs train': algorithm_config.KEY for an algorithm, "
+            "environment_kwargs.KEY for an environment or task, environment_kwargs.controller_kwargs.KEY for a "
+            "controller, environment_kwargs.sensors.NAME.KEY for a sensor type. Repeatable.",
         ),
     ] = None,
     steps: Annotated[
@@ -92,11 +94,12 @@ def check(
         $ frobs check frobs/Irb120Reach-v0
         $ frobs check simulator:mujoco
         $ frobs check frobs-robots-abb --simulator mujoco
-        $ frobs check algorithm:sac --set learning_starts=50 --steps 500
+        $ frobs check algorithm:sac --set algorithm_config.learning_starts=50 --steps 500
         $ frobs check CartPole-v1 --json
     """
     with only_json(json):
         from frobs_core.registry import find_spec
+        from frobs_core.yaml import merge
         from frobs_devkit.testing import find_subject, run_checks
         from frobs_train import read_setting
 
@@ -104,9 +107,7 @@ def check(
         if found.kind == "environment":
             find_spec(found.name)
         expected = dict(_reason(text) for text in expect_failure or ())
-        given: dict[str, Any] = {}
-        for setting in settings or ():
-            given |= read_setting(setting)
+        given = _settings_of(found, merge(*(read_setting(setting) for setting in settings or ())))
         checks = found.checks(robot, simulator, given, steps)
         report = run_checks(checks, None if json else _print_result, expected)
     if json:
@@ -115,6 +116,35 @@ def check(
         _print_end(found, report)
     if not report.ok:
         raise typer.Exit(1)
+
+
+def _settings_of(subject: Subject, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the settings that concern the subject. They have the same dotted keys as in a run configuration.
+
+    Raises:
+        CommandLineError: A setting belongs to a different section.
+    """
+    path = {
+        "algorithm": ("algorithm_config",),
+        "environment": ("environment_kwargs",),
+        "task": ("environment_kwargs",),
+        "controller": ("environment_kwargs", "controller_kwargs"),
+        "sensor_type": ("environment_kwargs", "sensors", subject.name),
+    }.get(subject.kind, ())
+    for depth, section in enumerate(path):
+        for key in given:
+            if key != section:
+                right = ".".join((*path, key))
+                raise CommandLineError(
+                    f"--set {'.'.join((*path[:depth], key))}",
+                    f"the settings for checks of a {subject.kind.replace('_', ' ')} are in {'.'.join(path)}; write "
+                    f"--set {right}=VALUE.",
+                )
+        inner = given.get(section, {})
+        if not isinstance(inner, Mapping):
+            raise CommandLineError(f"--set {section}", f"is {inner!r}; write --set {'.'.join(path)}.KEY=VALUE.")
+        given = inner
+    return given
 
 
 def _reason(given: str) -> tuple[str, str]:

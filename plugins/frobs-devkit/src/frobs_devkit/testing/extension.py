@@ -107,7 +107,7 @@ def readings_are_in_range(subject: ExtensionUnderTest) -> None:
     missing = [item.name for item in fields(cls) if item.default is MISSING and item.default_factory is MISSING]
     missing = [name for name in missing if name not in given]
     if missing:
-        raise Inconclusive(f"the sensor needs {', '.join(missing)}; set them with {_settings(missing)}")
+        raise Inconclusive(f"the sensor needs {', '.join(missing)}; set them with {_settings(cls.type_name, missing)}")
     try:
         sensor = cls(**given)
     except (TypeError, FrobsError) as error:
@@ -202,5 +202,5 @@ def _expect_capability(name: str, what: str) -> None:
     expect(not name or name in abilities(), f"{what} is '{name}', which is not a capability: frobs list capabilities.")
 
 
-def _settings(names: list[str]) -> str:
-    return " ".join(f"--set {name}=VALUE" for name in names)
+def _settings(sensor: str, names: list[str]) -> str:
+    return " ".join(f"--set environment_kwargs.sensors.{sensor}.{name}=VALUE" for name in names)

@@ -196,7 +196,7 @@ def _of(
     if not record.environments and not {"robot", "controller"} <= given.keys():
         reason = Inconclusive(
             "the task does not register an environment ID; choose a robot with --robot, and a controller with --set "
-            "controller=NAME"
+            "environment_kwargs.controller=NAME"
         )
         return only("robot_is_given", "A robot is given.", reason)
     return check_task(name, **given)

@@ -13,6 +13,7 @@ from frobs_core.errors import (
     ConfigurationError,
     ConflictingOptionsError,
     MissingSettingError,
+    nearest,
 )
 from frobs_core.randomization import read_settings
 from frobs_core.specs import AlgorithmRecord
@@ -55,6 +56,7 @@ def resolve_config(
     """
     from_flags = _from_flags(environment, flags or {})
     from_settings = merge(*(read_setting(setting) for setting in settings))
+    _check_sections(from_settings)
     from_file, translated = ConfigMapping(), False
     if file is not None:
         from_file, translated = read_config_file(file, merge(from_flags, from_settings).get("algorithm"))
@@ -85,6 +87,24 @@ def check_config(merged: Mapping[str, Any]) -> RunConfig:
 
         check_services(config.log)
     return config
+
+
+def _check_sections(settings: Mapping[str, Any]) -> None:
+    """Reject keys that are not in the run configuration, and name the sections in which other settings are.
+
+    Raises:
+        CommandLineError: A key does not exist.
+    """
+    for key in settings:
+        if key not in RunConfig.model_fields:
+            similar = nearest(key, RunConfig.model_fields)
+            meant = f" Did you mean '{similar}'?" if similar else ""
+            raise CommandLineError(
+                f"--set {key}",
+                f"{OWNER} has no setting '{key}'.{meant} Write "
+                f"algorithm_config.{key}=VALUE for a setting of the algorithm, and environment_kwargs.{key}=VALUE for "
+                "a keyword argument of the environment.",
+            )
 
 
 def _check_stop(config: RunConfig) -> None:
