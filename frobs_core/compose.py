@@ -26,7 +26,7 @@ from frobs_core.keywords import constructor_parameters
 from frobs_core.models import load_model
 from frobs_core.observation import Observations
 from frobs_core.random import RandomSource
-from frobs_core.randomization import Randomization, physical_parameters, read_settings
+from frobs_core.randomization import Randomization, Settings, physical_parameters, read_settings
 from frobs_core.robot_config import RobotConfig, find_record
 from frobs_core.sensors.contacts import with_contacts
 from frobs_core.specs import SimulatorRecord, TaskRecord
@@ -68,20 +68,40 @@ class Parts:
     randomization: Randomization | None = None
 
 
-def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
-    """Build and bind the parts of an environment.
+@dataclass(frozen=True)
+class Plan:
+    """Everything about an environment that is known before its simulator is imported.
 
-    Args:
-        config: The environment's keywords.
-        num_envs: ≥ 1.
-        same_step: Whether a new episode begins in the same step that ends the previous episode.
+    Attributes:
+        simulator: Record of the simulator.
+        task_record: Record of the task.
+        task: The task, not yet bound.
+        controllers: The controllers by robot and joint group, not yet bound.
+        everything: All robots of the scene, with their models.
+        settings: Settings of the randomization, or None.
+        observed: Settings of the added observation terms.
+        control_timestep: [s]
+        physics_timestep: [s]
+        decimation: Number of physics steps per control step.
+    """
 
-    Raises:
-        UnknownNameError: A requested name is not provided by any plugin.
-        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
-        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
-            an observation term requires.
-        ConfigurationError: A value is invalid.
+    simulator: SimulatorRecord
+    task_record: TaskRecord
+    task: Task
+    scene: Scene
+    controllers: Mapping[str, Mapping[str, Controller]]
+    everything: Mapping[str, Placement]
+    settings: Settings | None
+    observed: dict[str, dict[str, Any]]
+    control_timestep: float
+    physics_timestep: float
+    decimation: int
+
+
+def plan(config: EnvConfig, num_envs: int, same_step: bool = False) -> Plan:
+    """Check the keywords of an environment without importing an engine, and build its task and its controllers.
+
+    The arguments and the errors are those of :func:`compose`.
     """
     check_num_envs(num_envs)
     simulator = find_record(SimulatorRecord, "simulator", config.simulator)
@@ -125,13 +145,46 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     everything = scene.all_robots(placements)
     if simulator.capabilities.get("contacts", Level.UNSUPPORTED) != Level.UNSUPPORTED:
         scene = with_contacts(scene, everything)
+    return Plan(
+        simulator=simulator,
+        task_record=task,
+        task=the_task,
+        scene=scene,
+        controllers=controllers,
+        everything=everything,
+        settings=settings,
+        observed=observed,
+        control_timestep=control,
+        physics_timestep=physics,
+        decimation=decimation,
+    )
+
+
+def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
+    """Build and bind the parts of an environment.
+
+    Args:
+        config: The environment's keywords.
+        num_envs: ≥ 1.
+        same_step: Whether a new episode begins in the same step that ends the previous episode.
+
+    Raises:
+        UnknownNameError: A requested name is not provided by any plugin.
+        UnknownParameterError: The task, a controller or the simulator does not accept one of the keywords.
+        CapabilityError: The simulator does not support a capability that the task, a controller, the randomization or
+            an observation term requires.
+        ConfigurationError: A value is invalid.
+    """
+    planned = plan(config, num_envs, same_step)
+    simulator, task, controllers = planned.simulator, planned.task, planned.controllers
+    scene, everything, settings, control = planned.scene, planned.everything, planned.settings, planned.control_timestep
     engine = simulator.load()
     check_parameters(f"simulator '{simulator.name}'", config.simulator_kwargs, simulator_defaults(engine))
     simulation: Simulation = engine(
         everything,
         scene,
         num_envs=num_envs,
-        physics_timestep=physics,
+        physics_timestep=planned.physics_timestep,
         num_threads=config.num_threads,
         **config.simulator_kwargs,
     )
@@ -143,17 +196,17 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
                 controller.bind_scene(scene, simulation)
         joined = Control(
             {
-                name: RobotControl(simulation.robots[name], of_robot, control, decimation)
+                name: RobotControl(simulation.robots[name], of_robot, control, planned.decimation)
                 for name, of_robot in controllers.items()
             }
         )
         first = next(iter(joined.robots.values()))
         controller = next(iter(first.controllers.values()))
-        the_task.bind(simulation, controller, control)
+        task.bind(simulation, controller, control)
         commands = {name: robot.robot.home for name, robot in joined.robots.items()}
         context = StepContext(RandomSource(num_envs), joined.action_space, commands)
-        added = AddedTerms(observed, simulation, scene, joined, context, the_task.markers, control)
-        terms = without_dropped(the_task.observation_terms(), config.observations)
+        added = AddedTerms(planned.observed, simulation, scene, joined, context, task.markers, control)
+        terms = without_dropped(task.observation_terms(), config.observations)
         for name in added.terms:
             if name in terms:
                 raise ObservationTermError(name, "is already a term of the task; choose another name.")
@@ -165,16 +218,16 @@ def compose(config: EnvConfig, num_envs: int, same_step: bool = False) -> Parts:
     return Parts(
         simulation=simulation,
         control=joined,
-        task=the_task,
+        task=task,
         observations=observations,
         added_terms=added,
         context=context,
         robot=first.robot,
         controller=controller,
         control_timestep=control,
-        decimation=decimation,
+        decimation=planned.decimation,
         check_reset=lambda options: check_capabilities(
-            simulator.name, simulator.capabilities, needs_of_task(task, the_task, options)
+            simulator.name, simulator.capabilities, needs_of_task(planned.task_record, task, options)
         ),
         randomization=randomization,
     )

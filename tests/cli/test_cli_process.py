@@ -33,6 +33,34 @@ def test_help_imports_nothing_heavy() -> None:
     assert not HEAVY & set(modules)
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        (["--controller", "joint_psition"], "Did you mean 'joint_position'"),
+        (["--simulator", "mujocco"], "Did you mean 'mujoco'"),
+        (["--robot", "irb12"], "Did you mean 'irb120'"),
+        (["--set", "environment_kwargs.tolerence=0.1"], "Did you mean 'tolerance'"),
+        (["--set", "environment_kwargs.controller_kwargs.max_dleta=1"], "Did you mean 'max_delta'"),
+        (["--set", "randomize.mas.scale=2"], "Did you mean 'mass'"),
+        (["--set", "environment_kwargs.control_timestep=0.003"], "physics steps"),
+    ],
+    ids=lambda value: value[-1] if isinstance(value, list) else "",
+)
+def test_a_wrong_name_is_reported_before_anything_heavy_is_imported(given: list[str], says: str) -> None:
+    code = (
+        "import sys\n"
+        "from frobs_cli import main\n"
+        f"sys.argv = ['frobs', 'train', 'frobs/Irb120Reach-v0', *{given!r}]\n"
+        "try:\n    main()\n"
+        "except SystemExit as end:\n    print(end.code, *sorted(sys.modules))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    status, *modules = done.stdout.split()
+    assert status == "2"
+    assert says in done.stderr
+    assert not HEAVY & set(modules)
+
+
 def test_the_package_itself_imports_no_typer() -> None:
     code = "import sys, frobs_cli; print('typer' in sys.modules or 'rich' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
@@ -42,9 +70,8 @@ def test_the_package_itself_imports_no_typer() -> None:
 def test_stdout_carries_only_json(process: Process) -> None:
     done = process("list", "--json")
     assert done.returncode == 0
-    assert {"simulators", "robots", "controllers", "tasks", "algorithms", "environments"} == set(
-        json.loads(done.stdout)
-    )
+    parts = {"simulators", "robots", "controllers", "tasks", "algorithms", "environments"}
+    assert {*parts, "capabilities", "sensor_types", "parameters", "commands"} == set(json.loads(done.stdout))
 
 
 def test_output_to_a_pipe_has_no_colours_and_no_wrapped_lines(process: Process) -> None:

@@ -11,9 +11,11 @@ import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
-from frobs_core.compose import check_num_envs
+from frobs_core.compose import check_num_envs, plan
+from frobs_core.config import EnvConfig
+from frobs_core.env import RobotEnv
 from frobs_core.errors import FrobsError, ParameterValueError
-from frobs_core.registry import find_spec
+from frobs_core.registry import bare_id, find_spec
 from frobs_core.specs import SimulatorRecord
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
@@ -99,6 +101,22 @@ def _make_vec(
         wrappers=[partial(_wrap, cls, component) for cls, component in wrappers],
         **kwargs,
     )
+
+
+def check_environment(environment: str, kwargs: Mapping[str, Any]) -> None:
+    """Check the keywords of a FRobs environment without importing an engine. Other environments are not checked.
+
+    Raises:
+        FrobsError: A name or a value is invalid. The errors are those of :func:`make_env`.
+    """
+    spec = gym.registry.get(bare_id(environment))
+    if spec is not None and spec.entry_point in ("frobs_core.env:RobotEnv", RobotEnv):
+        try:
+            plan(EnvConfig.from_dict({**spec.kwargs, **kwargs}), 1)
+        except FrobsError:
+            raise
+        except Exception as error:
+            raise EnvironmentBuildError(environment, kwargs, error) from error
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:

@@ -189,7 +189,7 @@ def _one_size(num_envs: str | None) -> int | None:
 def _resolve(env_id: str, flags: dict[str, Any], settings: Sequence[str] | None) -> RunConfig:
     from frobs_train import resolve_config
 
-    return resolve_config(env_id, flags=flags, settings=settings or ())
+    return resolve_config(env_id, flags=flags, settings=settings or (), check_parts=True)
 
 
 def _measure_training(config: RunConfig, steps: int | None) -> TrainingBenchResult:

@@ -126,7 +126,7 @@ def train(
         "log": [service.value for service in log] if log else None,
     }
     with only_json(json):
-        resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or ())
+        resolved = resolve_config(env_id, file=config, flags=flags, settings=settings or (), check_parts=True)
     if advice := advise_controller(resolved):
         print_note(advice)
     chosen = open_runner(runner, ray_address, cpus, memory)

@@ -22,6 +22,7 @@ from frobs_core.yaml import ConfigMapping, find_origin, load_yaml_text, load_yam
 from frobs_train.configuration.components import check_components
 from frobs_train.configuration.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.configuration.other_layouts import read_config_file
+from frobs_train.environments import check_environment
 
 
 def resolve_config(
@@ -30,6 +31,7 @@ def resolve_config(
     file: Path | str | None = None,
     flags: Mapping[str, Any] | None = None,
     settings: Sequence[str] = (),
+    check_parts: bool = False,
 ) -> RunConfig:
     """Resolve a configuration from tuned settings, a file, flags and individual settings.
 
@@ -44,6 +46,8 @@ def resolve_config(
         flags: Mapping from keys of :class:`RunConfig` to values. The keys ``robot``, ``tcp``, ``base``, ``simulator``
             and ``controller`` of ``environment_kwargs`` are also accepted. Values of None are ignored.
         settings: Assignments of YAML values to dotted keys, such as ``"algorithm_config.n_steps=16"``.
+        check_parts: Whether to check the names and keywords of the environment's parts first, because importing the
+            algorithm's library may take many seconds.
 
     Returns:
         The configuration, including all defaults of the algorithm.
@@ -67,6 +71,8 @@ def resolve_config(
     controller = _environment_kwargs(given).get("controller")
     merged = merge(*_with_section(tuned, controller), *_with_section(from_file, controller), from_flags, from_settings)
     config = check_config(merged)
+    if check_parts:
+        check_environment(config.environment, config.keywords())  # before the algorithm's library is imported
     own = _with_threads(merged.get("algorithm_config", {}), config.threads.torch)
     return config.model_copy(update={"algorithm_config": resolve_algorithm_config(record, own)})
 

@@ -12,6 +12,7 @@ from frobs_core.interfaces import Algorithm
 from frobs_core.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record, differences
 from frobs_train.configuration.resolve import check_config, read_setting
+from frobs_train.environments import check_environment
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.services import make_loggers
 from frobs_train.logs.statistics import EpisodeStatistics
@@ -113,6 +114,8 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
     merged = merge(written.model_dump(), {} if steps is None else {"steps": steps}, *given)
     config = check_config(merged)
     check_change(written, config, "--set")
+    if settings:
+        check_environment(config.environment, config.keywords())
     return config
 
 

@@ -83,7 +83,13 @@ class Search:
             ConfigurationError: A setting is unknown or invalid.
         """
         more = [setting(key, value) for key, value in (chosen or {}).items()]
-        return resolve_config(self.environment, file=self.file, flags=self.flags, settings=[*self.settings, *more])
+        return resolve_config(
+            self.environment,
+            file=self.file,
+            flags=self.flags,
+            settings=[*self.settings, *more],
+            check_parts=chosen is None,
+        )
 
 
 class Session:
