@@ -110,15 +110,10 @@ class RobotConfig:
             MissingSettingError: The robot is missing.
             ConfigurationError: A sensor setting cannot be used.
         """
-        description = _look_up(self.robot)
+        description = _look_up(self.robot, self.robot_args, self.package_paths)
         changes: dict[str, Any] = {} if self.tcp is None else {"tcp": self.tcp}
-        for item, given in (
-            ("xacro_args", self.robot_args),
-            ("package_paths", self.package_paths),
-            ("home", self.home),
-        ):
-            if given:
-                changes[item] = {**getattr(description, item), **given}
+        if self.home:
+            changes["home"] = {**description.home, **self.home}
         if self.differential_drive is not None:
             changes |= {"differential_drive": self._drive(), "base": "wheeled"}
         if self.base is not None:
@@ -235,7 +230,27 @@ class RobotConfig:
         return Pose((x, y, z), (a, b, c, d))
 
 
-def _look_up(robot: str | Robot) -> Robot:
+def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: Mapping[str, str]) -> Robot:
+    """Return the description of a robot, to whose model file the arguments and the folders are passed.
+
+    For ``"ARM+TOOL"``, the arguments belong to the arm's file, and the folders to both files.
+    """
+    is_name = isinstance(robot, str) and not robot.lower().endswith(_MODEL_ENDINGS)
+    arm_name, _, tool_name = str(robot).rpartition("+") if is_name else ("", "", "")
+    if arm_name:
+        arm, tool = _look_up(arm_name, xacro_args, package_paths), _look_up(tool_name, {}, package_paths)
+        model = load_model(arm.model, xacro_args=arm.xacro_args, package_paths=arm.package_paths)
+        return arm.attach(arm.tcp or default_tcp(model), tool)
+    found = _named(robot)
+    changes: dict[str, Any] = {}
+    if xacro_args:
+        changes["xacro_args"] = {**found.xacro_args, **xacro_args}
+    if package_paths:
+        changes["package_paths"] = {**found.package_paths, **package_paths}
+    return replace(found, **changes) if changes else found
+
+
+def _named(robot: str | Robot) -> Robot:
     if isinstance(robot, Robot):
         return robot
     if not robot:
@@ -248,11 +263,6 @@ def _look_up(robot: str | Robot) -> Robot:
         )
     if robot.lower().endswith(_MODEL_ENDINGS):
         return Robot(model=robot, name=Path(robot).name.partition(".")[0])
-    arm_name, _, tool_name = robot.rpartition("+")
-    if arm_name:
-        arm, tool = _look_up(arm_name), _look_up(tool_name)
-        model = load_model(arm.model, xacro_args=arm.xacro_args, package_paths=arm.package_paths)
-        return arm.attach(arm.tcp or default_tcp(model), tool)
     found: Robot = plugins.get_record("robot", robot).load()
     return found
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from frobs_core.capabilities import Level
-from frobs_core.errors import PluginError
+from frobs_core.errors import FrobsError, PluginError
 from frobs_core.install_hints import local_install_hint
 
 
@@ -39,10 +39,13 @@ class Record:
             return getattr(import_module(module), attribute)
         except PluginError:  # the module's error message already explains the fix
             raise
+        except FrobsError as error:  # so does this message, for example that an engine is not installed
+            raise PluginError(f"'{self.name}' cannot be used: {error}") from error
         except Exception as error:
             hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
             raise PluginError(
-                f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: {error}.{hint}"
+                f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: "
+                f"{str(error).rstrip('.')}.{hint}"
             ) from error
 
 

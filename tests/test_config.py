@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import closing
 from dataclasses import FrozenInstanceError, fields
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -13,8 +14,10 @@ import pytest
 import frobs_core.plugins
 from frobs_core.config import KEYWORDS, EnvConfig
 from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, UnknownParameterError
+from frobs_core.errors import ConfigurationError, ModelFileError, UnknownParameterError
+from frobs_core.models import load_model
 from frobs_core.registry import environments
+from frobs_core.robot_config import RobotConfig
 from frobs_core.vector_env import RobotVectorEnv
 
 PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
@@ -59,6 +62,18 @@ def test_keywords_that_are_no_field_are_the_tasks():
     assert config.task_parameters == {"tolerance": 0.1}
     assert config == EnvConfig(**PARTS, task_parameters={"tolerance": 0.1})
     assert config != EnvConfig(**PARTS)
+
+
+def test_arguments_of_a_robot_file_reach_it_with_a_tool_too(tmp_path):
+    arm = tmp_path / "my+arm.urdf.xacro"
+    text = (Path(__file__).parents[1] / "templates" / "my_arm.urdf.xacro").read_text()
+    arm.write_text(text.replace('<xacro:arg name="effort" default="30"/>', ""))
+    for robot in (str(arm), f"{arm}+parallel_gripper"):
+        found = RobotConfig(robot=robot, robot_args={"effort": "7"}).describe()
+        model = load_model(found.model, xacro_args=found.xacro_args)
+        assert [joint.limits.effort for joint in model.actuated_joints[:2]] == [7.0, 7.0]
+        with pytest.raises(ModelFileError, match=r"set it with robot_args=\{'effort': VALUE\} in an environment"):
+            load_model(RobotConfig(robot=robot).describe().model)
 
 
 def test_a_configuration_cannot_be_changed():

@@ -12,7 +12,7 @@ _LONGEST = 2_000  # maximum length of xacro's message, which can quote large par
 
 
 class Declarations:
-    """Names that the xacro files declare, and the contents of these files.
+    """Names that the xacro files declare or use, and the contents of these files.
 
     Error messages use the names for suggestions and the contents for line numbers.
     """
@@ -56,7 +56,10 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
         return ModelFileError(file, "infinite recursion: macros or properties refer to each other or to themselves.")
     if match := re.search(r"Undefined substitution argument '?([^' ]+)'?", text):
         name = match[1]
-        reason = f"the xacro argument '{name}' has no value; set it with xacro_args={{'{name}': VALUE}}."
+        reason = (
+            f"the xacro argument '{name}' has no value; set it with robot_args={{'{name}': VALUE}} in an environment, "
+            f"xacro_args={{'{name}': VALUE}} in a Robot description, or --args {name}:=VALUE in a command."
+        )
         return ModelFileError(file, reason, seen.line(file, rf"\$\(arg\s+{re.escape(name)}\s*\)"))
     if match := re.search(r"name '(\w+)' is not defined", text):
         name = match[1]

@@ -293,6 +293,7 @@ class _Expansion:
         return found
 
     def _arg(self, name: str) -> str:
+        self._seen.arguments.add(name)  # as in xacro, a value can be given for an argument without a declaration
         try:
             return str(self._arguments()[name])
         except KeyError as error:
@@ -322,7 +323,7 @@ class _Expansion:
         return {
             "load_yaml": self._load_yaml,
             "abs_filename": self._absolute,
-            "arg": lambda name: self._arguments()[name],
+            "arg": self._arg,
             "fatal": fatal,
             "message": message(logging.INFO),
             "warning": message(logging.WARNING),

@@ -209,3 +209,32 @@ def test_the_verdict_names_the_simulators_that_lack_something(frobs: Frobs, tmp_
     result = frobs("doctor", "robot", str(file), *options)
     assert "this robot can be used on mujoco, but not on pybullet" in result.stdout
     assert "only simulator='mujoco' simulates passive joints" in " ".join(result.stdout.split())
+
+
+def test_the_advice_of_a_simulator_without_its_engine_is_printed_once(
+    frobs: Callable[..., Result], installed: Callable[[str, str], None]
+) -> None:
+    installed("frobs-zz-engine", WITHOUT_ENGINE)
+    text = frobs("doctor", "robot", "irb120").stdout
+    assert text.count("Install it with apt-get install zz-engine") == 1
+    assert "'zz' cannot be used: the engine ZZ is not available. Install it with apt-get install zz-engine.\n" in text
+    assert ".." not in text.partition("the engine ZZ")[2].partition("\n")[0]
+
+
+WITHOUT_ENGINE = """
+from frobs_core.errors import SimulationError
+from frobs_core.hookspecs import hookimpl
+from frobs_core.specs import SimulatorRecord
+
+
+def __getattr__(name):
+    if name == "Zz":
+        raise SimulationError("the engine ZZ is not available. Install it with apt-get install zz-engine.")
+    raise AttributeError(name)
+
+
+@hookimpl
+def frobs_simulators():
+    return [SimulatorRecord(name="zz", summary="an engine", entry_point=f"{__name__}:Zz", capabilities={},
+                            install_hint="pip install frobs-zz-engine")]
+"""

@@ -1,5 +1,6 @@
 import json
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -9,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from rich.console import Console
+from typer.testing import Result
 
 from frobs_cli import output
 from frobs_cli.facts import dotted, print_facts, text
@@ -114,6 +116,34 @@ def test_markup_in_facts_is_not_interpreted(capsys: Capture) -> None:
     print_facts({"kind": "robot", "name": "[bold]x", "summary": "[m]", "unit": "[rad]", "rows": [{"a": "[b]"}]})
     out = capsys.readouterr().out
     assert all(piece in out for piece in ("[bold]x", "[m]", "[rad]", "[b]"))
+
+
+def test_markup_in_lines_is_not_interpreted(capsys: Capture) -> None:
+    output.print_line("pip install -e 'my-arm[test]'")
+    assert capsys.readouterr().out == "pip install -e 'my-arm[test]'\n"
+
+
+def test_the_printed_commands_of_a_new_plugin_install_pytest(frobs: Callable[..., Result], tmp_path: Path) -> None:
+    install, test, *_ = (
+        frobs("new", "controller", "zz_c", "--output", str(tmp_path)).stdout.split("next\n")[1].split("\n")
+    )
+    assert install.strip() == f"pip install -e '{tmp_path}/frobs-controllers-zz-c[test]'"
+    assert test.strip() == f"pytest {tmp_path}/frobs-controllers-zz-c"
+
+
+def test_work_writes_lines_where_there_is_no_terminal(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    with output.working("quick"):
+        pass
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(output, "_FIRST_LINE", 0.01)
+    monkeypatch.setattr(output, "_LINE_EVERY", 0.01)
+    told = ""
+    with output.working("recording") as show:
+        for text in ("recording", "recording: 2 frames"):
+            show(text)
+            while f"{text} (0 s)\n" not in told:
+                told += capsys.readouterr().err
+    assert "writer" not in [thread.name for thread in threading.enumerate()]
 
 
 def test_facts_leave_out_what_is_empty(capsys: Capture) -> None:

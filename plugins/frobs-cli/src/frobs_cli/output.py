@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -15,6 +17,10 @@ if TYPE_CHECKING:
 _NARROWEST_PROSE = 30
 """Minimum width of a table's last column [characters]. If less width is available, the column's text is placed below
 the row."""
+
+
+_FIRST_LINE, _LINE_EVERY = 3.0, 10.0
+"""Time until the first progress line and between further ones, if stderr is not a terminal [s]."""
 
 
 def console(*, stderr: bool = False) -> Console:
@@ -33,7 +39,7 @@ def _reader_gone() -> NoReturn:
 
 def print_line(text: RenderableType = "") -> None:
     """Write human-readable output to stdout."""
-    console().print(text, soft_wrap=isinstance(text, str))
+    console().print(text, soft_wrap=isinstance(text, str), markup=False)
 
 
 def print_note(text: str) -> None:
@@ -50,14 +56,42 @@ def print_error(text: str) -> None:
 
 @contextlib.contextmanager
 def working(text: str) -> Iterator[Callable[[str], None]]:
-    """Show a progress text and the elapsed time in a terminal, and yield a function that changes the text."""
+    """Show a progress text and the elapsed time on stderr, and yield a function that changes the text.
+
+    A terminal shows the text at once. Elsewhere, such as in the log of a job, a line is written every few seconds, so
+    quick commands write nothing.
+    """
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     err = console(stderr=True)
+    if not err.is_terminal:
+        with _lines(text) as show:
+            yield show
+        return
     columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as bar:
+    with Progress(*columns, console=err, transient=True) as bar:
         task = bar.add_task(text)
         yield lambda text: bar.update(task, description=text)
+
+
+@contextlib.contextmanager
+def _lines(text: str) -> Iterator[Callable[[str], None]]:
+    """Write a progress line after a few seconds and then at longer intervals, from a thread of its own."""
+    latest, done, begin = [text], threading.Event(), time.monotonic()
+
+    def write() -> None:
+        pause = _FIRST_LINE
+        while not done.wait(pause):
+            print_note(f"{latest[0]} ({time.monotonic() - begin:.0f} s)")
+            pause = _LINE_EVERY
+
+    writer = threading.Thread(target=write, name="writer", daemon=True)
+    writer.start()
+    try:
+        yield lambda text: latest.__setitem__(0, text)
+    finally:
+        done.set()
+        writer.join()
 
 
 def print_title(text: str, detail: str = "") -> None:

@@ -125,7 +125,7 @@ def _print_simulator(simulator: SimulatorFacts) -> None:
 
     _section(simulator.name, f"{simulator.distribution} {simulator.version}")
     if simulator.builds is None:
-        verdict, style = f"not checked: {simulator.reason}", "dim"
+        verdict, style = "not checked, for the reason in the findings", "dim"
     elif not simulator.builds:
         verdict, style = f"cannot simulate the robot: {simulator.reason}", "bold red"
     elif simulator.overlaps:

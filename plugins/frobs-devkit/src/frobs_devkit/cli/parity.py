@@ -202,7 +202,9 @@ def _print(certificate: Certificate, folder: Path) -> None:
         table,
     )
     print_line()
-    console().print(certificate.verdict, style="bold green" if certificate.passed else "bold red", soft_wrap=True)
+    console().print(
+        certificate.verdict, style="bold green" if certificate.passed else "bold red", soft_wrap=True, markup=False
+    )
     print_note(
         f"The certificate was written to {folder}: certificate.md, certificate.json, images, curves and actions."
     )
