@@ -36,8 +36,10 @@ def frobs_simulators() -> Sequence[SimulatorRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_simulators():
-            return [SimulatorRecord(name="mujoco", summary="…", entry_point="frobs_sim_mujoco.simulation:MujocoSimulation",
-                                    capabilities={"snapshot": Level.EXACT})]
+            return [SimulatorRecord(name="mujoco", summary="MuJoCo 3, stepped in batches",
+                                    entry_point="frobs_sim_mujoco.simulation:MujocoSimulation",
+                                    install_hint="pip install frobs-sim-mujoco",
+                                    capabilities={"snapshot": Level.EXACT, "drive": Level.EXACT})]
 
     Do not import the engine in this hook: ``entry_point`` is imported when a simulation is first built.
     """
@@ -53,7 +55,9 @@ def frobs_robots() -> Sequence[RobotRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_robots():
-            return [RobotRecord(name="irb120", summary="…", entry_point="frobs_robots_abb.irb120:IRB120")]
+            return [RobotRecord(name="irb120", summary="ABB IRB 120, an arm with six joints",
+                                entry_point="frobs_robots_abb.irb120:IRB120",
+                                install_hint="pip install frobs-robots-abb")]
 
     Do not read model files in this hook: they are read when the robot is first built.
     """
@@ -69,8 +73,10 @@ def frobs_controllers() -> Sequence[ControllerRecord]:  # type: ignore[empty-bod
 
         @hookimpl
         def frobs_controllers():
-            return [ControllerRecord(name="joint_position", summary="…",
-                                     entry_point="frobs_controllers.joint_position:JointPosition")]
+            return [ControllerRecord(name="joint_position", summary="the positions of the joints",
+                                     entry_point="frobs_controllers.joint_position:JointPosition",
+                                     install_hint="pip install frobs-controllers",
+                                     needs={"drive": Level.APPROXIMATE})]
 
     Do not write the hook as a generator, because a generator raises errors only when it is iterated.
     """
@@ -86,8 +92,12 @@ def frobs_tasks() -> Sequence[TaskRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_tasks():
-            return [TaskRecord(name="reach", summary="…", entry_point="frobs_tasks_reach.reach:Reach",
-                               environments=(EnvironmentRecord(id="frobs/Irb120Reach-v0", …),))]
+            reach = EnvironmentRecord(id="lab/Irb120Reach-v0", summary="the IRB 120 reaches for a point",
+                                      robot="irb120", controller="joint_delta_position", max_episode_steps=50)
+            return [TaskRecord(name="reach", summary="move the tool to a goal",
+                               entry_point="frobs_tasks_reach.reach:Reach",
+                               install_hint="pip install frobs-tasks-reach",
+                               needs={"teleport": Level.APPROXIMATE}, environments=(reach,))]
 
     Do not call ``gymnasium.register`` yourself: the registry registers the IDs and never overwrites an existing ID.
     """
@@ -103,7 +113,10 @@ def frobs_algorithms() -> Sequence[AlgorithmRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_algorithms():
-            return [AlgorithmRecord(name="ppo", summary="…", entry_point="frobs_algos_sb3.ppo:PPO")]
+            return [AlgorithmRecord(name="ppo", summary="proximal policy optimization",
+                                    entry_point="frobs_algos_sb3.ppo:PPO",
+                                    install_hint="pip install frobs-algos-sb3",
+                                    action_spaces=("Box", "Discrete"))]
 
     Do not import torch in this hook: ``entry_point`` is imported when training starts.
     """
@@ -119,7 +132,8 @@ def frobs_abilities() -> Sequence[AbilityRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_abilities():
-            return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",))]
+            return [AbilityRecord(name="wind", summary="a wind that pushes bodies", methods=("wind_velocity",),
+                                  install_hint="pip install acme-wind")]
 
     Do not reuse the name of a core ability, because your ability would then be available only as
     ``"distribution:name"``.
@@ -136,7 +150,9 @@ def frobs_sensor_types() -> Sequence[SensorTypeRecord]:  # type: ignore[empty-bo
 
         @hookimpl
         def frobs_sensor_types():
-            return [SensorTypeRecord(name="anemometer", summary="…", entry_point="acme.wind:Anemometer")]
+            return [SensorTypeRecord(name="anemometer", summary="velocity of the wind [m/s]",
+                                     entry_point="acme.wind:Anemometer",
+                                     install_hint="pip install acme-wind")]
 
     Do not import the sensor class in this hook: it is imported when an environment uses a sensor of this type.
     """
@@ -152,7 +168,8 @@ def frobs_parameters() -> Sequence[ParameterRecord]:  # type: ignore[empty-body]
 
         @hookimpl
         def frobs_parameters():
-            return [ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", ability="wind")]
+            return [ParameterRecord(name="wind_speed", summary="speed of the wind [m/s]", ability="wind",
+                                    install_hint="pip install acme-wind")]
 
     Do not use a name that ``randomize`` already accepts.
     """

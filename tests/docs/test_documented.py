@@ -6,6 +6,9 @@ import dataclasses
 import inspect
 import re
 import sys
+import textwrap
+from collections.abc import Callable
+from types import SimpleNamespace
 
 import gymnasium as gym
 import pytest
@@ -15,6 +18,7 @@ import frobs_deploy.errors
 import frobs_train.errors
 from frobs_cli.parameters import descriptions
 from frobs_core import capabilities, hookspecs, interfaces, models, plugins, registry, specs
+from frobs_devkit.testing import plugin as plugin_checks
 
 HOOKS = [value for value in vars(hookspecs).values() if hasattr(value, "frobs_spec")]
 ERRORS = [
@@ -38,6 +42,25 @@ def short(value: object) -> str:
 def test_there_is_a_hook_for_every_record() -> None:
     assert len(HOOKS) == len(specs.RECORDS)
     assert len(specs.KINDS) == 5
+
+
+@pytest.mark.parametrize("hook", HOOKS, ids=short)
+def test_the_example_of_a_hook_has_what_the_kit_demands(hook: Callable[..., object]) -> None:
+    example = textwrap.dedent((inspect.getdoc(hook) or "").partition("Example::\n")[2].partition("\n\nDo not")[0])
+    names = {**vars(specs), "hookimpl": hookspecs.hookimpl, "Level": capabilities.Level}
+    exec(example, names)
+    records = names[short(hook)]()
+    kind = short(hook).removeprefix("frobs_").replace("abilities", "ability").removesuffix("s")
+    assert all(type(record) is specs.RECORDS[kind] for record in records)
+    subject = SimpleNamespace(records=[(kind, record) for record in records])
+    plugin_checks.summaries_are_one_line(subject)
+    for record in records:
+        for environment in getattr(record, "environments", ()):
+            assert not registry._problem(environment)
+        for levels in (getattr(record, "needs", {}), getattr(record, "capabilities", {})):
+            assert set(levels) <= set(capabilities.CAPABILITIES)
+        if record.entry_point and not record.entry_point.startswith("acme."):
+            record.load()
 
 
 @pytest.mark.parametrize("hook", HOOKS, ids=short)
