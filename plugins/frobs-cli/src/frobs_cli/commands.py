@@ -80,7 +80,8 @@ def command_sources() -> dict[str, tuple[str, str]]:
     sources: dict[str, tuple[str, str]] = {}
     for entry in sorted(entry_points(group=GROUP), key=_order):
         with suppress(Exception):  # installed_commands() reports tables that cannot be read
-            for command in entry.load():
+            table: Sequence[Command] = entry.load()
+            for command in table:
                 if declared.get(command.name) is command:
                     sources[command.name] = _distribution(entry), entry.dist.version if entry.dist else ""
     return sources

@@ -116,8 +116,7 @@ def readings_are_in_range(subject: ExtensionUnderTest) -> None:
     rover = replace(ROVER, sensors={name: sensor})
     contacts = dict(instrument.contacts(name, sensor, "robot", Scene()))
     for simulator in subject.simulators(cls.needs):
-        extra = {"contacts": contacts} if contacts else {}
-        with simulator.build(rover, num_envs=1, pose=Pose(pos=(0.0, 0.0, 0.05)), **extra) as (sim, robot):
+        with simulator.build(rover, num_envs=1, pose=Pose(pos=(0.0, 0.0, 0.05)), contacts=contacts) as (sim, robot):
             measuring = instrument(name, sensor, sim, robot, TIMESTEP)
             measuring.reset(None)
             sim.step(1)
