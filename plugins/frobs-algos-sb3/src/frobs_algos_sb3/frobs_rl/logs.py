@@ -35,12 +35,12 @@ def log_folder(path: Path, on_existing: str) -> Path:
     """
     if on_existing not in CHOICES:
         raise ParameterValueError("on_existing", on_existing, f"one of {', '.join(CHOICES)}")
+    if on_existing == "increment":
+        return _make_next(path)
     if not path.exists():
         return path
     if on_existing == "error":
         raise LogFolderExistsError(path)
-    if on_existing == "increment":
-        return _next_free(path)
     if on_existing == "overwrite":
         for pattern in _OURS:
             for file in path.glob(pattern):
@@ -48,13 +48,17 @@ def log_folder(path: Path, on_existing: str) -> Path:
     return path
 
 
-def _next_free(path: Path) -> Path:
+def _make_next(path: Path) -> Path:
+    """Create the first folder whose name is free, so that models created at the same time get different folders."""
     found = re.fullmatch(r"(.+)_(\d+)", path.name)
     stem, number = (found[1], int(found[2])) if found else (path.name, 0)
-    while path.exists():
-        number += 1
-        path = path.with_name(f"{stem}_{number}")
-    return path
+    while True:
+        try:
+            path.mkdir(parents=True)
+            return path
+        except FileExistsError:
+            number += 1
+            path = path.with_name(f"{stem}_{number}")
 
 
 def make_logger(folder: Path) -> Logger:

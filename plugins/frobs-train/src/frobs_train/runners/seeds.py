@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -10,8 +9,8 @@ from frobs_core.errors import RunError
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.runners.jobs import training_job
 from frobs_train.runners.runner import Outcome, Runner
-from frobs_train.runs.existing import settle_existing
-from frobs_train.runs.run import default_run_dir
+from frobs_train.runs.existing import check_existing
+from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment
 
@@ -57,11 +56,14 @@ def train_seeds(
     """
     settings = resolve_algorithm_config(algorithm_record(config.algorithm), config.algorithm_config)
     config = config.model_copy(update={"algorithm_config": settings})
-    folders = {seed: settle_existing(path, on_existing) for seed, path in seed_folders(config, seeds, run_dir).items()}
+    folders = seed_folders(config, seeds, run_dir)
+    for path in folders.values():
+        check_existing(path, on_existing)
     check_environment(config)
-    if on_existing == "overwrite":
-        for path in folders.values():
-            shutil.rmtree(path, ignore_errors=True)
+    if on_existing in ("increment", "overwrite"):  # reserve the folders, in which the jobs then resume the runs
+        for seed, path in folders.items():
+            with Run.begin(path, config.model_copy(update={"seed": seed}), on_existing) as run:
+                folders[seed] = run.path
     root = next(iter(folders.values())).absolute().parent
     try:
         root.mkdir(parents=True, exist_ok=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import count
 from pathlib import Path
 
 from frobs_core.errors import RunError
@@ -19,15 +18,18 @@ ON_EXISTING = ("error", "increment", "overwrite", "resume")
 """Ways to handle an existing run folder."""
 
 
-def settle_existing(path: Path, on_existing: str) -> Path:
-    """Return the run folder to use, without changing any files. ``on_existing`` is one of :data:`ON_EXISTING`."""
+def check_existing(path: Path, on_existing: str) -> None:
+    """Raise an error if ``on_existing`` does not allow a run in this folder, without changing any files.
+
+    Args:
+        path: The run folder.
+        on_existing: One of :data:`ON_EXISTING`.
+    """
     choice("on_existing", on_existing, ON_EXISTING)
-    if not path.exists():
-        return path
+    if not path.exists() or on_existing == "increment":
+        return
     if on_existing == "error":
         raise RunExistsError(path)
-    if on_existing == "increment":
-        return next(other for number in count(2) if not (other := path.with_name(f"{path.name}_{number}")).exists())
     if not is_run(path):
         raise RunError(
             f"{path} is not a run folder, because config.yaml or versions.json is missing; remove the folder manually."
@@ -35,7 +37,6 @@ def settle_existing(path: Path, on_existing: str) -> Path:
     if on_existing == "overwrite":
         with RunLock(path):  # check that no process is training in the folder
             pass
-    return path
 
 
 def resume_existing(path: Path, config: RunConfig, on_progress: Callable[[Progress], bool | None] | None) -> Run:

@@ -36,6 +36,15 @@ class RunLock:
 
     def __enter__(self) -> Self:
         """Acquire the lock, or raise RunBusyError."""
+        while not self._acquire():
+            pass
+        return self
+
+    def _acquire(self) -> bool:
+        """Lock the file, and return whether it is still the file of this folder.
+
+        Between opening and locking the file, the process that held the lock may have replaced the folder.
+        """
         try:
             descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
@@ -47,6 +56,9 @@ class RunLock:
             holder = _read(descriptor)
             if not (_lock(descriptor) if _has_locks(descriptor) else not _alive(holder)):
                 raise RunBusyError(self._path, *holder)
+            if not _is_at(descriptor, self._path / NAME):
+                os.close(descriptor)
+                return False
             # The lock works even if a full disk prevents writing the process ID.
             with contextlib.suppress(OSError):
                 _write(descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
@@ -54,7 +66,7 @@ class RunLock:
             os.close(descriptor)
             raise
         self._descriptor = descriptor
-        return self
+        return True
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
@@ -65,6 +77,13 @@ class RunLock:
                 os.ftruncate(self._descriptor, 0)
             os.close(self._descriptor)
             self._descriptor = None
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        return False
 
 
 def _has_locks(descriptor: int) -> bool:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint
 from frobs_train.runs.history import describe_change, has_history, read_history, write_history
+from frobs_train.runs.lock import RunLock
 from frobs_train.runs.state import read_best
 from frobs_train.runs.versions import versions
 from frobs_train.training.seeds import RunSeeds, draw_seed, spread_seed
@@ -58,47 +62,58 @@ class Run:
         self.changes: tuple[Mapping[str, Any], ...] = ()
 
     @classmethod
-    def create(cls, path: Path, config: RunConfig, *, replace: bool = False) -> Run:
+    def create(cls, path: Path, config: RunConfig) -> Run:
         """Create a new run folder atomically.
 
         Args:
-            path: The folder, which must not exist unless ``replace`` is True.
+            path: The folder, which must not exist.
             config: Resolved configuration. If the configured seed is None, a random seed is drawn.
-            replace: Whether to replace an existing run.
 
         Raises:
             RunExistsError: The folder already exists.
             RunError: The folder cannot be created.
         """
+        with cls.begin(path, config) as run:
+            return run
+
+    @classmethod
+    @contextmanager
+    def begin(cls, path: Path, config: RunConfig, on_existing: str = "error") -> Iterator[Run]:
+        """Create a new run folder atomically, and hold its lock inside the ``with`` block.
+
+        The folder is locked before it has its final name. Therefore, no other process can replace or resume a run that
+        has begun, and runs that begin at the same time get different folders.
+
+        Args:
+            path: The folder.
+            config: Resolved configuration. If the configured seed is None, a random seed is drawn.
+            on_existing: How to handle an existing folder. ``"increment"`` uses the first free name among ``name_2``,
+                ``name_3``, etc., and ``"overwrite"`` replaces an existing run. All other values raise an error.
+
+        Raises:
+            RunExistsError: The folder already exists.
+            RunBusyError: Another process is training in the folder to replace.
+            RunError: The folder cannot be created.
+        """
         if config.seed is None:
             config = config.model_copy(update={"seed": draw_seed()})
-        if path.exists() and not (replace and is_run(path)):
-            raise RunExistsError(path)
-        aside = path.with_name(f".{path.name}.{os.getpid()}")
-        old = path.with_name(f".{path.name}.{os.getpid()}.old")
+        aside = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
         try:
-            shutil.rmtree(aside, ignore_errors=True)  # leftover of a killed process with the same ID
             aside.mkdir(parents=True)
         except OSError as error:
             raise RunError(
                 f"the run folder {path} cannot be created: {error.strerror}; choose another folder."
             ) from error
-        try:
-            write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
-            write_history(aside, config)
-            if path.exists():
-                os.replace(path, old)
-            os.rename(aside, path)
-        except OSError as error:
-            if old.exists():
-                os.replace(old, path)
-            elif path.exists():  # another process created the folder first
-                raise RunExistsError(path) from error
-            raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
-        shutil.rmtree(old, ignore_errors=True)
-        return cls(path, config)
+        with ExitStack() as stack:
+            stack.callback(shutil.rmtree, aside, ignore_errors=True)
+            try:
+                write_json(aside / "versions.json", {**versions(), "threads": decide_threads(config).to_dict()})
+                write_history(aside, config)
+                stack.enter_context(RunLock(aside))
+                placed = _place(aside, path, on_existing)
+            except OSError as error:
+                raise RunError(f"the run folder {path} cannot be written: {error}; free some space.") from error
+            yield cls(placed, config)
 
     @classmethod
     def open(cls, path: Path | str) -> Run:
@@ -189,6 +204,49 @@ class Run:
         import json
 
         return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
+
+
+def _place(aside: Path, path: Path, on_existing: str) -> Path:
+    """Give a complete run folder its final name, and return this name."""
+    target, numbers = path, count(2)
+    while not _rename(aside, target):
+        if on_existing == "increment":
+            target = path.with_name(f"{path.name}_{next(numbers)}")
+        elif on_existing == "overwrite" and is_run(path):
+            discard_run(path)
+        else:
+            raise RunExistsError(path)
+    return target
+
+
+def _rename(aside: Path, target: Path) -> bool:
+    """Rename a folder, or return False if the name is taken."""
+    if target.exists():  # renaming would replace an empty folder
+        return False
+    try:
+        os.rename(aside, target)
+    except OSError:
+        if target.exists():  # another process created the folder first
+            return False
+        raise
+    return True
+
+
+def discard_run(path: Path) -> None:
+    """Remove a run folder that may already have been removed.
+
+    Raises:
+        RunBusyError: Another process is training in the folder.
+        RunError: The folder cannot be written.
+    """
+    old = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
+    try:
+        with RunLock(path):
+            os.replace(path, old)
+    except RunError as error:
+        if not isinstance(error.__cause__, FileNotFoundError):
+            raise
+    shutil.rmtree(old, ignore_errors=True)
 
 
 def is_run(path: Path) -> bool:

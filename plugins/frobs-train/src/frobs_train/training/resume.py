@@ -122,7 +122,8 @@ def changed_config(run: Run, steps: int | None = None, settings: Sequence[str] =
 def _newest(run: Run) -> tuple[Checkpoint | None, RunState | None]:
     """Return the newest undamaged checkpoint and its run state, which are both None if no checkpoint exists yet."""
     if not run.checkpoints:
-        _log.warning("%s has no checkpoint yet, so the run starts from the beginning with the same seed.", run.path)
+        if (run.path / "progress.csv").exists():
+            _log.warning("%s has no checkpoint yet, so the run starts from the beginning with the same seed.", run.path)
         return None, None
     checkpoint, damaged = run.newest_checkpoint()
     state, _ = read_state(checkpoint.path)

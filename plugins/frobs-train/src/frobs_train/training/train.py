@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
+from frobs_train.errors import RunExistsError
 from frobs_train.logs.services import make_loggers
-from frobs_train.runs.existing import resume_existing, settle_existing
-from frobs_train.runs.lock import RunLock
+from frobs_train.runs.existing import check_existing, resume_existing
 from frobs_train.runs.run import Run, default_run_dir
 from frobs_train.training.callbacks import build_callbacks
 from frobs_train.training.monitor import Progress
@@ -52,7 +52,8 @@ def train(
         TrainingError: The environment or the algorithm raised an exception.
         TrainingInterrupt: Ctrl-C or SIGTERM was received.
     """
-    path = settle_existing(Path(run_dir) if run_dir is not None else default_run_dir(config), on_existing)
+    path = Path(run_dir) if run_dir is not None else default_run_dir(config)
+    check_existing(path, on_existing)
     record = algorithm_record(config.algorithm)
     settings = resolve_algorithm_config(record, config.algorithm_config)
     config = config.model_copy(update={"algorithm_config": settings})
@@ -63,9 +64,12 @@ def train(
     made = prepare_training(config)
     try:
         callbacks = [*make_loggers(config.log), *build_callbacks(config.callbacks)]
-        run = Run.create(path, config, replace=on_existing == "overwrite")
-        with RunLock(run.path):
+        with Run.begin(path, config, on_existing) as run:
             run_training(run, made.recorder, made.episodes, made.algorithm, callbacks, on_progress)
+    except RunExistsError:
+        if on_existing != "resume":
+            raise
+        return resume_existing(path, config, on_progress)  # another process has created the run in the meantime
     finally:
         made.env.close()
     return run
