@@ -6,8 +6,10 @@ import contextlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
-from typing import Any, NoReturn
+from collections.abc import Collection, Sequence
+from decimal import Decimal, InvalidOperation
+from itertools import pairwise
+from typing import Any, NoReturn, get_args
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -23,12 +25,21 @@ READER_GONE = 141
 """Exit code that shells report for a program whose output pipe was closed (128 + SIGPIPE)."""
 
 
+_MOST_DIGITS = 19
+"""Maximum number of digits of a number in scientific notation, so that ``1e999999999`` does not use up the memory."""
+
+
 class FrobsCommand(TyperCommand):
-    """A command whose help shows no type for flags."""
+    """A command whose help shows no type for flags, and whose integer options accept ``1e5`` and ``1000.0``."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the parameters, including ``--help``."""
         return _without_types(super().get_params(ctx))
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, after writing whole numbers such as ``1e5`` as integers."""
+        names = {name for option in self.get_params(ctx) if _is_integer(option) for name in option.opts}
+        return super().parse_args(ctx, [_as_integer(*pair, names) for pair in pairwise(["", *args])])
 
 
 class FrobsGroup(TyperGroup):
@@ -132,6 +143,25 @@ def _write_no_more() -> None:
     """Redirect stdout to the null device, so that buffered output is discarded when the interpreter shuts down."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _is_integer(parameter: Any) -> bool:
+    annotation = getattr(parameter, "type_descriptor", None) and parameter.type_descriptor.annotation
+    return annotation is int or int in get_args(annotation)
+
+
+def _as_integer(before: str, arg: str, names: Collection[str]) -> str:
+    """Rewrite the value of an integer option in an argument, which follows the argument ``before``."""
+    name, sign, value = ("", "", arg) if before in names else arg.partition("=")
+    if before not in names and not (sign and name in names):
+        return arg
+    try:
+        number = Decimal(value)
+    except InvalidOperation:
+        return arg
+    if not number.is_finite() or number.adjusted() >= _MOST_DIGITS or number != number.to_integral_value():
+        return arg
+    return f"{name}{sign}{int(number)}"
 
 
 def _without_types(parameters: list[Any]) -> list[Any]:
