@@ -1,7 +1,9 @@
 import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import pytest
 from typer.testing import Result
 
@@ -89,6 +91,21 @@ def test_an_expected_failure_is_no_failure(frobs: Frobs, checks: Callable[..., N
     passes = frobs("check", "CartPole-v1", "--expect-failure", "it_holds=a rumour")
     assert passes.exit_code == 1
     assert "the check passes, but was expected to fail: a rumour" in passes.stdout
+
+
+def test_the_module_that_registers_an_id_is_imported(
+    frobs: Frobs, checks: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in ``frobs train``. The module is also found if its name resembles a kind of part."""
+    (tmp_path / "my_robot.py").write_text(
+        "import gymnasium\nif 'Mine-v0' not in gymnasium.registry:\n"
+        "    gymnasium.register('Mine-v0', 'gymnasium.envs.classic_control:CartPoleEnv')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(gym.registry, "Mine-v0", raising=False)
+    checks(PASSES)
+    assert "1 passed" in frobs("check", "my_robot:Mine-v0").stdout
+    assert gym.registry.pop("Mine-v0").id == "Mine-v0"
 
 
 def test_a_robot_is_checked_by_its_name(frobs: Frobs) -> None:

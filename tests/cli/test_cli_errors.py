@@ -21,6 +21,8 @@ BAD = {
     "another's ID": (("bench", "CartPol-v1"), "Did you mean 'CartPole-v1'?"),
     "ID without version": (("train", "CartPole"), "Did you mean 'CartPole-v1'?"),
     "module": (("train", "frobs_nowhere:Foo-v0"), "module 'frobs_nowhere' cannot be imported"),
+    "module to check": (("check", "frobs_nowhere:Foo-v0"), "module 'frobs_nowhere' cannot be imported"),
+    "kind to check": (("check", "robt:irb120"), "Did you mean 'irb120'?"),
     "number": (("train", "CartPole-v1", "--steps", "0"), "--steps"),
     "word for a number": (("train", "CartPole-v1", "--steps", "many"), "--steps"),
     "file": (("train", "CartPole-v1", "--config", "nowhere.yaml"), "nowhere.yaml"),

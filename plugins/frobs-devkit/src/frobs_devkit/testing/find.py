@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +11,7 @@ import gymnasium as gym
 
 from frobs_cli import catalogue
 from frobs_core import plugins, registry
-from frobs_core.errors import AmbiguousNameError, CommandLineError, UnknownNameError
+from frobs_core.errors import AmbiguousNameError, CommandLineError, UnknownNameError, nearest
 from frobs_core.plugins import PluginReport, normalize
 from frobs_core.specs import KINDS, SimulatorRecord, TaskRecord
 from frobs_devkit.testing.algorithm import check_algorithm
@@ -23,6 +24,9 @@ from frobs_devkit.testing.plugin import check_plugin
 from frobs_devkit.testing.robot import check_robot
 from frobs_devkit.testing.simulator import check_simulator
 from frobs_devkit.testing.task import check_task
+
+_VERSION = re.compile(r"-v\d+$")
+"""Pattern for the end of most environment IDs."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,8 @@ def find_subject(word: str) -> Subject:
     if "/" in word or word in gym.registry or word.rpartition(":")[2] in gym.registry:
         return Subject("environment", word)
     found = [_named(kind, word, names) for kind, names in known.items() if _spelt(kind, word, names)]
+    if not found and colon and (_VERSION.search(rest) or nearest(kind, known) is None):
+        return Subject("environment", word)  # the module, which registers the ID, has not been imported yet
     if not found:
         extensions = {other: [item.name for item in catalogue.listed(other)] for other in catalogue.EXTENSIONS}
         found = [Subject(other, word) for other, names in extensions.items() if word in names]
