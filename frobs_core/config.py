@@ -223,8 +223,8 @@ def _plain(name: str, value: Any) -> Any:
     """Return a value converted to JSON types."""
     plain = _lists(value)
     try:
-        json.dumps(plain)
-    except TypeError as error:
+        json.dumps(plain, allow_nan=False)
+    except (TypeError, ValueError) as error:
         raise ConfigurationError(
             f"the keyword '{name}' cannot be converted to JSON: {error}; use strings, numbers, lists and dictionaries."
         ) from error

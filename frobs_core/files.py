@@ -6,13 +6,14 @@ Untrusted files are opened only if they are regular files within a size limit.
 from __future__ import annotations
 
 import errno
-import json
 import os
 import secrets
 import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from frobs_core.plain import to_json
 
 MAX_TEXT_BYTES = 16 * 2**20
 """Maximum size of a model file (URDF, xacro, MJCF) [bytes]."""
@@ -119,8 +120,8 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write JSON atomically."""
-    write_text(path, json.dumps(value, indent=2) + "\n")
+    """Write JSON atomically, see :func:`frobs_core.plain.to_json`."""
+    write_text(path, to_json(value, indent=2) + "\n")
 
 
 def sync(path: Path) -> None:

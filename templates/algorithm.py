@@ -26,8 +26,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from frobs_core.errors import CheckpointError, IncompatibleSpaceError, RunError
+from frobs_core.files import write_json
 from frobs_core.hookspecs import hookimpl
 from frobs_core.interfaces import Algorithm, TrainingMonitor
+from frobs_core.plain import read_numbers, spell_numbers
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 
@@ -118,7 +120,7 @@ class CrossEntropy(Algorithm):
             "observation_space": _space_to_json(self.observation_space),
             "action_space": _space_to_json(self.action_space),
         }
-        (folder / "algorithm.json").write_text(json.dumps(told, indent=2), encoding="utf-8")
+        write_json(folder / "algorithm.json", spell_numbers(told))
         with (folder / "distribution.npz").open("wb") as file:
             np.savez(file, allow_pickle=False, mean=self._mean, deviation=self._deviation)
 
@@ -127,7 +129,7 @@ class CrossEntropy(Algorithm):
         """Load a folder written by :meth:`save`. If an environment is given, training can continue."""
         self = cls.__new__(cls)
         try:
-            told = json.loads((folder / "algorithm.json").read_text("utf-8"))
+            told = read_numbers(json.loads((folder / "algorithm.json").read_text("utf-8")))
             if told["format"] != FORMAT:
                 raise CheckpointError(f"{folder} has format {told['format']}, but {FORMAT} is required.")
             observed, acted = _space_from_json(told["observation_space"]), _space_from_json(told["action_space"])

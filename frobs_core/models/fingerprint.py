@@ -28,7 +28,7 @@ def fingerprint(model: RobotModel) -> str:
         ModelFileError: A mesh file cannot be read.
     """
     content = {"links": list(_plain(model.links)), "joints": list(_plain(model.joints))}
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
 def _plain(values: Any) -> Iterator[Any]:

@@ -153,7 +153,7 @@ def check_gltf(path: Path, data: bytes) -> bytes:
         if not tree.get("images"):
             return data
         tree["images"] = [{"uri": _PIXEL_URI} for _ in tree["images"]]
-        changed = json.dumps(tree).encode()
+        changed = json.dumps(tree, allow_nan=False).encode()
         if not binary:
             return changed
         changed += b" " * (-len(changed) % 4)

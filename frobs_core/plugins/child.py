@@ -109,7 +109,7 @@ def main(module: str, key: str, findings: Path, seconds: float) -> None:
     found["warnings"] = told
     torch = sys.modules.get("torch")
     found["torch_threads"] = getattr(torch, "get_num_threads", int)()
-    findings.write_text(json.dumps(found))
+    findings.write_text(json.dumps(found, allow_nan=False))
 
 
 def _start_method() -> str | None:

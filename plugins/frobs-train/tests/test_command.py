@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import math
 import shlex
 from pathlib import Path
 
 import pytest
 
-from frobs_train import RunConfig, resolve_config
+from frobs_train import Run, RunConfig, resolve_config
 from frobs_train.configuration.command import training_command
 
 REACH = "frobs/Irb120Reach-v0"
@@ -21,6 +23,7 @@ REACH = "frobs/Irb120Reach-v0"
         f"frobs train {REACH} --algorithm sac --simulator pybullet --steps 5000 --seed 1",
         "frobs train CartPole-v1 --num-envs 4 --seed 2 --set algorithm_config.gamma=0.9 --set evaluate_every=500",
         f"frobs train {REACH} --seed 1 --set environment_kwargs.tolerance=0.02 --set 'wrappers=[]'",
+        "frobs train CartPole-v1 --seed 2 --set algorithm_config.target_kl=.inf",
     ],
 )
 def test_the_command_resolves_to_the_configuration(words: str) -> None:
@@ -29,6 +32,16 @@ def test_the_command_resolves_to_the_configuration(words: str) -> None:
     assert command is not None
     assert resolve(command) == config
     assert len(command) <= len(words)
+
+
+def test_infinite_settings_are_kept_by_a_run(tmp_path: Path) -> None:
+    config = RunConfig(environment="X-v0", seed=0, environment_kwargs={"limits": [-math.inf, math.inf, 1.0]})
+    Run.create(tmp_path / "run", config)
+    assert Run.open(tmp_path / "run").config == config
+    history = (tmp_path / "run/history.json").read_text()
+    assert json.loads(history, parse_constant=pytest.fail)["config"]["environment_kwargs"] == {
+        "limits": ["-.inf", ".inf", 1.0]
+    }
 
 
 def test_the_shortest_command_is_told() -> None:

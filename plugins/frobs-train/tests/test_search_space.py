@@ -12,7 +12,8 @@ from frobs_core.specs import AlgorithmRecord
 from frobs_core.yaml import ConfigMapping, load_yaml_text
 from frobs_train import resolve_config
 from frobs_train.configuration.config import algorithm_record
-from frobs_train.tuning.search_space import load_space, read_space, setting
+from frobs_train.configuration.resolve import write_setting
+from frobs_train.tuning.search_space import load_space, read_space
 
 SEARCHED = [name for name in plugins.records("algorithm") if algorithm_record(name).search_space]
 
@@ -72,4 +73,4 @@ def test_every_offered_space_fits_its_algorithm(name: str) -> None:
     for key, dimension in load_space(algorithm_record(name)).items():
         values = dimension.choices or [dimension.example]
         for value in values:
-            resolve_config("CartPole-v1", flags={"algorithm": name}, settings=[setting(key, value)])
+            resolve_config("CartPole-v1", flags={"algorithm": name}, settings=[write_setting(key, value)])

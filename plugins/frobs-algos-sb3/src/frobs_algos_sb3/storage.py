@@ -14,17 +14,18 @@ import numpy as np
 import torch as th
 
 from frobs_core.errors import CheckpointError, UntrustedFileError
+from frobs_core.plain import read_numbers, spell_numbers, to_json
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write a value as JSON."""
-    path.write_text(json.dumps(value, indent=2) + "\n", encoding="utf-8")
+    """Write a value as JSON. Infinite bounds and settings are kept."""
+    path.write_text(to_json(spell_numbers(value), indent=2) + "\n", encoding="utf-8")
 
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object, or raise CheckpointError."""
     try:
-        value = json.loads(path.read_text("utf-8"))
+        value = read_numbers(json.loads(path.read_text("utf-8")))
     except (OSError, ValueError) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error
     if not isinstance(value, dict):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import sys
 import threading
 import time
@@ -139,9 +138,9 @@ def print_table(
 
 def print_json(value: Any) -> None:
     """Write results to stdout as JSON."""
-    from frobs_core.plain import plain
+    from frobs_core.plain import to_json
 
-    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    sys.stdout.write(to_json(value, indent=2, ascii=False) + "\n")
 
 
 @contextlib.contextmanager

@@ -13,6 +13,7 @@ from typing import Any
 from ray import tune
 from ray.actor import ActorHandle
 
+from frobs_core.plain import spell_numbers, to_json
 from frobs_ray.mailbox import Sender
 from frobs_ray.nodes import Versions, difference_here
 from frobs_train.runs.fork import copy_run, fork_run
@@ -99,7 +100,7 @@ def _checkpoint(
     if not any((path / "checkpoints").glob("step_*")):
         return None
     copy_run(path, folder / "run")
-    (folder / _OWNER).write_text(json.dumps({"number": number, "settings": settings}), "utf-8")
+    (folder / _OWNER).write_text(to_json({"number": number, "settings": spell_numbers(settings)}), "utf-8")
     found: Any = tune.Checkpoint.from_directory(folder)  # the declared return type is the base class
     checkpoint: tune.Checkpoint = found
     return checkpoint
@@ -113,7 +114,7 @@ def _take_over(search: Search, study: Path, number: int, settings: Mapping[str, 
     path = _run_folder(search, study, number, settings)
     with checkpoint.as_directory() as found:
         owner = json.loads((Path(found) / _OWNER).read_text("utf-8"))
-        if owner == {"number": number, "settings": settings} and is_run(path):
+        if owner == {"number": number, "settings": spell_numbers(settings)} and is_run(path):
             return  # this trial's own run, which may be ahead of the checkpoint
         path.parent.mkdir(parents=True, exist_ok=True)
         config = search.resolve(settings)

@@ -24,6 +24,7 @@ import torch as th
 
 from frobs_core.errors import CheckpointError, UntrustedFileError
 from frobs_core.files import read_limited
+from frobs_core.plain import to_json
 
 MAX_FILE_BYTES = 2**32
 """Maximum size of a model file."""
@@ -102,7 +103,7 @@ def clean_copy(archive: ModelArchive, keys: Mapping[str, Any]) -> io.BytesIO:
     """Return a copy of the model file that contains its tensors and the attribute names in ``keys``, but no pickles."""
     target = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive.content)) as old, zipfile.ZipFile(target, "w") as new:
-        new.writestr("data", json.dumps(dict.fromkeys(keys)))
+        new.writestr("data", to_json(dict.fromkeys(keys)))
         for name in old.namelist():
             if name.endswith(".pth"):
                 new.writestr(name, old.read(name))

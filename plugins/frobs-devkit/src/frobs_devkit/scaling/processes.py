@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.errors import ConfigurationError
+from frobs_core.plain import to_json
 from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
 from frobs_train import Job, Report, RunConfig, Runner
 
@@ -186,7 +187,7 @@ def _start(task: Mapping[str, Any]) -> subprocess.Popen[str]:
         env={**os.environ, **_VARIABLES},
     )
     assert process.stdin is not None
-    process.stdin.write(json.dumps({**task, "launched": time.time()}))
+    process.stdin.write(to_json({**task, "launched": time.time()}))
     process.stdin.close()
     process.stdin = None  # communicate() would close it again
     return process

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core.files import write_aside
+from frobs_core.plain import to_json
 
 _POLL = 0.005  # [s]
 _BUSY = 0.02  # [s] interval between checks of whether all processes are done
@@ -34,7 +35,7 @@ def main() -> None:
     except Exception as error:  # the process that waits for the results reports the error
         _write(folder / f"error-{index}", str(error) or type(error).__name__)
         raise SystemExit(1) from None
-    _write(folder / f"result-{index}.json", json.dumps(result))
+    _write(folder / f"result-{index}.json", to_json(result))
 
 
 def step(config: Mapping[str, Any], folder: Path, task: Mapping[str, Any]) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def recognize(package: OldPackage) -> Recognition | None:
 def fingerprint(method: ast.FunctionDef) -> str:
     """Return 16 hexadecimal digits that identify a method's structure, independently of the Python version."""
     bare = _Structure(method.name).visit(copy.deepcopy(method))
-    return hashlib.sha256(json.dumps(_plain(bare)).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(_plain(bare), allow_nan=False).encode()).hexdigest()[:16]
 
 
 def factors(method: ast.FunctionDef) -> list[float]:

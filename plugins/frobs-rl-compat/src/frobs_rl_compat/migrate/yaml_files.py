@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from typing import Any
 
 from frobs_algos_sb3.frobs_rl import ROOT, algorithms_in, translate
 from frobs_core.errors import ConfigurationError, TargetExistsError
-from frobs_core.plain import plain
+from frobs_core.plain import plain, to_json
 from frobs_core.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.report import Migration
@@ -165,7 +164,7 @@ def literal(value: Any, indent: int = 0) -> str:
         return f"[\n{rows}{margin}]"
     if isinstance(value, float) and not math.isfinite(value):
         return f'float("{value}")'
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
+    return to_json(value, ascii=False) if isinstance(value, str) else repr(value)
 
 
 def _controls(mapping: Mapping[str, Any]) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from frobs_core.plain import spell_numbers, to_json
 from frobs_train.runs.run import Run
 
 _INDIFFERENT = (
@@ -36,7 +36,7 @@ def group_runs(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """
     gathered: dict[str, list[Run]] = {}
     for run in runs:
-        gathered.setdefault(json.dumps(_identity(run), sort_keys=True, default=str), []).append(run)
+        gathered.setdefault(to_json(spell_numbers(_identity(run)), sort_keys=True), []).append(run)
     groups = list(gathered.values())
     settings = [_flat(_identity(members[0])) for members in groups]
     labelled: dict[str, list[Run]] = {}

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from typing import Any
 
 from frobs_core.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
-from frobs_train.configuration.resolve import resolve_config
+from frobs_train.configuration.resolve import resolve_config, write_setting
 
 _OF_THE_ENVIRONMENT = ("robot", "tcp", "base", "simulator", "controller")
 _FLAGS = ("num_envs", "steps")
@@ -38,7 +37,7 @@ def training_command(config: RunConfig) -> str | None:
                 words += [f"--{name.replace('_', '-')}", str(flags[name])]
         usual = resolve_config(config.environment, flags=flags)
         found = differences(usual.model_dump(), config.model_dump())
-        settings = [f"{key}={json.dumps(value)}" for key, _, value in found]
+        settings = [write_setting(key, value) for key, _, value in found]
         if resolve_config(config.environment, flags=flags, settings=settings) != config:
             return None
     except FrobsError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -15,6 +16,7 @@ from frobs_core.errors import (
     MissingSettingError,
     nearest,
 )
+from frobs_core.plain import spell_numbers, to_json
 from frobs_core.randomization import read_settings
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
@@ -23,6 +25,8 @@ from frobs_train.configuration.components import check_components
 from frobs_train.configuration.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.configuration.other_layouts import read_config_file
 from frobs_train.environments import check_environment
+
+_QUOTED_NUMBER = r'"(-?\.inf|\.nan)"'
 
 
 def resolve_config(
@@ -166,6 +170,11 @@ def read_setting(setting: str) -> dict[str, Any]:
     for key in reversed(keys):
         value = {key: value}
     return cast("dict[str, Any]", value)
+
+
+def write_setting(key: str, value: Any) -> str:
+    """Return a setting in the form ``"key=value"``, which :func:`read_setting` and ``--set`` accept."""
+    return f"{key}=" + re.sub(_QUOTED_NUMBER, r"\1", to_json(spell_numbers(value)))
 
 
 def _tuned(record: AlgorithmRecord, environment: str) -> ConfigMapping:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import math
 from collections.abc import Callable, Mapping
@@ -15,7 +14,7 @@ import numpy as np
 from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.files import write_json
-from frobs_core.plain import plain
+from frobs_core.plain import plain, spell_numbers, to_json
 from frobs_core.registry import find_spec
 from frobs_core.specs import SimulatorRecord
 from frobs_core.validation import whole_number
@@ -172,7 +171,7 @@ def usual_num_envs(config: RunConfig, episodes: int, simulator: str | None = Non
 
 def _digest(settings: Mapping[str, Any]) -> str:
     """Return a hash of settings, used to give the result files of different evaluations different names."""
-    return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=4).hexdigest()
+    return hashlib.blake2b(to_json(spell_numbers(settings), sort_keys=True).encode(), digest_size=4).hexdigest()
 
 
 def wilson_interval(successes: int, episodes: int) -> tuple[float, float]:

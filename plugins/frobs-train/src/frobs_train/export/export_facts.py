@@ -19,7 +19,7 @@ from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
 from frobs_core.observation import Observations
-from frobs_core.plain import plain
+from frobs_core.plain import plain, to_json
 from frobs_deploy import space_to_json
 from frobs_train.configuration.command import training_command
 from frobs_train.configuration.config import RunConfig
@@ -97,7 +97,7 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
             "command": None if run.changes else training_command(run.config),
             "curve": curve,
             "config": config,
-            "config_sha256": hashlib.sha256(json.dumps(config, sort_keys=True).encode()).hexdigest(),
+            "config_sha256": hashlib.sha256(to_json(config, sort_keys=True).encode()).hexdigest(),
             "versions": json.loads(trained.read_text("utf-8")) if trained.is_file() else None,
             "evaluations": [plain(found) for found in run.evaluations() if found.get("steps") == steps],
         },

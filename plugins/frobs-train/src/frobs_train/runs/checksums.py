@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from frobs_core.errors import CheckpointError
+from frobs_core.plain import to_json
 
 NAME = "checksums.json"
 """Name of the file that lists the checksums. A checkpoint folder is complete if it contains this file."""
@@ -26,7 +27,7 @@ def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None =
         same = name in known and previous is not None and _is_same(path, previous / name)
         checksums[name] = known[name] if same else _checksum(path)
     target = folder / NAME
-    target.write_text(json.dumps(checksums, indent=2) + "\n", encoding="utf-8")
+    target.write_text(to_json(checksums, indent=2) + "\n", encoding="utf-8")
     return target
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from frobs_core.config import KEYWORDS
 from frobs_core.errors import ConfigurationError, RunError
 from frobs_core.files import write_json, write_text
-from frobs_core.plain import plain
+from frobs_core.plain import plain, read_numbers, spell_numbers
 from frobs_core.validation import validate
 from frobs_core.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, differences
@@ -66,7 +66,7 @@ def write_history(folder: Path, config: RunConfig, changes: Sequence[Mapping[str
     """Write a configuration to ``config.yaml``, then the configuration and its changes to ``history.json``."""
     values = plain(config.model_dump(), for_yaml=True)
     write_text(folder / "config.yaml", dump_yaml(values))
-    write_json(folder / FILE, {"config": values, "changes": list(changes)})
+    write_json(folder / FILE, spell_numbers({"config": values, "changes": list(changes)}))
 
 
 def has_history(folder: Path) -> bool:
@@ -84,7 +84,7 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     """
     path = folder / FILE
     try:
-        found = json.loads(path.read_text("utf-8"))
+        found = read_numbers(json.loads(path.read_text("utf-8")))
         return validate(RunConfig, found["config"], str(path)), tuple(found["changes"])
     except FileNotFoundError:
         return None, ()
@@ -98,5 +98,7 @@ def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str
     return {
         "steps": steps,
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
-        "settings": {key: {"from": plain(old), "to": plain(new)} for key, old, new in found},
+        "settings": {
+            key: {"from": plain(old, for_yaml=True), "to": plain(new, for_yaml=True)} for key, old, new in found
+        },
     }

@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Self
 
 from frobs_core.errors import RunError
+from frobs_core.plain import to_json
 from frobs_train.errors import RunBusyError
 
 NAME = ".lock"
@@ -61,7 +62,7 @@ class RunLock:
                 return False
             # The lock works even if a full disk prevents writing the process ID.
             with contextlib.suppress(OSError):
-                _write(descriptor, json.dumps({"pid": os.getpid(), "host": socket.gethostname()}))
+                _write(descriptor, to_json({"pid": os.getpid(), "host": socket.gethostname()}))
         except BaseException:
             os.close(descriptor)
             raise

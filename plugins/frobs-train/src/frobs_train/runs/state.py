@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import zipfile
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from frobs_core.errors import CheckpointError
+from frobs_core.plain import to_json
 
 FORMAT = 1
 """Version of the file format of ``run.json``."""
@@ -25,14 +26,16 @@ class RunState:
 
     steps: int  # number of environment steps so far
     elapsed: float  # training time so far [s]
-    metrics: Mapping[str, float] = field(default_factory=dict)  # metrics of the algorithm since the last row of the log
+    metrics: Mapping[str, float | None] = field(
+        default_factory=dict
+    )  # metrics of the algorithm since the last row of the log; undefined metrics are None
     stopped: str | None = None  # reason why the training run ended early, or None
     exact: bool = False  # whether the snapshot contains the complete state of the environment
     format: int = FORMAT
 
     def write(self, folder: Path, episodes: Arrays) -> None:
         """Write ``run.json``, and the episode statistics to ``run.npz``."""
-        (folder / "run.json").write_text(json.dumps(asdict(self), indent=2) + "\n", encoding="utf-8")
+        (folder / "run.json").write_text(to_json(self, indent=2) + "\n", encoding="utf-8")
         write_arrays(folder / "run.npz", episodes)
 
 
@@ -73,7 +76,7 @@ def read_arrays(path: Path) -> dict[str, np.ndarray[Any, Any]]:
 
 def write_best(folder: Path, steps: int, rank: tuple[float, float]) -> None:
     """Write ``best.json``, which contains the number of environment steps and the rank of the best policy."""
-    (folder / "best.json").write_text(json.dumps({"steps": steps, "rank": list(rank)}) + "\n", encoding="utf-8")
+    (folder / "best.json").write_text(to_json({"steps": steps, "rank": rank}) + "\n", encoding="utf-8")
 
 
 def read_best(folder: Path) -> tuple[int, tuple[float, float]]:

@@ -90,7 +90,7 @@ class RunMonitor:
         self._every = config.checkpoint_every or max(1, config.steps // 10)
         self._log_every = config.log_every or max(1, config.steps // 500)
         self._evaluate_every = math.inf if context.evaluation is None else (config.evaluate_every or math.inf)
-        self._metrics: dict[str, float] = {} if state is None else dict(state.metrics)
+        self._metrics: dict[str, float | None] = {} if state is None else dict(state.metrics)
         self._early = False
         self._start = time.perf_counter() - (0.0 if state is None else state.elapsed)
         self.checkpoint = checkpoint
@@ -123,7 +123,8 @@ class RunMonitor:
         If an interruption is the only reason for this call, no row is written. The metrics are kept for the next row,
         so that the log is identical to the log of an uninterrupted run.
         """
-        self._metrics.update(metrics)
+        # A metric may be undefined: the explained variance, for example, if all returns are equal.
+        self._metrics.update({name: value if math.isfinite(value) else None for name, value in metrics.items()})
         early, self._early = self._early, False
         if not early:
             self._write_row(steps)

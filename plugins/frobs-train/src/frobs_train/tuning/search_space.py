@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from frobs_core.errors import ConfigFileError, ConfigurationError, MissingSettingError
+from frobs_core.plain import spell_numbers, to_json
 from frobs_core.specs import AlgorithmRecord
 from frobs_core.validation import validate
 from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
@@ -159,10 +159,5 @@ def _dimension(mapping: ConfigMapping, key: str) -> Dimension:
     raise ConfigFileError(*origin, reason) if origin else SearchSpaceError(reason, key)
 
 
-def setting(key: str, value: Any) -> str:
-    """Return a setting in the form ``"key=value"``, which ``--set`` accepts."""
-    return f"{key}={json.dumps(value)}"
-
-
 def _text(value: Any) -> bool | int | float | str | None:
-    return value if value is None or isinstance(value, bool | int | float | str) else json.dumps(value)
+    return value if value is None or isinstance(value, bool | int | float | str) else to_json(spell_numbers(value))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from frobs_core.errors import ParameterValueError, RunError
+from frobs_core.plain import spell_numbers, to_json
 from frobs_train.errors import StudyError
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def quiet() -> Iterator[None]:
 def hold_together(study: optuna.Study, begun_with: Mapping[str, Any]) -> None:
     """Store the settings of a new study as JSON, or raise StudyError if the settings of an existing study differ."""
     known = study.user_attrs.get("frobs")
-    now = json.loads(json.dumps(begun_with))
+    now = json.loads(to_json(spell_numbers(begun_with)))
     if known is None:
         study.set_user_attr("frobs", now)
         return

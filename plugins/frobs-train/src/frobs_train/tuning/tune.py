@@ -14,13 +14,13 @@ from frobs_core.files import write_text
 from frobs_core.validation import whole_number
 from frobs_core.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
-from frobs_train.configuration.resolve import resolve_config
+from frobs_train.configuration.resolve import resolve_config, write_setting
 from frobs_train.errors import SearchSpaceError
 from frobs_train.evaluation.evaluate import Evaluation, evaluate
 from frobs_train.training.monitor import Progress
 from frobs_train.training.session import check_environment
 from frobs_train.training.train import train
-from frobs_train.tuning.search_space import SearchSpace, load_space, setting
+from frobs_train.tuning.search_space import SearchSpace, load_space
 from frobs_train.tuning.study import (
     REPORTS,
     StudyResult,
@@ -82,7 +82,7 @@ class Search:
             UnknownNameError: No algorithm has this name.
             ConfigurationError: A setting is unknown or invalid.
         """
-        more = [setting(key, value) for key, value in (chosen or {}).items()]
+        more = [write_setting(key, value) for key, value in (chosen or {}).items()]
         return resolve_config(
             self.environment,
             file=self.file,
