@@ -19,6 +19,10 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
     },
     "YAML file": {
         "bytes": 512 * 2**10,
+        "digits in a number": 100,
+        "levels of nesting": 50,
+        "values": 20_000,  # PyYAML reads about 20,000 values per second
+        "values with aliases expanded": 100_000,
     },
     "policy bundle": {},
     "run folder": {},

@@ -5,29 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from frobs_core.budgets import BUDGETS, Meter
 from frobs_core.errors import ConfigFileError
 from frobs_core.files import read_limited
 from frobs_core.plain import plain
 
-MAX_YAML_BYTES = 512 * 2**10
-"""Maximum size of a YAML file [bytes]."""
-
-MAX_VALUES = 100_000
-"""Maximum number of values in a file after its aliases are expanded."""
-
-MAX_NODES = 20_000
-"""Maximum number of values in a file before its aliases are expanded. PyYAML reads about 20,000 values per second."""
-
-MAX_DEPTH = 50
-"""Maximum nesting depth."""
+_LIMITS = BUDGETS["YAML file"]
 
 _STANDARD = "tag:yaml.org,2002:"
-_PLAIN_TAGS = {_STANDARD + name for name in ("null", "bool", "int", "float", "str")}
+_NUMBER_TAGS = {_STANDARD + name for name in ("int", "float")}
+_PLAIN_TAGS = _NUMBER_TAGS | {_STANDARD + name for name in ("null", "bool", "str")}
+_SHOWN = 40  # maximum number of characters of a value in an error message
 
 
 class ConfigMapping(dict[str, Any]):
@@ -46,9 +39,13 @@ class ConfigMapping(dict[str, Any]):
 
 
 class LimitedLoader(yaml.SafeLoader):
-    """PyYAML's safe loader with limits on the nesting depth and the number of values."""
+    """PyYAML's safe loader with limits on the nesting depth, the number of values and the length of numbers."""
 
-    _depth = _count = 0
+    _depth = 0
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._meter = Meter("YAML file", self._refuse)
 
     def compose_node(self, parent: Node | None, index: Any) -> Node | None:
         """Return the next node.
@@ -57,30 +54,36 @@ class LimitedLoader(yaml.SafeLoader):
             yaml.MarkedYAMLError: A limit is exceeded.
         """
         self._depth += 1
-        self._count += 1
-        for number, limit, text in (
-            (self._depth, MAX_DEPTH, f"values are nested deeper than {MAX_DEPTH} levels"),
-            (self._count, MAX_NODES, f"the text exceeds the limit of {MAX_NODES:,} values"),
-        ):
-            if number > limit:
-                mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
-                raise yaml.MarkedYAMLError(problem=text, problem_mark=mark)
+        self._meter.check("levels of nesting", self._depth)
+        self._meter.spend("values")
         node: Node | None = super().compose_node(parent, index)
+        if isinstance(node, ScalarNode) and node.tag in _NUMBER_TAGS:
+            self._meter.check("digits in a number", len(node.value))  # Python needs quadratic time to read a number
         self._depth -= 1
         return node
 
+    def _refuse(self, reason: str) -> NoReturn:
+        mark = self.peek_event().start_mark if self.check_event() else None  # type: ignore[no-untyped-call]
+        raise yaml.MarkedYAMLError(problem=reason.rstrip("."), problem_mark=mark)
+
 
 class _Loader(LimitedLoader):
-    """YAML loader that reads 1e-4 as a number and a date as a string."""
+    """YAML loader that reads 1e-4 as a number, and a date or 12:30 as a string."""
 
+
+_NUMBERS = {
+    "int": r"[-+]?(0b[01_]+|0[0-7_]+|0|[1-9][\d_]*|0x[\da-fA-F_]+)",
+    "float": r"[-+]?(\d[\d_]*\.[\d_]*|\.\d[\d_]*|(\d[\d_]*(\.[\d_]*)?|\.\d[\d_]*)[eE][-+]?\d+|\.(inf|Inf|INF))"
+    r"|\.(nan|NaN|NAN)",
+}
+"""Numbers of YAML 1.1 that YAML 1.2 kept. The patterns match in linear time."""
 
 _Loader.yaml_implicit_resolvers = {
-    first: [(tag, regexp) for tag, regexp in resolvers if tag != _STANDARD + "timestamp"]
+    first: [(tag, regexp) for tag, regexp in resolvers if tag not in {*_NUMBER_TAGS, _STANDARD + "timestamp"}]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
-_Loader.add_implicit_resolver(
-    _STANDARD + "float", re.compile(r"^[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$"), list("-+.0123456789")
-)
+for _kind, _pattern in _NUMBERS.items():
+    _Loader.add_implicit_resolver(_STANDARD + _kind, re.compile(f"^({_pattern})$", re.ASCII), list("-+.0123456789"))
 
 
 def load_yaml(path: Path | str) -> ConfigMapping:
@@ -98,7 +101,7 @@ def load_yaml(path: Path | str) -> ConfigMapping:
     """
     path = Path(path)
     try:
-        data = read_limited(path, MAX_YAML_BYTES)
+        data = read_limited(path, _LIMITS["bytes"])
     except OSError as error:
         raise ConfigFileError(path, None, f"cannot be read: {error.strerror}; check the path.") from error
     try:
@@ -169,17 +172,14 @@ class _Builder:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._values = 0
+        self._meter = Meter("YAML file", self._refuse)
         self._scalars = _Loader("")
         self._open: set[int] = set()
 
     def build(self, node: Node) -> Any:
         # Each use of an alias builds new values, so limiting their number protects against alias bombs.
-        self._values += 1
-        if self._values > MAX_VALUES:
-            raise self._error(
-                node, f"contains more than {MAX_VALUES} values after its aliases are expanded; use fewer values"
-            )
+        self._place = node
+        self._meter.spend("values with aliases expanded")
         if id(node) in self._open:
             raise self._error(node, "an alias refers to itself; write the value explicitly")
         self._open.add(id(node))
@@ -202,10 +202,10 @@ class _Builder:
     def _scalar(self, node: ScalarNode) -> Any:
         try:
             return self._scalars.construct_object(node)
-        except (ValueError, KeyError, yaml.YAMLError):
+        except (ValueError, KeyError, IndexError, yaml.YAMLError):
             kind = node.tag.removeprefix(_STANDARD)
             raise self._error(
-                node, f"'{node.value}' is not a valid {kind}; correct the value, or put it in quotes"
+                node, f"'{node.value:.{_SHOWN}}' is not a valid {kind}; correct the value, or put it in quotes"
             ) from None
 
     def _mapping(self, node: MappingNode) -> ConfigMapping:
@@ -222,6 +222,9 @@ class _Builder:
             result[key] = self.build(value_node)
             result.origins[key] = (self._path, _line(key_node))
         return result
+
+    def _refuse(self, reason: str) -> NoReturn:
+        raise ConfigFileError(self._path, _line(self._place), reason)
 
     def _error(self, node: Node, reason: str) -> ConfigFileError:
         return ConfigFileError(self._path, _line(node), f"{reason}.")

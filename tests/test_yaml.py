@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import math
+import time
 from pathlib import Path
 
 import pytest
 
 from frobs_core.errors import ConfigFileError
-from frobs_core.yaml import MAX_VALUES, dump_yaml, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
+from frobs_core.yaml import dump_yaml, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
 
 
 def refused(text: str) -> ConfigFileError:
@@ -49,7 +51,7 @@ def test_values_come_as_they_are_written() -> None:
         pytest.param("a: &x [*x]\n", 1, "refers to itself", id="alias of itself"),
         pytest.param("a: 1\nb: *nowhere\n", 2, "undefined alias", id="unknown alias"),
         pytest.param("a: \x07\n", 1, "control character", id="control character"),
-        pytest.param("a: " + "[" * 200, 1, "nested deeper than 50 levels", id="depth"),
+        pytest.param("a: " + "[" * 200, 1, "51 levels of nesting; the limit is 50", id="depth"),
     ],
 )
 def test_a_bad_file_is_refused_with_its_line(text: str, line: int | None, words: str) -> None:
@@ -57,6 +59,67 @@ def test_a_bad_file_is_refused_with_its_line(text: str, line: int | None, words:
     assert error.line == line
     assert words in str(error)
     assert str(error).startswith("config.yaml:")
+
+
+LONG_NUMBERS = {
+    "digits": "1" * 200_000,
+    "digits that are no number": "1" * 200_000 + "x",
+    "negative": "-" + "9" * 200_000,
+    "hexadecimal": "0x" + "f" * 200_000,
+    "binary": "0b" + "1" * 200_000,
+    "octal": "0" + "7" * 200_000,
+    "underscores": "1" + "_" * 200_000,
+    "fraction": "1." + "1" * 200_000,
+    "exponent": "1e" + "1" * 200_000,
+    "base 60": "1" + ":1" * 100_000,
+    "base 60 with a fraction": "1" + ":1" * 100_000 + ".5",
+    "base 60 with a tag": "!!int 1" + ":1" * 100_000,
+    "fraction of base 60 with a tag": "!!float 1" + ":1" * 100_000,
+    "digits with a tag": "!!int " + "1" * 200_000,
+}
+
+
+@pytest.mark.parametrize("value", LONG_NUMBERS.values(), ids=LONG_NUMBERS.keys())
+def test_a_long_number_is_read_as_a_text_or_refused_at_once(value: str) -> None:
+    start = time.process_time()
+    try:
+        found = load_yaml_text(f"a: {value}")["a"]
+    except ConfigFileError as error:
+        found = str(error)
+    assert time.process_time() - start < 2.0
+    assert found == value or (len(found) < 200 and "digits in a number; the limit is 100" in found)
+
+
+@pytest.mark.parametrize("value", ["!!int ''", "!!int _", "!!float ''", "!!float .", "!!bool maybe", "!!int 0b_"])
+def test_a_tag_of_another_value_is_refused(value: str) -> None:
+    assert "is not a valid" in str(refused(f"a: {value}"))
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("12:30", "12:30"),
+        ("1:30:00.5", "1:30:00.5"),
+        ("0x1F", 31),
+        ("0b101", 5),
+        ("017", 15),
+        ("-1_000", -1000),
+        ("1.", 1.0),
+        ("+1.5e+3", 1500.0),
+        ("1.5E-3", 0.0015),
+        ("-.5", -0.5),
+        ("-.inf", -math.inf),
+        ("08", "08"),
+        ("1e", "1e"),
+        (".", "."),
+        ("1.2.3", "1.2.3"),
+        ("1٣", "1٣"),
+    ],
+)
+def test_numbers_are_read_as_in_yaml_1_2_and_octals_as_in_yaml_1_1(text: str, value: object) -> None:
+    found = load_yaml_value(text, "a")
+    assert found == value
+    assert type(found) is type(value)
 
 
 @pytest.mark.parametrize("tag", ["!!python/object/apply:os.system", "!!python/name:os.system", "!!python/tuple"])
@@ -71,7 +134,7 @@ def test_python_tags_are_never_executed(tag: str, tmp_path: Path) -> None:
 def test_an_alias_bomb_is_refused() -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 12)]
-    assert f"more than {MAX_VALUES} values" in str(refused("\n".join(lines)))
+    assert "100,001 values with aliases expanded; the limit is 100,000" in str(refused("\n".join(lines)))
 
 
 def test_plain_aliases_work() -> None:

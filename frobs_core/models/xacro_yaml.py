@@ -10,10 +10,11 @@ from typing import Any
 
 import yaml
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.files import read_limited
 from frobs_core.models.xacro_expressions import YamlDict
 from frobs_core.models.xacro_limits import MAX_NESTING, Budget
-from frobs_core.yaml import MAX_YAML_BYTES, LimitedLoader
+from frobs_core.yaml import LimitedLoader
 
 _UNITS = {
     "!radians": 1.0,
@@ -41,7 +42,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
         yaml.YAMLError: The file is not valid YAML, or has a tag that is not a unit.
         ValueError: The file contains only text, or a value that is not plain data.
     """
-    data = read_limited(path, MAX_YAML_BYTES)
+    data = read_limited(path, BUDGETS["YAML file"]["bytes"])
     budget.spend(len(data) // 4)
 
     class Loader(LimitedLoader):

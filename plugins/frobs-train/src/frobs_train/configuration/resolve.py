@@ -166,7 +166,7 @@ def read_setting(setting: str) -> dict[str, Any]:
     keys = path.strip().split(".")
     if not equals or not all(keys):
         raise CommandLineError(f"--set {setting}", "a setting must have the form key=value or section.key=value.")
-    value = load_yaml_value(text, f"--set {setting}")
+    value = load_yaml_value(text, f"--set {setting:.80}")
     for key in reversed(keys):
         value = {key: value}
     return cast("dict[str, Any]", value)
