@@ -274,11 +274,20 @@ def find_origin(mapping: Mapping[str, Any], keys: Iterable[str | int]) -> tuple[
 def dump_yaml(mapping: Mapping[str, Any]) -> str:
     """Return YAML text that :func:`load_yaml` can read."""
     text: str = yaml.dump(plain(mapping, for_yaml=True), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
-    return text
+    return _HIDDEN.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
 class _Dumper(yaml.SafeDumper):
     """YAML dumper that quotes strings that :class:`_Loader` would read as numbers."""
 
 
+_HIDDEN = re.compile("[\xad\u061c\u200b-\u200f\u202a-\u202e\u2060-\u206f\U000e0000-\U000e007f]")
+"""Characters that change the order of a text or cannot be seen. PyYAML escapes control characters only."""
+
+
+def _represent_text(dumper: _Dumper, text: str) -> Node:
+    return dumper.represent_scalar(_STANDARD + "str", text, style='"' if _HIDDEN.search(text) else None)
+
+
+_Dumper.add_representer(str, _represent_text)
 _Dumper.yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers

@@ -181,5 +181,11 @@ def test_single_values_are_read(text: str, value: object) -> None:
 
 
 def test_what_is_written_is_read_back() -> None:
-    values = {"a": {"b": [1, 2.5, "tëxt", None, True]}, "c": "1e-4", "d": 1e-4, "e": "on"}
+    values = {
+        "a": {"b": [1, 2.5, "tëxt", None, True]},
+        "c": "1e-4",
+        "d": 1e-4,
+        "e": "on",
+        "a\u202eb": "\u2066\xad\U000e0001",
+    }
     assert load_yaml_text(dump_yaml(values)) == values

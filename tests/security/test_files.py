@@ -163,7 +163,10 @@ def test_a_document_type_is_refused_in_every_encoding(tmp_path, encoding, name):
 
 
 def test_the_limits_of_yaml_files_are_named(tmp_path):
-    for text, limit in (("a: " + "x" * 10**6, "512 KiB"), ("a: [" + "1," * 30_000 + "]", "20,001 values; the limit is 20,000")):
+    for text, limit in (
+        ("a: " + "x" * 10**6, "512 KiB"),
+        ("a: [" + "1," * 30_000 + "]", "20,001 values; the limit is 20,000"),
+    ):
         (tmp_path / "c.yaml").write_text(text)
         with pytest.raises(ConfigFileError, match=limit):
             load_yaml(tmp_path / "c.yaml")

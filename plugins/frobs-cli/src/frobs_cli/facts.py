@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from frobs_cli.output import console, print_line, print_table, print_title
+from frobs_cli.output import console, one_line, print_line, print_table, print_title
 
 _HEADINGS = {
     "max_episode_steps": "max steps",
@@ -27,7 +27,7 @@ def print_facts(facts: Mapping[str, Any]) -> None:
     out = console()
     print_title(str(facts["name"]), str(facts["kind"]))
     if facts.get("summary"):
-        out.print(Text(f"  {facts['summary']}"), soft_wrap=not out.is_terminal)
+        out.print(Text(f"  {one_line(facts['summary'])}"), soft_wrap=not out.is_terminal)
     shown = {key: value for key, value in facts.items() if key not in ("kind", "name", "summary")}
     scalars = {key: value for key, value in shown.items() if not is_table(value) and not is_empty(value)}
     if scalars:

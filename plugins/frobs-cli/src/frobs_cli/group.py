@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import sys
 import traceback
@@ -14,7 +15,7 @@ from typing import Any, NoReturn, get_args
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from frobs_cli.output import print_error, print_note
+from frobs_cli.output import message, print_error, print_note, printable
 
 BAD_INPUT = 2
 INTERRUPTED = 130
@@ -86,6 +87,8 @@ class FrobsGroup(TyperGroup):
         debug = "--debug" in given or os.environ.get("FROBS_DEBUG", "0") not in ("", "0")
         keywords["standalone_mode"] = False
         _accept_any_encoding()
+        if logging.lastResort is not None:  # the handler of messages that no library handles
+            logging.lastResort.setFormatter(_PrintableFormatter())
         try:
             # --debug is accepted anywhere, so that users can append it to a failed command line
             if not self.passes_options_on(given):
@@ -102,10 +105,20 @@ class FrobsGroup(TyperGroup):
             if not isinstance(error, _reported()):
                 raise
             if debug:
-                traceback.print_exc()
+                sys.stderr.write(printable(traceback.format_exc()))
             print_error(_line(error))
             code = getattr(error, "command_exit_code", BAD_INPUT)
         sys.exit(code)
+
+
+class _PrintableFormatter(logging.Formatter):
+    """Formatter that escapes control characters."""
+
+    def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802 - the name in logging
+        return message(super().formatMessage(record))
+
+    def format(self, record: logging.LogRecord) -> str:
+        return printable(super().format(record))
 
 
 def _reported() -> tuple[type[Exception], ...]:

@@ -1,8 +1,14 @@
-"""Writes the results of commands to stdout, and everything else to stderr."""
+"""Writes the results of commands to stdout, and everything else to stderr.
+
+Text may contain names from the files of strangers, so a terminal receives no control character of a text, and Rich's
+markup is not interpreted.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import json
+import re
 import sys
 import threading
 import time
@@ -10,7 +16,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
-    from rich.console import Console, RenderableType
+    from rich.console import Console, ConsoleOptions, RenderableType
+    from rich.segment import Segment
     from rich.text import Text
 
 _NARROWEST_PROSE = 30
@@ -21,13 +28,49 @@ the row."""
 _FIRST_LINE, _LINE_EVERY = 3.0, 10.0
 """Time until the first progress line and between further ones, if stderr is not a terminal [s]."""
 
+_INVISIBLE = "\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff\U000e0000-\U000e007f"
+"""Control characters above ASCII, and characters that change the order of a text or cannot be seen."""
+
+_UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{_INVISIBLE}]")
+_NOT_IN_A_LINE = re.compile(f"[\x00-\x1f{_INVISIBLE}]")
+_NOT_IN_A_MESSAGE = re.compile(f"\n(?! {{2}})|[\x00-\x08\x0b-\x1f{_INVISIBLE}]")
+
+
+def one_line(text: str) -> str:
+    """Escape control characters and line breaks, so that a name cannot control the terminal or pose as a line."""
+    return _NOT_IN_A_LINE.sub(_escape, text)
+
+
+def message(text: str) -> str:
+    """Escape control characters and line breaks, except line breaks before an indented line, such as a table's row."""
+    return _NOT_IN_A_MESSAGE.sub(_escape, text)
+
+
+def printable(text: str) -> str:
+    """Escape control characters other than line breaks and tabs."""
+    return _UNPRINTABLE.sub(_escape, text)
+
+
+def _escape(found: re.Match[str]) -> str:
+    return found[0].encode("unicode_escape").decode("ascii")
+
 
 def console(*, stderr: bool = False) -> Console:
     """Return a console that is as wide as the terminal, or 1,000 characters wide for pipes and files."""
     from rich.console import Console
+    from rich.segment import Segment
+
+    class SafeConsole(Console):
+        """Console that escapes the control characters in everything that it shows."""
+
+        def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterator[Segment]:
+            """Yield the segments of an object. Segments with ``control`` move the cursor and have no text of files."""
+            for text, style, control in super().render(renderable, options):
+                yield Segment(text if control else printable(text), style, control)
 
     stream = sys.stderr if stderr else sys.stdout
-    made = Console(file=stream, width=None if stream.isatty() else 1_000, highlight=False, emoji=False)
+    width = None if stream.isatty() else 1_000
+    made = SafeConsole(file=stream, width=width, highlight=False, emoji=False, markup=False)
     made.on_broken_pipe = _reader_gone  # type: ignore[method-assign]  # rich's own handler exits with code 1
     return made
 
@@ -38,19 +81,19 @@ def _reader_gone() -> NoReturn:
 
 def print_line(text: RenderableType = "") -> None:
     """Write human-readable output to stdout."""
-    console().print(text, soft_wrap=isinstance(text, str), markup=False)
+    console().print(one_line(text) if isinstance(text, str) else text, soft_wrap=isinstance(text, str), markup=False)
 
 
 def print_note(text: str) -> None:
     """Write one line to stderr."""
-    console(stderr=True).print(text, style="dim", markup=False, soft_wrap=True)
+    console(stderr=True).print(one_line(text), style="dim", soft_wrap=True)
 
 
 def print_error(text: str) -> None:
-    """Write ``error: …`` to stderr."""
+    """Write ``error: …`` to stderr. Only indented lines, such as the rows of a table, may follow the first line."""
     from rich.text import Text
 
-    console(stderr=True).print(Text.assemble(("error:", "bold red"), " ", text), soft_wrap=True)
+    console(stderr=True).print(Text.assemble(("error:", "bold red"), " ", message(text)), soft_wrap=True)
 
 
 @contextlib.contextmanager
@@ -69,8 +112,8 @@ def working(text: str) -> Iterator[Callable[[str], None]]:
         return
     columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
     with Progress(*columns, console=err, transient=True) as bar:
-        task = bar.add_task(text)
-        yield lambda text: bar.update(task, description=text)
+        task = bar.add_task(one_line(text))
+        yield lambda text: bar.update(task, description=one_line(text))
 
 
 @contextlib.contextmanager
@@ -97,7 +140,8 @@ def print_title(text: str, detail: str = "") -> None:
     """Write the heading of a section to stdout."""
     from rich.text import Text
 
-    console().print(Text.assemble((text, "bold"), (f"  {detail}" if detail else "", "dim")), soft_wrap=True)
+    heading = Text.assemble((one_line(text), "bold"), (f"  {one_line(detail)}" if detail else "", "dim"))
+    console().print(heading, soft_wrap=True)
 
 
 def print_table(
@@ -114,7 +158,7 @@ def print_table(
     from rich.text import Text
 
     out = console()
-    cells = [[cell if isinstance(cell, Text) else Text(cell) for cell in row] for row in rows]
+    cells = [[as_cell(cell) for cell in row] for row in rows]
     for row in cells:
         row[0].stylize_before("cyan")
     lines = [[Text(column, style="dim") for column in columns], *cells] if header else cells
@@ -136,11 +180,25 @@ def print_table(
             out.print(line, soft_wrap=True)
 
 
+def as_cell(text: str | Text) -> Text:
+    """Return the text of a table's cell as a single line."""
+    from rich.text import Text
+
+    if isinstance(text, Text):
+        return Text(one_line(text.plain), text.style) if _NOT_IN_A_LINE.search(text.plain) else text
+    return Text(one_line(text))
+
+
 def print_json(value: Any) -> None:
     """Write results to stdout as JSON."""
     from frobs_core.plain import to_json
 
-    sys.stdout.write(to_json(value, indent=2, ascii=False) + "\n")
+    text = to_json(value, indent=2, ascii=False)
+    sys.stdout.write(_UNPRINTABLE.sub(_escape_in_json, text) + "\n")
+
+
+def _escape_in_json(found: re.Match[str]) -> str:
+    return json.dumps(found[0])[1:-1]
 
 
 @contextlib.contextmanager

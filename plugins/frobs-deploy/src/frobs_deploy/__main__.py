@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 
 from frobs_deploy.errors import DeployError
 from frobs_deploy.policy import Policy
+
+_UNPRINTABLE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff\U000e0000-\U000e007f]"
+)
 
 
 def main() -> int:
@@ -21,7 +26,7 @@ def main() -> int:
         policy = Policy(arguments.bundle)
         latency = policy.bench(max(1, arguments.bench))
     except DeployError as error:
-        sys.stderr.write(f"error: {error}\n")
+        sys.stderr.write(f"error: {_one_line(error)}\n")
         return 2
     manifest, said = policy.manifest, policy.bundle.manifest
     lines = {
@@ -37,8 +42,13 @@ def main() -> int:
         "latency": latency,
     }
     width = max(map(len, lines))
-    sys.stdout.writelines(f"{name:{width}}  {value}\n" for name, value in lines.items() if value)
+    sys.stdout.writelines(f"{name:{width}}  {_one_line(value)}\n" for name, value in lines.items() if value)
     return 0
+
+
+def _one_line(value: object) -> str:
+    """Return a text without control characters, which could control the terminal."""
+    return _UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), str(value))
 
 
 def _image(policy: Policy, key: str) -> str:

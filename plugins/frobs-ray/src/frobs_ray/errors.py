@@ -74,7 +74,7 @@ class NodesDifferError(ConfigurationError):
         self.problems = {address: tuple(lines) for address, lines in problems.items()}
         found = "\n".join(f"  {address}: {'; '.join(lines)}" for address, lines in problems.items())
         super().__init__(
-            f"these nodes of the cluster cannot run the jobs:\n{found}\nInstall the same versions of Python, FRobs and its "
+            f"these nodes of the cluster cannot run the jobs:\n{found}\n  Install the same versions of Python, FRobs and its "
             "plugins on every node, and use a folder that all nodes share under the same path."
         )
 

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import indent
 
 from frobs_core.errors import ConfigurationError, SimulationError, nearest
 
@@ -118,7 +119,7 @@ class ProcessError(RosError):
         self.name = name
         self.reason = reason
         self.output = output
-        said = f" Last output:\n{output}" if output else ""
+        said = f" Last output:\n{indent(output, '  ')}" if output else ""
         super().__init__(f"{name}: {reason}.{said}")
 
 

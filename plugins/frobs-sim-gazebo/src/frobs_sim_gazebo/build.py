@@ -94,7 +94,7 @@ def _run(installation: Installation, command: list[str]) -> None:
             f"building the world plugin for Gazebo took longer than {_LONGEST:.0f} s and was stopped."
         ) from error
     if done.returncode != 0:
-        said = "\n".join(done.stdout.splitlines()[-30:])
+        said = "\n".join(f"  {line}" for line in done.stdout.splitlines()[-30:])
         raise SimulationError(
             "the world plugin for Gazebo cannot be built. The build requires Gazebo's headers, CMake and a C++ "
             f"compiler (Debian: libgazebo-dev, cmake, g++). Output of '{' '.join(command)}':\n{said}"

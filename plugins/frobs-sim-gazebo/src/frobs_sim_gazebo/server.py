@@ -12,6 +12,7 @@ import tempfile
 import time
 import weakref
 from collections import deque
+from textwrap import indent
 from typing import IO, NoReturn
 
 from frobs_core.errors import SimulationError
@@ -164,7 +165,7 @@ class Server:
         said = self.log()
         self.close()
         during = f" during {self._waiting_for[0]}" if self._waiting_for else ""
-        raise ServerError(f"gzserver {how}{during}." + (f" Its last output:\n{said}" if said else ""))
+        raise ServerError(f"gzserver {how}{during}." + (f" Its last output:\n{indent(said, '  ')}" if said else ""))
 
     def log(self) -> str:
         """Return the last lines of the server's output."""

@@ -93,7 +93,7 @@ class JobsError(RunError):
         self.failed = tuple(failed)
         self.total = total
         lines = [f"{name}: {error}" for name, error in failed]
-        super().__init__(f"{len(failed)} of {total} jobs failed. " + "\n".join(lines))
+        super().__init__(f"{len(failed)} of {total} jobs failed. " + "\n  ".join(lines))
 
 
 class EnvironmentBuildError(ConfigurationError):

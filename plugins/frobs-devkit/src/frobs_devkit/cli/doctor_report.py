@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frobs_cli.output import console, print_line, print_title
+from frobs_cli.output import as_cell, console, print_line, print_title
 from frobs_devkit.doctor import Finding, JointFacts, RobotReport, Severity, SimulatorFacts, ToolCandidate
 
 if TYPE_CHECKING:
@@ -243,7 +243,7 @@ def _print_table(
             style="cyan" if i == 0 and len(heads) > 2 else None,
         )
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(as_cell, row))
     out, padded = console(), Padding(table, (0, 0, 0, indent), expand=False)
     if out.is_terminal:
         out.print(padded)
@@ -251,7 +251,7 @@ def _print_table(
     with out.capture() as captured:  # avoids trailing blanks in files
         out.print(padded)
     for line in captured.get().splitlines():
-        out.print(line.rstrip(), markup=False, soft_wrap=True)
+        out.print(line.rstrip(), soft_wrap=True)
 
 
 def _number(value: float | None) -> str:

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from frobs_cli.formats import duration, percent
-from frobs_cli.output import console
+from frobs_cli.output import console, one_line
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -77,7 +77,9 @@ class JobsProgress:
             text = TextColumn("{task.description}", markup=False)
             numbers = TextColumn("{task.fields[numbers]}", markup=False)
             self._bars = Progress(text, BarColumn(bar_width=None), TaskProgressColumn(), numbers, console=self._console)
-            self._tasks = [self._bars.add_task(name, total=1.0, numbers="not finished") for name in self._names]
+            self._tasks = [
+                self._bars.add_task(one_line(name), total=1.0, numbers="not finished") for name in self._names
+            ]
             self._bars.start()
         return self
 
@@ -111,7 +113,7 @@ class JobsProgress:
             self._print(f"{outcome.job.name} {text} ({self._finished} of {len(self._names)})")
 
     def _print(self, text: str) -> None:
-        self._console.print(text, markup=False, soft_wrap=True)
+        self._console.print(one_line(text), soft_wrap=True)
 
 
 def _line(progress: Progress) -> str:

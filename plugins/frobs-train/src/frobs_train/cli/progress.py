@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from frobs_cli.formats import duration, number, percent
-from frobs_cli.output import console
+from frobs_cli.output import console, one_line
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -62,7 +62,7 @@ class TrainingProgress:
     def update(self, progress: Progress) -> None:
         """Show the progress of training."""
         if self.last is None:
-            self._console.print(self._headline, markup=False, soft_wrap=True)
+            self._console.print(one_line(self._headline), soft_wrap=True)
         self.last = progress
         if self._bar is not None:
             done = min(progress.steps, self._total)
@@ -97,4 +97,4 @@ class TrainingProgress:
 
     def _write_line(self, progress: Progress) -> None:
         done = f"{progress.steps:,}/{self._total:,} steps ({percent(min(1.0, progress.steps / self._total), 0)})"
-        self._console.print(f"{done} · {self._numbers(progress)}", markup=False, soft_wrap=True)
+        self._console.print(f"{done} · {self._numbers(progress)}", soft_wrap=True)
