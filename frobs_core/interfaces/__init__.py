@@ -1,6 +1,7 @@
 """Interfaces that the five kinds of plugins implement."""
 
 from frobs_core.interfaces.algorithm import Algorithm, TrainingMonitor
+from frobs_core.interfaces.applied_wrenches import AppliedWrenches, Wrench
 from frobs_core.interfaces.bodies import AT_REST, Body, Shape, Twist
 from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.command import CommandMode
@@ -14,7 +15,7 @@ from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndE
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import Attachment, Camera, Contact, Marker, Placement, Prop, Scene
 from frobs_core.interfaces.sensor import Bumper, ForceTorque, Imu, Lidar, Sensor
-from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot, Wrench
+from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.step_context import StepContext
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
 from frobs_core.interfaces.translation import Overlap, Translation, TranslationTable, read_tables, translate
@@ -24,6 +25,7 @@ __all__ = [
     "ALL",
     "AT_REST",
     "Algorithm",
+    "AppliedWrenches",
     "Attachment",
     "BareEngine",
     "Body",

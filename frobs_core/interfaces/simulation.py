@@ -16,6 +16,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import CapabilityError, UnknownNameError
+from frobs_core.interfaces.applied_wrenches import Wrench
 from frobs_core.interfaces.body_handle import BodyHandle
 from frobs_core.interfaces.contacts import ContactState
 from frobs_core.interfaces.pacing import Pacer
@@ -26,10 +27,6 @@ from frobs_core.models.model import RobotModel
 
 Snapshot: TypeAlias = dict[str, np.ndarray[Any, Any]]
 """Complete state: arrays of shape (num_envs, …), by name."""
-
-
-Wrench: TypeAlias = tuple[str, Floats, Floats, Mask | None]
-"""Arguments of :meth:`Simulation.apply_wrench`."""
 
 
 class BareEngine(Protocol):
@@ -72,8 +69,8 @@ class Simulation(ABC):
         pacer: Clock of a paced simulator (capability ``real_time``), or None if simulated time advances only in
             ``step``.
         render_modalities: Modalities that ``render`` supports.
-        wrenches: Wrenches that act during the next ``step``. Simulators with the capability ``wrench`` maintain this
-            list.
+        wrenches: Wrenches that act during the next ``step``. Simulators with the capability ``wrench`` provide this
+            list, for example with :class:`~frobs_core.interfaces.AppliedWrenches`.
         state: All arrays that ``snapshot`` and ``restore`` copy, by name, or None if the simulator overrides these
             methods or does not support ``snapshot``.
         sensor_wrenches: Readings of all :attr:`Placement.force_torque_sensors` by ``"robot/sensor"``, (num_envs, 6)
@@ -279,6 +276,9 @@ class Simulation(ABC):
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``.
+
+        If the method is called several times before a step, the wrenches add up. A snapshot includes the wrenches of
+        the next step, and a reset removes them.
 
         Args:
             body: A scene body, or ``"robot/link"``.

@@ -322,6 +322,33 @@ def wrench_on_the_wrong_side(original: Any, self: Any, body: str, force: Any, to
     original(self, body, force, -torque, mask)
 
 
+@wrong(MujocoSimulation, "apply_wrench", "wrenches_add")
+def wrench_replaces_the_last(original: Any, self: Any, body: str, force: Any, torque: Any, mask: Any = None) -> None:
+    self._applied.pop(body, None)
+    original(self, body, force, torque, mask)
+
+
+@wrong(MujocoSimulation, "snapshot", "wrenches_add")
+def applied_wrenches_not_in_the_snapshot(original: Any, self: Any) -> Any:
+    return {name: array for name, array in original(self).items() if not name.startswith("applied_wrench/")}
+
+
+@wrong(MujocoSimulation, "restore", "wrenches_add")
+def applied_wrenches_outlive_a_restore(original: Any, self: Any, snapshot: Any) -> None:
+    pending = dict(self._applied)
+    original(self, snapshot)
+    for body, wrench in pending.items():
+        self._applied.add(body, wrench[:, :3], wrench[:, 3:])
+
+
+@wrong(MujocoSimulation, "reset", "wrenches_add")
+def applied_wrenches_outlive_a_reset(original: Any, self: Any, mask: Any = None) -> None:
+    pending = dict(self._applied)
+    self._applied = type(self._applied)(self.num_envs)
+    original(self, mask)
+    self._applied.update(pending)
+
+
 @wrong(MujocoSimulation, "render", "cameras_see")
 def depth_in_doubles(original: Any, self: Any, *args: Any, **kwargs: Any) -> Any:
     picture = original(self, *args, **kwargs)

@@ -11,6 +11,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
+    AppliedWrenches,
     ContactState,
     Placement,
     Scene,
@@ -102,7 +103,7 @@ class GazeboSimulation(Simulation):
         self.contacts: ContactState = ContactState(scene, n)
         self.steps, self._diverged = np.zeros(n, np.int64), np.zeros(n, bool)
         self.command_rows: dict[str, Floats] = {}
-        self.wrenches: list[Wrench] = []
+        self._applied = AppliedWrenches(n)
         self._queues: list[list[Message]] = [[] for _ in range(n)]
         self.stale_gains = np.ones(n, bool)
         self._parted = np.zeros(n, bool)
@@ -145,8 +146,14 @@ class GazeboSimulation(Simulation):
         """Mask of the environments that have diverged or whose server was lost, or None if no environment failed."""
         return self._diverged if self._diverged.any() else None
 
+    @property
+    def wrenches(self) -> Sequence[Wrench]:
+        """Wrenches that act during the next ``step``."""
+        return self._applied.wrenches()
+
     def reset(self, mask: Mask | None = None) -> None:
         """Reset environments to the scene's initial state, and replace lost servers."""
+        self._applied.reset(mask)
         envs = self.envs(mask)
         fresh = [env for env in envs if self._fleet.server(env) is None]
         if self._closed:
@@ -186,7 +193,7 @@ class GazeboSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
-        self.wrenches.clear()
+        self._push()
         rows = 1
         for values in self.command_rows.values():
             rows = values.shape[1]
@@ -320,15 +327,17 @@ class GazeboSimulation(Simulation):
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
-        envs = self.envs(mask)
-        number, point = centre(self, body)
-        if number is None:
-            return  # the body is fixed
-        forces = np.broadcast_to(np.asarray(force_world, np.float64), (len(envs), 3))
-        torques = np.broadcast_to(np.asarray(torque_world, np.float64), (len(envs), 3))
-        for env, force, torque in zip(envs, forces, torques, strict=True):
-            self.later(env, Op.PUSH, protocol.count(number) + protocol.numbers([*point, *force, *torque]))
-        self.wrenches.append((body, force_world, torque_world, mask))
+        self._applied.add(body, force_world, torque_world, mask)
+
+    def _push(self) -> None:
+        """Queue the wrenches that act during the next step."""
+        for body, forces, torques, mask in self.wrenches:
+            number, point = centre(self, body)
+            if number is None:
+                continue  # the body is fixed
+            for env, force, torque in zip(self.envs(mask), forces, torques, strict=True):
+                self.later(env, Op.PUSH, protocol.count(number) + protocol.numbers([*point, *force, *torque]))
+        self._applied.clear()
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter's value in each environment."""
@@ -340,12 +349,13 @@ class GazeboSimulation(Simulation):
 
     def snapshot(self) -> Snapshot:
         """Return poses, velocities, drive targets, and the written parameters."""
-        return {**snapshots.take(self), **self.parameters.snapshot()}
+        return {**snapshots.take(self), **self._applied.snapshot(), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
         self.reset(self._diverged | np.array([server is None for server in self.native], bool))
         self.parameters.restore(snapshot)
+        self._applied.restore(snapshot)
         snapshots.put_back(self, snapshot)
 
     def close(self) -> None:

@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from frobs_core.arrays import Floats, Mask, rows_of
+from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
+    AppliedWrenches,
     ContactState,
     Marker,
     Overlap,
@@ -192,7 +193,7 @@ class MujocoSimulation(Simulation):
         self._stale: Mask | None = None
         self._stale_constants: Mask | None = None
         self._derived: dict[str, Floats] = {}
-        self.wrenches: list[Wrench] = []
+        self._applied = AppliedWrenches(num_envs)
         self._rows: Floats | None = None
         # These views of the states are bound only once, because binding takes 10 µs and the arrays are never
         # reallocated.
@@ -252,9 +253,15 @@ class MujocoSimulation(Simulation):
             return None
         return np.asarray(self._warnings.any(axis=1))
 
+    @property
+    def wrenches(self) -> Sequence[Wrench]:
+        """Wrenches that act during the next ``step``."""
+        return self._applied.wrenches()
+
     def reset(self, mask: Mask | None = None) -> None:
         """Reset environments to the scene's initial state."""
         self._check_open()
+        self._applied.reset(mask)
         ids = None if mask is None else np.flatnonzero(mask)
         self.batch.reset(ids, stage=_NONE)
         rows = slice(None) if ids is None else ids
@@ -272,15 +279,18 @@ class MujocoSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._stale_constants is not None:
             self._set_constants()
+        if self._applied:
+            for name, wrench in self._applied.items():
+                self.states["xfrc_applied"][:, self.body_ids[name]] = wrench
         if self._rows is None and not self._senses:
             self.batch.step(nstep=decimation, stage=_VEL)
             self._stale = None
             self.efforts[:] = self._actuator_force
         else:
             self._step_recorded(decimation)
-        if self.wrenches:
+        if self._applied:
             self.states["xfrc_applied"][:] = 0.0
-            self.wrenches.clear()
+            self._applied.clear()
         if self._viewer is not None:
             self._viewer.sync()
 
@@ -348,12 +358,8 @@ class MujocoSimulation(Simulation):
 
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``."""
-        number = parameters.body_id(self, body)
-        rows = rows_of(mask)
-        wrench = self.states["xfrc_applied"]
-        wrench[rows, number, :3] = force_world
-        wrench[rows, number, 3:] = torque_world
-        self.wrenches.append((body, force_world, torque_world, mask))
+        parameters.body_id(self, body)  # raises an error if the body does not exist
+        self._applied.add(body, force_world, torque_world, mask)
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter's value in each environment."""
@@ -374,7 +380,8 @@ class MujocoSimulation(Simulation):
         state: Snapshot = {"state": self.batch.state.copy(), "warning": self.batch.warning.copy()}
         state["efforts"] = self.efforts.copy()
         sensed = {f"wrench/{name}": wrench.copy() for name, wrench in self.sensor_wrenches.items()}
-        return {**state, **self.contacts.snapshot(), **sensed, **parameters.snapshot(self)}
+        parts = (self.contacts.snapshot(), sensed, self._applied.snapshot(), parameters.snapshot(self))
+        return state | {name: array for part in parts for name, array in part.items()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
@@ -383,6 +390,7 @@ class MujocoSimulation(Simulation):
         self.batch.state[:] = snapshot["state"]
         self.batch.warning[:] = snapshot["warning"]
         self.efforts[:] = snapshot.get("efforts", 0.0)
+        self._applied.restore(snapshot)
         self.contacts.restore(snapshot)
         for name, wrench in self.sensor_wrenches.items():
             wrench[:] = snapshot.get(f"wrench/{name}", 0.0)

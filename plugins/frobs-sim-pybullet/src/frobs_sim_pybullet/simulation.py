@@ -11,6 +11,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask
 from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_core.interfaces import (
+    AppliedWrenches,
     ContactState,
     Marker,
     Overlap,
@@ -120,7 +121,7 @@ class PybulletSimulation(Simulation):
         else:
             self._backend = Pool(robots, scene, self.engine, fields, num_envs, buffer, workers)
         self.command_rows: dict[str, Floats] = {}
-        self.wrenches: list[Wrench] = []
+        self._applied = AppliedWrenches(num_envs)
         self.parameters = PybulletParameters(self)
         self._seen: dict[str, Floats] = {}
         self._diverged = self.arrays["diverged"]
@@ -161,8 +162,14 @@ class PybulletSimulation(Simulation):
         """Mask of the environments that stopped because they diverged numerically, or None if none diverged."""
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
+    @property
+    def wrenches(self) -> Sequence[Wrench]:
+        """Wrenches that act during the next ``step``."""
+        return self._applied.wrenches()
+
     def reset(self, mask: Mask | None = None) -> None:
         """Reset environments to the scene's initial state."""
+        self._applied.reset(mask)
         self.call("reset", mask)
         self.contacts.clear(mask)
         for robot in self.robots.values():
@@ -173,7 +180,9 @@ class PybulletSimulation(Simulation):
         """Advance every environment by ``decimation`` physics steps."""
         if self._closed:
             raise SimulationError("the simulation is closed.")
-        self.wrenches.clear()
+        for body, force, torque, mask in self.wrenches:
+            self.call("push", mask, body, force, torque)
+        self._applied.clear()
         rows = self.command_rows
         if rows:
             for values in rows.values():
@@ -211,8 +220,7 @@ class PybulletSimulation(Simulation):
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``."""
         self.parameters.check_body(body)
-        self.call("push", mask, body, (force_world, (3,)), (torque_world, (3,)))
-        self.wrenches.append((body, force_world, torque_world, mask))
+        self._applied.add(body, force_world, torque_world, mask)
 
     def parameter(self, name: str, target: str = "") -> Floats:
         """Return a physical parameter's value in each environment."""
@@ -233,11 +241,12 @@ class PybulletSimulation(Simulation):
         state = {name: self.arrays[name].copy() for name in layout.state_names(self.arrays)}
         state["bullet"] = np.stack([np.pad(row, (0, longest - len(row))) for row in saved])
         state["bullet_bytes"] = np.array([len(row) for row in saved])
-        return {**state, **self.parameters.snapshot()}
+        return {**state, **self._applied.snapshot(), **self.parameters.snapshot()}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot."""
         self.parameters.restore(snapshot)
+        self._applied.restore(snapshot)
         for name in layout.state_names(self.arrays):
             self.arrays[name][...] = snapshot[name]
         steps = np.rint(snapshot["time"] / self.physics_timestep).astype(np.int64)

@@ -255,13 +255,13 @@ class World:
         """
         if not self._resized or self._broken:
             return
-        steps, body_pushes, drives = self._steps, self._body_pushes, self._drives
+        steps, drives = self._steps, self._drives
         bodies = {name: (self.body_frame(name), self._twist(name)) for name in self.bodies}
         robots = {robot.body: self._motion(robot.body) for robot in self.robots.values()}
         self._rebuild()
-        self._steps, self._body_pushes = steps, body_pushes
+        self._steps = steps
         for name, drive in self._drives.items():
-            drive.efforts, drive.pushes = drives[name].efforts, drives[name].pushes
+            drive.efforts = drives[name].efforts
         for name, (frame, twist) in bodies.items():
             self._put(name, frame)
             self._set_twist(name, *twist)

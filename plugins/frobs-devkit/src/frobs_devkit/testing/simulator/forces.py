@@ -1,4 +1,4 @@
-"""Checks of force-torque sensors."""
+"""Checks of force-torque sensors, and of wrenches that are applied together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frobs_core.rotations import quat_conjugate, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM
-from frobs_devkit.testing.simulator.subject import TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
 
 _BEYOND = {"elbow": ("fore", "tool"), "wrist": ("tool",)}
 """Links that each sensor carries."""
@@ -91,6 +91,42 @@ def pushes_are_measured(subject: SimulatorUnderTest) -> None:
         expect_close(
             held[1:], read[1:], 0.01 * np.abs(held).max(), "force-torque sensors in environments that were not reset"
         )
+
+
+@verifies("wrench")
+@after("wrenches_push")
+def wrenches_add(subject: SimulatorUnderTest) -> None:
+    """Wrenches on one body add up until the next step, a snapshot includes them, and a reset removes them."""
+    tolerance = subject.tolerance("wrench", exact=1e-6)
+    forces, torques = np.array([[1.0, -0.5, 0.3], [0.2, 0.8, -0.1]]), np.array([[1e-3, 0.0, 0.0], [0.0, 2e-3, -1e-3]])
+    with subject.build(bodies={"ball": BALL}, gravity=(0.0, 0.0, 0.0), floor=False) as (sim, _):
+        n, t, ball = sim.num_envs, 10 * TIMESTEP, sim.bodies["ball"]
+
+        def expect_total(rows: Floats, when: str) -> None:
+            moment = 0.4 * 0.5 * 0.05**2
+            for part, share, what in ((forces, 0.5, "velocity [m/s]"), (torques, moment, "ang_vel_world [rad/s]")):
+                found = ball.twist[0] if what[0] == "v" else ball.twist[1]
+                expect_close(rows * part.sum(axis=0) * t / share, found, tolerance, f"{what} of a ball {when}")
+
+        def push() -> None:
+            for force, torque in zip(forces, torques, strict=True):
+                sim.apply_wrench("ball", force[None].repeat(n, axis=0), torque[None].repeat(n, axis=0))
+
+        push()
+        snapshot = sim.snapshot() if subject.level("snapshot") else None
+        sim.step(10)
+        expect_total(np.ones((n, 1)), "after two calls of apply_wrench")
+        if snapshot is not None:
+            sim.reset()
+            push()
+            sim.restore(snapshot)
+            sim.step(10)
+            expect_total(np.ones((n, 1)), "after restoring a snapshot that was taken between apply_wrench and step")
+        sim.reset()
+        push()
+        sim.reset(np.arange(n) == 0)
+        sim.step_with(10, lambda: None)
+        expect_total(np.arange(n)[:, None] > 0, "after a reset between apply_wrench and step_with")
 
 
 def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:
