@@ -15,9 +15,6 @@ from typing import Any
 
 from frobs_core.plain import to_json
 
-MAX_TEXT_BYTES = 16 * 2**20
-"""Maximum size of a model file (URDF, xacro, MJCF) [bytes]."""
-
 _KINDS = {
     stat.S_IFIFO: "a FIFO",
     stat.S_IFCHR: "a device",

@@ -200,6 +200,13 @@ class _MjcfReader:
                     world.remove(child)
                     root.append(child)
         worlds[0].append(root)
+        waiting = [root]
+        while waiting:  # the world's own geoms have no mass in MuJoCo, and are not a part of the robot
+            for child in waiting.pop().children("geom", "frame"):
+                if child.tag == "geom":
+                    child.set("mass", "0")
+                else:
+                    waiting.append(child)
         return root
 
     def _body(self, body: Element, parent: str | None, frame: Floats, childclass: str | None) -> None:
@@ -331,14 +338,19 @@ class _MjcfReader:
     def _range(self, element: Element, attribute: str, flag: str) -> tuple[float, float]:
         """Return a range from the file, or an infinite range if the range is disabled."""
         limited = element.get(flag, "auto")
-        if limited == "auto":
-            limited = str(self.document.autolimits and attribute in element.attrib).lower()
-        if limited != "true":
+        if limited == "false" or (limited == "auto" and attribute not in element.attrib):
             return -math.inf, math.inf
         low, high = element.numbers(attribute, 2)
-        if low >= high:
-            element.refuse(f'{attribute}="{element.get(attribute)}" is empty.')
-        return low, high
+        if limited == "auto" and (low or high) and not self.document.autolimits:
+            element.refuse(f'the file sets autolimits="false", so {attribute} also requires {flag}="true" or "false".')
+        if low < high:
+            return low, high
+        text = f'{attribute}="{element.get(attribute)}" is empty'
+        if limited != "auto":
+            element.refuse(f"{text}.")
+        if low or high:  # in MuJoCo, "0 0" means that there is no range
+            self.notes.add("no-range", element, f"{text}, so it is not applied")
+        return -math.inf, math.inf
 
     def _actuator_efforts(self) -> dict[str, float]:
         """Return the maximum total effort of the actuators on each joint [N·m or N], which may be infinite."""

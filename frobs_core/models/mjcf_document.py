@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.budgets import BUDGETS, Meter
 from frobs_core.models.mjcf_limits import check_asset, check_numbers
-from frobs_core.models.xmltree import Element, parse_xml, read_bytes, suggestion
+from frobs_core.models.xmltree import Element, file_meter, parse_xml, read_bytes, suggestion
 from frobs_core.rotations import quat_from_axis_angle, quat_from_matrix, quat_multiply
 
 _ACTUATORS = (
@@ -20,8 +22,14 @@ _FOLDERS = {"mesh": "meshdir", "hfield": "meshdir", "skin": "meshdir", "texture"
 _TEXTURE_FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 _MAIN = "main"
 
-Defaults = dict[str, dict[str, str]]
-"""Attributes by tag."""
+_DEPTH = BUDGETS["robot file"]["levels of nesting"]
+
+
+class _Class(NamedTuple):
+    """A default class: its attributes by tag, and the class whose attributes it inherits."""
+
+    attributes: dict[str, dict[str, str]]
+    parent: _Class | None
 
 
 class MjcfDocument:
@@ -30,28 +38,32 @@ class MjcfDocument:
     Args:
         root: The ``<mujoco>`` element. Its includes are replaced by their contents, and its file paths are made
             absolute.
-        path: The main file. Paths of includes and assets are relative to the folder of this file.
+        path: The main file. As in MuJoCo, paths of includes and assets are relative to the folder of this file. If no
+            file exists there, they are relative to the file that contains the element.
 
     Raises:
-        ModelFileError: A file that the document refers to is missing or broken.
+        ModelFileError: A file that the document refers to is missing or broken, or a limit is exceeded.
     """
 
     def __init__(self, root: Element, path: Path) -> None:
         self.root = root
         self.path = path
-        _include(root, path.parent, {path})
-        check_numbers(root)
-        compiler = self.compiler = dict[str, str]()
+        self._meter = file_meter(path)
+        _include(root, path, self._meter)
+        check_numbers(root, self._meter)
+        compiler = self.compiler = Element("compiler")
+        compiler.file, compiler.line = path, None
         for element in root.children("compiler"):
-            compiler.update(element.attrib)
+            compiler.attrib.update(element.attrib)
+            compiler.file, compiler.line = element.file, element.line
         self.degree = compiler.get("angle", "degree") != "radian"
         self.autolimits = compiler.get("autolimits", "true") == "true"
         self.sequence = compiler.get("eulerseq", "xyz")
-        self._classes: dict[str, Defaults] = {_MAIN: {}}
+        self._classes: dict[str, _Class] = {_MAIN: _Class({}, None)}
         for element in root.children("default"):
-            self._read_defaults(element, _MAIN)
+            self._read_defaults(element, _MAIN, self._classes[_MAIN])
             self._classes.setdefault(element.get("class", _MAIN), self._classes[_MAIN])
-        self._resolve_files(compiler)
+        self._resolve_files()
         assets = (self.with_defaults(mesh, None) for mesh in self.children("mesh", of="asset"))
         self.meshes = {mesh.get("name") or Path(mesh.get("file", "")).stem: mesh for mesh in assets}
 
@@ -71,7 +83,14 @@ class MjcfDocument:
         name = element.get("class") or childclass or _MAIN
         if name not in self._classes:
             element.refuse(f"the default class '{name}' does not exist.{suggestion(name, self._classes)}")
-        merged = Element(element.tag, {**self._classes[name].get(tag or element.tag, {}), **element.attrib})
+        found, defaults = self._classes[name], []
+        while found.parent is not None:
+            defaults.append(found.attributes.get(tag or element.tag, {}))
+            found = found.parent
+        merged = Element(element.tag)
+        for attributes in (*reversed(defaults), element.attrib):
+            merged.attrib.update(attributes)
+        self._meter.spend("inherited attributes", len(defaults) + sum(map(len, defaults)))
         merged.file, merged.line = element.file, element.line
         return merged
 
@@ -117,21 +136,19 @@ class MjcfDocument:
         length = math.sqrt(float((vector * vector).sum()))
         return length if length > 1e-9 else element.refuse(f'{attribute}="{element.get(attribute)}" is zero.')
 
-    def _read_defaults(self, element: Element, name: str) -> None:
-        own = self._classes[name]
+    def _read_defaults(self, element: Element, name: str, parent: _Class) -> None:
+        own = self._classes[name] = _Class({}, parent)
         for child in element.children():
             if child.tag != "default":
                 tag = "actuator" if child.tag in _ACTUATORS else child.tag
-                own[tag] = {**own.get(tag, {}), **child.attrib}
+                own.attributes.setdefault(tag, {}).update(child.attrib)
         for child in element.children("default"):
-            inner = child.required("class")
-            self._classes[inner] = {tag: dict(attributes) for tag, attributes in own.items()}
-            self._read_defaults(child, inner)
+            self._read_defaults(child, child.required("class"), own)
 
-    def _resolve_files(self, compiler: dict[str, str]) -> None:
+    def _resolve_files(self) -> None:
         """Make the paths of assets absolute."""
+        compiler = self.compiler
         strip = compiler.get("strippath", "false") == "true"
-        pixels = 0.0
         for section in ("asset", "deformable"):
             for element in self.children(*_FOLDERS, of=section):
                 folder = compiler.get(_FOLDERS[element.tag], compiler.get("assetdir", ""))
@@ -140,9 +157,12 @@ class MjcfDocument:
                     if not name:
                         continue
                     file = self.path.parent / folder / (Path(name).name if strip else name)
+                    beside = element.file.parent / name  # MuJoCo ignores the compiler's folders here
+                    if not file.exists() and not strip and beside.exists():
+                        file = beside
                     if not file.exists():
                         element.refuse(f"the file '{name}' is missing: {file} does not exist.")
-                    pixels = check_asset(element, file, pixels)
+                    check_asset(element, file, self._meter)
                     element.set(attribute, str(file.resolve()))
         for element in self.root.children("compiler"):
             element.attrib.pop("strippath", None)
@@ -157,20 +177,36 @@ def shortest_from_z(axis: Floats) -> Floats:
     return quat_from_axis_angle(np.array([-y / sine, x / sine, 0.0]), math.atan2(sine, z))
 
 
-def _include(element: Element, folder: Path, seen: set[Path]) -> None:
+def _include(root: Element, path: Path, meter: Meter) -> None:
     """Replace every ``<include>`` with the included file's contents. As in MuJoCo, a file can be included only once."""
-    for i in range(len(element) - 1, -1, -1):
-        child = element[i]
-        assert isinstance(child, Element)
-        if child.tag != "include":
-            _include(child, folder, seen)
-            continue
-        file = (folder / child.required("file")).resolve()
-        if file in seen:
-            child.refuse(f"'{file}' is already included.")
-        if not file.exists():
-            child.refuse(f"the file '{child.get('file')}' is missing: {file} does not exist.")
-        seen.add(file)
-        included = parse_xml(read_bytes(file), file)
-        _include(included, folder, seen)
-        element[i : i + 1] = list(included)
+    seen, waiting = {path.resolve()}, [(root, 1)]
+    while waiting:
+        element, depth = waiting.pop()
+        if depth > _DEPTH:
+            element.refuse(f"elements are nested deeper than {_DEPTH} levels.")
+        contents, unread = [], [*element.children()][::-1]
+        while unread:
+            child = unread.pop()
+            if child.tag == "include":
+                unread += [*_included(child, path.parent, seen, meter).children()][::-1]
+            else:
+                contents.append(child)
+                waiting.append((child, depth + 1))
+        element[:] = contents
+
+
+def _included(element: Element, folder: Path, seen: set[Path], meter: Meter) -> Element:
+    """Return the root of the file that an ``<include>`` refers to."""
+    name = element.required("file")
+    file = (folder / name).resolve()
+    if not file.exists():
+        file = (element.file.parent / name).resolve()
+    if file in seen:
+        element.refuse(f"'{file}' is already included.")
+    if not file.exists():
+        element.refuse(f"the file '{name}' is missing: {file} does not exist.")
+    seen.add(file)
+    meter.spend("included files")
+    text = read_bytes(file)
+    meter.spend("bytes", len(text))
+    return parse_xml(text, file, meter=meter)

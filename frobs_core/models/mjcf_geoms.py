@@ -175,7 +175,7 @@ def body_inertial(document: MjcfDocument, body: Element, geoms: Sequence[Geom]) 
 
 def weighed(document: MjcfDocument, geoms: Sequence[Geom]) -> list[Geom]:
     """Return the geoms that contribute to a body's mass."""
-    low, high = (int(word) for word in document.compiler.get("inertiagrouprange", "0 5").split())
+    low, high = document.compiler.numbers("inertiagrouprange", 2, "0 5")
     return [geom for geom in geoms if low <= geom.group <= high and geom.mass]
 
 
@@ -191,11 +191,11 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
 
 
 def compiled_inertials(
-    compiler: Mapping[str, str], inertials: Mapping[str, Inertial | None]
+    compiler: Element, inertials: Mapping[str, Inertial | None]
 ) -> dict[str, Inertial | None]:
     """Return the inertials of all bodies after applying the compiler's mass and inertia settings."""
     least_mass, least_moment, total = (
-        float(compiler.get(name, "0")) for name in ("boundmass", "boundinertia", "settotalmass")
+        compiler.number(name, "0") for name in ("boundmass", "boundinertia", "settotalmass")
     )
     balanced = compiler.get("balanceinertia", "false") == "true"
     changed = dict(inertials)
@@ -211,7 +211,8 @@ def compiled_inertials(
                 six = _six(axes @ np.diag(moments) @ axes.T)
                 changed[name] = Inertial(mass, Pose(inertial.origin.pos), six)
     if total > 0.0:
-        share = total / sum(inertial.mass for inertial in changed.values() if inertial is not None)
+        weight = sum(inertial.mass for inertial in changed.values() if inertial is not None)
+        share = total / weight if weight else 0.0
         for name, inertial in changed.items():
             if inertial is not None:
                 xx, xy, xz, yy, yz, zz = (share * moment for moment in inertial.inertia)

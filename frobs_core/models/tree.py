@@ -5,23 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import ModelFileError
 from frobs_core.models.model import Joint, JointType, Mimic, RobotModel
 from frobs_core.models.xmltree import Element
 
-MAX_LINKS = 500
-"""Maximum number of links in a robot. Computing the kinematics takes time proportional to the square of this number."""
-
 
 def check_count(count: int, what: str, document: Element) -> None:
-    """Check the number of links.
+    """Check the number of links, because the kinematics take time proportional to the square of this number.
 
     Raises:
-        ModelFileError: The robot has more than :data:`MAX_LINKS` links.
+        ModelFileError: The robot has too many links.
     """
-    if count > MAX_LINKS:
+    limit = BUDGETS["robot file"]["links"]
+    if count > limit:
         document.refuse(
-            f"the robot has {count} {what}; the limit is {MAX_LINKS}. Merge links that are connected by fixed joints."
+            f"the robot has {count} {what}; the limit is {limit}. Merge links that are connected by fixed joints."
         )
 
 

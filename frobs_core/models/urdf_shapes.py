@@ -10,7 +10,7 @@ from frobs_core.models.limits import MAX_LENGTH
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
-from frobs_core.models.xmltree import Element
+from frobs_core.models.xmltree import Element, parse_number
 from frobs_core.rotations import quat_from_rpy
 
 SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
@@ -119,7 +119,7 @@ class Shapes:
 
 def _is_zero(text: str) -> bool:
     try:
-        return float(text) == 0.0
+        return parse_number(text) == 0.0
     except ValueError:
         return False  # the invalid number is reported later, when it is read
 

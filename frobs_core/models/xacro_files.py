@@ -22,8 +22,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import ModelFileError
-from frobs_core.files import MAX_TEXT_BYTES, UnsuitableFileError, read_limited
+from frobs_core.files import UnsuitableFileError, read_limited
 from frobs_core.models.resources import Packages
 from frobs_core.models.xacro_errors import Declarations, choices, explain
 from frobs_core.models.xacro_expressions import Function, Interpreter
@@ -145,7 +146,7 @@ class _Expansion:
 
         file = Path(filename)
         try:
-            text = read_limited(file, MAX_TEXT_BYTES)
+            text = read_limited(file, BUDGETS["robot file"]["bytes"])
         except UnsuitableFileError as error:
             raise ModelFileError(file, f"cannot be read: {error.strerror}.") from error
         except OSError as error:

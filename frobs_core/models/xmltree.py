@@ -10,15 +10,12 @@ from typing import Any, NoReturn
 from xml.etree import ElementTree
 from xml.parsers import expat
 
+from frobs_core.budgets import BUDGETS, Meter
 from frobs_core.errors import ModelFileError, nearest
-from frobs_core.files import MAX_TEXT_BYTES, read_limited
+from frobs_core.files import read_limited
 
-MAX_DEPTH = 400
-"""Maximum nesting depth. The readers are recursive, and Python allows about 1,000 nested calls."""
-
-MAX_ELEMENTS = 200_000
-"""Maximum number of elements in a document."""
-
+_DEPTH = BUDGETS["robot file"]["levels of nesting"]  # the readers are recursive, and Python limits nested calls
+_ATTRIBUTES = BUDGETS["robot file"]["attributes of one element"]
 _DOCTYPE = (
     "declares a document type (<!DOCTYPE …>), which robot models do not need. Remove "
     "the declaration, because its entities could exhaust the memory or read other files."
@@ -78,7 +75,7 @@ class Element(ElementTree.Element):
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it must contain {_numbers(count)}.")
         try:
-            values = tuple(float(word) for word in text.split())
+            values = tuple(map(parse_number, text.split()))
         except ValueError:
             hint = (
                 " Macros are expanded only in files whose names end in '.xacro'." if re.search(r"\$[({]", text) else ""
@@ -100,6 +97,18 @@ class Element(ElementTree.Element):
         return self.numbers(attribute, 1, default, limit)[0]
 
 
+def parse_number(text: str) -> float:
+    """Return the number in a text, as defined by ``xs:double``.
+
+    Raises:
+        ValueError: The text is not a number. In contrast to Python, XML allows neither underscores nor other digits
+            than 0 to 9.
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(f"not a number: {text}")
+    return float(text)
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Return a sentence that suggests the most similar name, with a leading space, or ``""`` if no name is similar."""
     close = nearest(name, known)
@@ -112,7 +121,7 @@ def _numbers(count: int | None) -> str:
     return "one number" if count == 1 else f"{count} numbers"
 
 
-def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Element:
+def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False, meter: Meter | None = None) -> Element:
     """Parse XML. A document type is rejected before its content is read.
 
     Args:
@@ -120,30 +129,31 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
         file: The file, for messages.
         expanded: Whether macros generated the text, in which case its line numbers differ from the line numbers in the
             file.
+        meter: Counter for the elements of this file and the files that include it.
 
     Raises:
-        ModelFileError: The text is empty or broken, has a document type, or is nested too deeply.
+        ModelFileError: The text is empty or broken, has a document type, or exceeds a limit.
     """
     if not text.strip():
         raise ModelFileError(file, "the file is empty.")
     trimmed = text.lstrip()  # many files begin with an empty line, which XML forbids before the XML declaration
     skipped = text[: len(text) - len(trimmed)]
     first_line = skipped.count(b"\n" if isinstance(skipped, bytes) else "\n")  # type: ignore[arg-type]
-    count = 0
+    meter = meter or file_meter(file)
     stack: list[Element] = []
     roots: list[Element] = []
     parser = expat.ParserCreate()
     parser.buffer_text = True
+    parser.buffer_size = len(text)  # otherwise, a long text is copied once per 8 KiB
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes)
         element.file, element.line = file, None if expanded else first_line + parser.CurrentLineNumber
-        nonlocal count
-        count += 1
-        if count > MAX_ELEMENTS:
-            element.refuse(f"the file exceeds the limit of {MAX_ELEMENTS:,} elements.")
-        if len(stack) >= MAX_DEPTH:
-            element.refuse(f"elements are nested deeper than {MAX_DEPTH} levels.")
+        meter.spend("elements")
+        if len(stack) >= _DEPTH:
+            element.refuse(f"elements are nested deeper than {_DEPTH} levels.")
+        if len(attributes) > _ATTRIBUTES:
+            element.refuse(f"the element has {len(attributes):,} attributes; the limit is {_ATTRIBUTES}.")
         (stack[-1].append if stack else roots.append)(element)
         stack.append(element)
 
@@ -170,6 +180,15 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False) -> Eleme
     return roots[0]
 
 
+def file_meter(file: Path) -> Meter:
+    """Return a counter for the contents of a model file and of the files that it includes."""
+
+    def refuse(reason: str) -> NoReturn:
+        raise ModelFileError(file, reason)
+
+    return Meter("robot file", refuse)
+
+
 def to_text(root: Element) -> str:
     """Return the XML text of a tree."""
     return ElementTree.tostring(root, encoding="unicode")
@@ -182,6 +201,6 @@ def read_bytes(file: Path) -> bytes:
         ModelFileError: The file cannot be read, is not a regular file, or exceeds the size limit.
     """
     try:
-        return read_limited(file, MAX_TEXT_BYTES)
+        return read_limited(file, BUDGETS["robot file"]["bytes"])
     except OSError as error:
         raise ModelFileError(file, f"cannot be read: {error.strerror or error}.") from error

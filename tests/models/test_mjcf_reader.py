@@ -150,18 +150,96 @@ def test_joint_equalities_become_mimic_joints(write):
     [
         ('<joint range="-90 90"/>', math.pi / 2),
         ('<joint range="-90 90" limited="false"/>', math.inf),
+        ('<joint range="0 0"/>', math.inf),
+        ('<joint range="0 0" limited="auto"/>', math.inf),
+        ('<joint range="1 -1"/>', math.inf),
+        ('<joint range="1 1"/>', math.inf),
         ("<joint/>", math.inf),
     ],
 )
 def test_limits_hold_where_mujoco_says_so(write, joint, limits):
     model = load_model(write(world(f'<body name="arm">{joint}<geom size=".1"/></body>')))
     assert model.joints[0].limits.upper == pytest.approx(limits)
-    radian = load_model(
-        write(
-            '<compiler angle="radian" autolimits="false"/>' + world(f'<body name="b">{joint}<geom size=".1"/></body>')
-        )
+
+
+@pytest.mark.parametrize("attribute", ["ctrlrange", "forcerange"])
+def test_an_actuator_with_an_empty_range_is_unlimited(write, attribute):
+    actuator = f'<actuator><motor joint="j" gear="10" {attribute}="0 0"/></actuator>'
+    path = write(world(HINGED) + actuator)
+    original = mujoco.MjModel.from_xml_path(str(path))
+    assert not original.actuator_ctrllimited.any() and not original.actuator_forcelimited.any()
+    assert load_model(path).joints[0].limits.effort == math.inf
+
+
+def test_shapes_of_the_world_have_no_mass(write):
+    box = '<geom type="box" size=".5 .5 .02" pos="0 0 {}"/>'
+    mesh = '<asset><mesh name="m" vertex="0 0 0 .1 0 0 0 .1 0 0 0 .1"/></asset>'
+    text = (
+        f'{mesh}<default><geom mass="2"/></default><worldbody><geom type="plane" size="1 1 1"/>{box.format(-1)}'
+        f'<geom type="mesh" mesh="m"/><frame pos="0 0 1">{box.format(-3)}</frame>'
+        '<body name="a"><joint name="j"/><geom size=".05" mass=".08"/></body></worldbody>'
     )
-    assert radian.joints[0].limits.upper == math.inf
+    path = write(text)
+    model = load_model(path)
+    assert sum(link.inertial.mass for link in model.links if link.inertial) == pytest.approx(0.08)
+    assert sum(mujoco.MjModel.from_xml_path(str(path)).body_mass) == pytest.approx(0.08)
+    assert sum(mujoco.MjModel.from_xml_string(model.xml).body_mass) == pytest.approx(0.08)
+    assert len(model.links[0].collisions) == 2 and not any("mass" in str(note) for note in model.notes)
+
+
+NESTED = {
+    "beside the included file": (["robot/part.xml"], "part.xml"),
+    "first beside the main file": (["part.xml", "robot/part.xml"], "part.xml"),
+    "relative to the main file": (["robot/part.xml"], "robot/part.xml"),
+    "above the included file": (["common/part.xml"], "../common/part.xml"),
+}
+
+
+@pytest.mark.parametrize(("places", "name"), NESTED.values(), ids=NESTED.keys())
+def test_nested_includes_are_found_as_in_mujoco(write, tmp_path, places, name):
+    for mass, place in enumerate(places, start=1):
+        body = f'<body name="part"><joint name="j"/><geom size=".1" mass="{mass}"/></body>'
+        (tmp_path / place).parent.mkdir(exist_ok=True)
+        write(f"<worldbody>{body}</worldbody>", place)
+    write(f'<include file="{name}"/>', "robot/robot.xml")
+    path = write('<include file="robot/robot.xml"/>')
+    assert load_model(path).links[-1].inertial.mass == mujoco.MjModel.from_xml_path(str(path)).body_mass[1] == 1
+
+
+ASSETS = {
+    "beside the included file": (["robot/m.obj"], "", "m.obj"),
+    "first beside the main file": (["m.obj", "robot/m.obj"], "", "m.obj"),
+    "in a folder beside the included file": (["robot/sub/m.obj"], "", "sub/m.obj"),
+    "in the folder of meshes": (["sub/m.obj", "robot/m.obj", "m.obj"], '<compiler meshdir="sub"/>', "m.obj"),
+    "not in the folder of meshes": (["robot/m.obj"], '<compiler meshdir="sub"/>', "m.obj"),
+}
+
+
+@pytest.mark.parametrize(("places", "compiler", "name"), ASSETS.values(), ids=ASSETS.keys())
+def test_assets_of_included_files_are_found_as_in_mujoco(write, tmp_path, places, compiler, name):
+    for size, place in enumerate(places, start=1):
+        (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / place).write_text(
+            f"v 0 0 0\nv {size} 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        )
+    write(f'<asset><mesh name="m" file="{name}"/></asset>', "robot/robot.xml")
+    geom = '<body name="arm"><joint name="j"/><geom type="mesh" mesh="m"/></body>'
+    path = write(f'{compiler}<include file="robot/robot.xml"/>' + world(geom))
+    model = load_model(path)
+    assert model.links[-1].collisions[0].geometry.path == tmp_path / places[0]
+    found, expected = (mujoco.MjModel.from_xml_string(model.xml), mujoco.MjModel.from_xml_path(str(path)))
+    assert np.ptp(found.mesh_vert, axis=0) == pytest.approx(np.ptp(expected.mesh_vert, axis=0))
+
+
+def test_assets_beside_included_files_do_not_exist_in_folders_that_mujoco_ignores(write, tmp_path):
+    (tmp_path / "robot" / "sub").mkdir(parents=True)
+    (tmp_path / "robot" / "sub" / "m.obj").write_text("v 0 0 0\n")
+    write('<compiler meshdir="sub"/><asset><mesh name="m" file="m.obj"/></asset>', "robot/robot.xml")
+    path = write('<include file="robot/robot.xml"/>' + world(HINGED))
+    with pytest.raises(ValueError, match="Error opening file"):
+        mujoco.MjModel.from_xml_path(str(path))
+    with pytest.raises(ModelFileError, match="'m.obj' is missing"):
+        load_model(path)
 
 
 BODY = '<body name="b">{}<geom size=".1"/></body>'
@@ -175,7 +253,14 @@ BAD = {
     "zero axis": (world(BODY.format('<joint axis="0 0 0"/>')), "axis is zero"),
     "zero quaternion": (world('<body name="b" quat="0 0 0 0"/>'), "is zero"),
     "NaN": (world('<body name="b" pos="0 0 nan"/>'), "not finite"),
-    "empty range": (world(BODY.format('<joint range="1 1"/>')), "is empty"),
+    "empty range": (world(BODY.format('<joint range="1 1" limited="true"/>')), "is empty"),
+    "range that is neither limited nor not": (
+        '<compiler autolimits="false"/>' + world(BODY.format('<joint range="0 1"/>')),
+        'requires limited="true" or "false"',
+    ),
+    "number of Python": (world(BODY.format('<joint range="-1_0 1_0"/>')), "is not 2 numbers"),
+    "group of inertias": ('<compiler inertiagrouprange="0 x"/>' + world(""), "is not 2 numbers"),
+    "bounded mass": ('<compiler boundmass="1_0"/>' + world(""), "is not one number"),
     "same name": (world('<body name="root"/>'), "the name 'root' is already used"),
     "unknown class": (
         '<default><default class="hand"/></default>' + world(BODY.format('<joint class="hond"/>')),
