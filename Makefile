@@ -7,6 +7,7 @@ CONTROLLER = $(if $(filter $(ID),frobs/Irb120Reach-v0),tcp_delta_position)
 PYTEST_ARGS =
 WHEELS_ARGS =
 BENCHMARKS = measure tasks neighbours
+FUZZ_ARGS =
 
 BIN := $(VENV)/bin
 PLUGINS := $(sort $(patsubst %/pyproject.toml,%,$(wildcard plugins/*/pyproject.toml)))
@@ -23,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help install demo test test-all lint docs wheels benchmark soak clean
+.PHONY: help install demo test test-all lint docs wheels benchmark soak fuzz clean
 
 help: ## list the targets
 	@echo "FRobs: robot reinforcement learning from plugins"
@@ -59,6 +60,9 @@ benchmark: $(VENV)/.installed ## measure speed, tasks and neighbors again for do
 
 soak: $(VENV)/.installed ## check memory, file descriptors and contacts over millions of steps (≤ 2 hours)
 	@$(BIN)/python tests/benchmarks/soak.py --fresh
+
+fuzz: $(VENV)/.installed-dev ## run commands on 3,000 damaged and hostile inputs (≤ 2 hours; FUZZ_ARGS="--seconds 600 --seed 1 --kind bundle")
+	@$(BIN)/python tests/fuzz/fuzz.py $(FUZZ_ARGS)
 
 clean: ## remove the files that the other targets made, except runs and demo/
 	rm -rf $(VENV) site build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis docs/reference/generated

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hypothesis import strategies as st
-
 import values
+from hypothesis import strategies as st
 from mutations import OPERATIONS, PATH_OPERATIONS, Mutation, apply, format_of, sign
 from seeds import Seed
 from server import prepare
+
+from frobs_cli.commands import installed_commands
 
 INPUT = "@INPUT@"
 """Stands for the path of the input in a command line."""
@@ -71,7 +71,17 @@ UNBOUND = {"frobs check steps", "frobs train seeds"}
 RARE = {"frobs export", "frobs play", "frobs tune", "frobs check", "frobs new"}
 """Commands that take seconds and are drawn less often."""
 
-CLOSED = {"install_completion", "show_completion", "runner", "ray_address", "log", "jobs", "processes", "listen", "storage"}
+CLOSED = {
+    "install_completion",
+    "show_completion",
+    "runner",
+    "ray_address",
+    "log",
+    "jobs",
+    "processes",
+    "listen",
+    "storage",
+}
 """Options that are not drawn: they change the shell's settings or start servers of other programs."""
 
 
@@ -106,7 +116,9 @@ class Case:
     @property
     def command(self) -> str:
         """Name of the command."""
-        return " ".join(itertools.takewhile(lambda word: word.isalpha(), self.words[:2]))
+        names, _ = installed_commands()
+        both = " ".join(self.words[:2])
+        return both if both in names else self.words[0] if self.words else ""
 
 
 def build(case: Case, corpus: Mapping[str, Sequence[Seed]], folder: Path) -> list[str]:
@@ -115,7 +127,12 @@ def build(case: Case, corpus: Mapping[str, Sequence[Seed]], folder: Path) -> lis
     canary = f"open({values.CANARY!r}, 'w')\n\nclass Wrapper: ...\n"
     (work / "fuzz_canary.py").write_text(canary)
     if case.kind == "command":
-        for seeds, name in (("run", "my_run"), ("bundle", "policy.frobs"), ("robot", "my_arm.urdf"), ("yaml", "config.yaml")):
+        for seeds, name in (
+            ("run", "my_run"),
+            ("bundle", "policy.frobs"),
+            ("robot", "my_arm.urdf"),
+            ("yaml", "config.yaml"),
+        ):
             _copy(corpus[seeds][0], work)
             assert (work / name).exists()
         return list(case.words)
@@ -143,7 +160,9 @@ class Commands:
     """
 
     def __init__(self, walked: Iterator[tuple[str, Any]]) -> None:
-        self._commands = {name: command for name, command in walked if name not in SKIPPED and not hasattr(command, "commands")}
+        self._commands = {
+            name: command for name, command in walked if name not in SKIPPED and not hasattr(command, "commands")
+        }
 
     @property
     def names(self) -> list[str]:
@@ -157,7 +176,10 @@ class Commands:
         for name, command in self._commands.items():
             for parameter in command.params:
                 is_argument = parameter.param_type_name == "argument"
-                takes = not getattr(parameter, "is_flag", False) and parameter.name in (ARGUMENTS if is_argument else OPTIONS)[kind]
+                takes = (
+                    not getattr(parameter, "is_flag", False)
+                    and parameter.name in (ARGUMENTS if is_argument else OPTIONS)[kind]
+                )
                 if takes or (is_argument and parameter.name not in known):
                     words = self._template(name, command, parameter, kind)
                     found += [words] * (1 if name in RARE else 4)
@@ -202,7 +224,9 @@ def file_cases(draw: st.DrawFn, kind: str, corpus: Mapping[str, Sequence[Seed]],
     often = [inside] * (2 if kind in ("run", "package") else 8)
     mutations = draw(st.lists(st.one_of(*often, whole), min_size=0 if seed.attack else 1, max_size=4))
     words = draw(st.sampled_from(commands.templates(kind)))
-    return Case(kind, seed.name, tuple(mutations), draw(st.booleans()), (*words, *draw(_extra(commands.options(words)))))
+    return Case(
+        kind, seed.name, tuple(mutations), draw(st.booleans()), (*words, *draw(_extra(commands.options(words))))
+    )
 
 
 def _extra(options: Sequence[Any]) -> st.SearchStrategy[tuple[str, ...]]:
@@ -225,8 +249,33 @@ SETTINGS = (
     "__class__=1", "steps=１", "evaluate_every=1e400", "keep_checkpoints=null", "threads.torch=1e9", "stop_at_success=nan", "? a=1",
     "algorithm_config.learning_rate=0", "algorithm_config.batch_size=1e9", "environment_kwargs.render_mode=human", "&a x=*a",
 )  # fmt: skip
-FILES = ("my_run", "policy.frobs", "my_arm.urdf", "config.yaml", "CartPole-v1", "frobs/Reach-v0", "frobs/Irb120Reach-v0", "irb120", ".")
-PATHS = ("", ".", "made", "my_run", "made/a/b", "x" * 300, "é", "\x1b[31m", "a\nb", "/dev/null/x", "/dev/full", "config.yaml/x", "-", "nul")
+FILES = (
+    "my_run",
+    "policy.frobs",
+    "my_arm.urdf",
+    "config.yaml",
+    "CartPole-v1",
+    "frobs/Reach-v0",
+    "frobs/Irb120Reach-v0",
+    "irb120",
+    ".",
+)
+PATHS = (
+    "",
+    ".",
+    "made",
+    "my_run",
+    "made/a/b",
+    "x" * 300,
+    "é",
+    "\x1b[31m",
+    "a\nb",
+    "/dev/null/x",
+    "/dev/full",
+    "config.yaml/x",
+    "-",
+    "nul",
+)
 NUMBERS = (*values.NUMBERS[:32], "1", "2", "-1", "1e5", "9" * 30, "-0.0", "1_000", "0x1", "1e400", "inf")
 
 
@@ -241,7 +290,11 @@ def command_lines(draw: st.DrawFn, commands: Commands) -> Case:
         if not option.is_flag:
             words += [draw(option_values(option.name)) for _ in range(max(1, option.nargs))]
     words += arguments
-    words += draw(st.sampled_from(((), (), (), ("--no-such",), ("--",), ("--", "-x"), ("--json",), ("--seed",), ("-é",), ("--set=x",))))
+    words += draw(
+        st.sampled_from(
+            ((), (), (), ("--no-such",), ("--",), ("--", "-x"), ("--json",), ("--seed",), ("-é",), ("--set=x",))
+        )
+    )
     bounds = [
         [option.opts[0], BOUNDS[option.name]]
         for option in chosen
@@ -258,8 +311,20 @@ def option_values(name: str) -> st.SearchStrategy[str]:
     if name in ("out", "output", "run_dir", "study_dir", "video", "picture"):
         return st.sampled_from(PATHS)
     if name == "settings":
-        text = st.builds(lambda key, value: f"{key}={value}", st.sampled_from(values.NAMES), st.sampled_from(values.YAML))
+        text = st.builds(
+            lambda key, value: f"{key}={value}", st.sampled_from(values.NAMES), st.sampled_from(values.YAML)
+        )
         return st.one_of(st.sampled_from(SETTINGS), text)
-    if name in BOUNDS or name in ("seed", "threads", "cpus", "memory", "goal", "speed", "timestep", "clock_frequency", "threshold"):
+    if name in BOUNDS or name in (
+        "seed",
+        "threads",
+        "cpus",
+        "memory",
+        "goal",
+        "speed",
+        "timestep",
+        "clock_frequency",
+        "threshold",
+    ):
         return st.sampled_from(NUMBERS)
     return st.one_of(st.sampled_from((*FILES, *values.NAMES)), st.text(max_size=20))

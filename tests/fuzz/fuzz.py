@@ -29,10 +29,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from cases import RARE, Case, Commands, build, command_lines, file_cases
 from hypothesis import HealthCheck, Phase, Verbosity, given, settings
 from hypothesis import seed as seeded
-
-from cases import RARE, Case, Commands, build, command_lines, file_cases
 from seeds import KINDS, Seed, make
 from server import Server
 from verdicts import Fault, events, judge
@@ -133,7 +132,9 @@ class Fuzzer:
             (place / file).write_text(result[file], encoding="utf-8", errors="surrogateescape")
         (place / "case.json").write_text(json.dumps(case.as_data(), indent=1))
         (place / "fault.json").write_text(json.dumps(vars(fault) | {"cpu": result["cpu"], "words": words}, indent=1))
-        (place / "command.sh").write_text(f"cd {place / 'work'} && frobs {shlex.join(words)}\n", errors="surrogateescape")
+        (place / "command.sh").write_text(
+            f"cd {place / 'work'} && frobs {shlex.join(words)}\n", errors="surrogateescape"
+        )
         return name
 
     def report(self) -> str:
@@ -146,12 +147,18 @@ class Fuzzer:
         for (symptom, where), names in sorted(self.groups.items(), key=lambda item: (item[0][0], -len(item[1]))):
             first = json.loads((self.kept / names[0] / "fault.json").read_text())
             example = shlex.join(first["words"])
-            lines.append(f"{len(names):4d} × {symptom} in {where}: {first['detail']!r}\n       {names[0]}: frobs {example[:160]!r}")
+            lines.append(
+                f"{len(names):4d} × {symptom} in {where}: {first['detail']!r}\n       {names[0]}: frobs {example[:160]!r}"
+            )
         faults = sum(map(len, self.groups.values()))
-        return "\n".join([*lines, f"{faults} faults of {len(self.groups)} groups; inputs and outputs are in {self.kept}"])
+        return "\n".join(
+            [*lines, f"{faults} faults of {len(self.groups)} groups; inputs and outputs are in {self.kept}"]
+        )
 
 
-def fuzz(fuzzer: Fuzzer, inputs: int, seed: int = 0, seconds: float = float("inf"), kinds: Sequence[str] = tuple(SHARES)) -> None:
+def fuzz(
+    fuzzer: Fuzzer, inputs: int, seed: int = 0, seconds: float = float("inf"), kinds: Sequence[str] = tuple(SHARES)
+) -> None:
     """Draw and run cases of all kinds in turns, until their number or the time [s] is reached."""
     deadline = time.monotonic() + seconds
     total = sum(SHARES[kind] for kind in kinds)
@@ -234,7 +241,9 @@ def main() -> int:
             case = Case.from_data(json.loads((chosen.repeat / "case.json").read_text()))
             result, words = fuzzer.run(case)
             faults = judge(case, words, result, fuzzer.expected)
-            sys.stdout.write(f"frobs {shlex.join(words)}\n{result['stdout']}{result['stderr']}{result['stack']}{faults}\n")
+            sys.stdout.write(
+                f"frobs {shlex.join(words)}\n{result['stdout']}{result['stderr']}{result['stack']}{faults}\n"
+            )
             return int(bool(faults))
         for _ in progress(fuzzer):
             fuzz(fuzzer, chosen.inputs, chosen.seed, chosen.seconds, chosen.kind)

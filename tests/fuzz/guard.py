@@ -79,7 +79,7 @@ def install(folder: Path, writable: Sequence[Path], report: int) -> None:
             tell("pickle", ".".join(map(str, arguments)))
         elif event == "exec":
             file = getattr(arguments[0], "co_filename", "")
-            if os.path.isabs(file) and os.path.realpath(file).startswith(f"{inputs}/"):
+            if not file.startswith("<") and os.path.realpath(file).startswith(f"{inputs}/"):
                 tell("code", file)
         elif event in NETWORK or (event == "socket.connect" and isinstance(arguments[1], tuple)):
             host = arguments[1][0] if event == "socket.connect" else arguments[0]

@@ -23,9 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 import values
+import yaml
 
 XACRO = "http://www.ros.org/wiki/xacro"
 MARK = "@@FUZZ@@"
@@ -57,14 +56,14 @@ class Mutation:
     value: int
 
 
-class Unchanged(Exception):
+class UnchangedError(Exception):
     """The operation does not apply to this file."""
 
 
 def pick(choices: Any, index: int) -> Any:
     """Return a choice by an index of any size."""
     if not choices:
-        raise Unchanged
+        raise UnchangedError
     return choices[index % len(choices)]
 
 
@@ -84,12 +83,12 @@ def in_tree(change: Callable[[ET.Element, int, int], str | None]) -> Callable[..
         try:
             root = ET.fromstring(data)
         except (ET.ParseError, ValueError, LookupError, RecursionError):
-            raise Unchanged from None
+            raise UnchangedError from None
         raw = change(root, where, value)
         try:
             text = ET.tostring(root, encoding="unicode")
         except (RecursionError, TypeError, ValueError):
-            raise Unchanged from None
+            raise UnchangedError from None
         if raw is not None:
             text = re.sub(f"<{MARK}[^>]*>|{MARK}", lambda _: raw.replace("SELF", name), text, count=1)
         return text.encode("utf-8", "surrogatepass")
@@ -208,7 +207,7 @@ def _load(data: bytes) -> Any:
         text = data.decode("utf-8")
         return json.loads(text) if text.lstrip().startswith(("{", "[")) else yaml.safe_load(text)
     except (ValueError, yaml.YAMLError, RecursionError, OverflowError):
-        raise Unchanged from None
+        raise UnchangedError from None
 
 
 def _dump(tree: Any, name: str, raw: str | None) -> bytes:
@@ -220,7 +219,7 @@ def _dump(tree: Any, name: str, raw: str | None) -> bytes:
             else json.dumps(tree, indent=1)
         )
     except (RecursionError, yaml.YAMLError, TypeError, ValueError):
-        raise Unchanged from None
+        raise UnchangedError from None
     if raw is not None:
         text = re.sub(f"[\"']?{MARK}[\"']?", lambda _: raw, text, count=1)
     return text.encode("utf-8", "surrogatepass")
@@ -260,11 +259,27 @@ def data_number(places: list[tuple[Any, Any]], where: int, value: int, name: str
     numeric = [(n, k) for n, k in places if isinstance(n[k], int | float) and not isinstance(n[k], bool)]
     node, key = pick(numeric, where)
     old = node[key]
-    extremes = (0, -1, 1, -old, old * 10, old * 1e6, old / 1e6, 10**9, 10**18, 10**400, 0.5, 1e308, 1e-308, float("nan"), True)
+    extremes = (
+        0,
+        -1,
+        1,
+        -old,
+        old * 10,
+        old * 1e6,
+        old / 1e6,
+        10**9,
+        10**18,
+        10**400,
+        0.5,
+        1e308,
+        1e-308,
+        float("nan"),
+        True,
+    )
     try:
         node[key] = pick(extremes, value)
     except OverflowError:
-        raise Unchanged from None
+        raise UnchangedError from None
 
 
 def data_text(places: list[tuple[Any, Any]], where: int, value: int, name: str) -> None:
@@ -327,7 +342,9 @@ def text_line(data: bytes, where: int, value: int, name: str) -> bytes:
     lines = data.split(b"\n")
     index = where % len(lines)
     again = pick((0, 2, 3, 2000), value)
-    return b"\n".join([*lines[:index], *([lines[index]] * again)[: max(1, 2**20 // (1 + len(lines[index])))], *lines[index + 1 :]])
+    return b"\n".join(
+        [*lines[:index], *([lines[index]] * again)[: max(1, 2**20 // (1 + len(lines[index])))], *lines[index + 1 :]]
+    )
 
 
 def bytes_cut(data: bytes, where: int, value: int, name: str) -> bytes:
@@ -344,7 +361,10 @@ def bytes_flip(data: bytes, where: int, value: int, name: str) -> bytes:
 
 def bytes_number(data: bytes, where: int, value: int, name: str) -> bytes:
     size = pick((1, 2, 4, 8), value)
-    number = pick((b"\xff" * 8, b"\x00" * 8, b"\xff\xff\xff\x7f" * 2, b"\x00\x00\xc0\x7f" * 2, b"\x00\x00\x80\x7f" * 2), value // 4)
+    number = pick(
+        (b"\xff" * 8, b"\x00" * 8, b"\xff\xff\xff\x7f" * 2, b"\x00\x00\xc0\x7f" * 2, b"\x00\x00\x80\x7f" * 2),
+        value // 4,
+    )
     place = where % max(1, min(len(data), 4096))
     return data[:place] + number[:size] + data[place + size :]
 
@@ -371,7 +391,7 @@ def _members(data: bytes) -> list[tuple[zipfile.ZipInfo, bytes]]:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             return [(info, archive.read(info)) for info in archive.infolist() if info.file_size < 2**26]
     except (zipfile.BadZipFile, OSError, ValueError, RuntimeError, EOFError, zlib.error, NotImplementedError):
-        raise Unchanged from None
+        raise UnchangedError from None
 
 
 def _pack(members: list[tuple[zipfile.ZipInfo, bytes]], comment: bytes = b"") -> bytes:
@@ -382,14 +402,16 @@ def _pack(members: list[tuple[zipfile.ZipInfo, bytes]], comment: bytes = b"") ->
             try:
                 archive.writestr(info, content, info.compress_type)
             except (UserWarning, ValueError, UnicodeError, NotImplementedError):
-                raise Unchanged from None
+                raise UnchangedError from None
     return buffer.getvalue()
 
 
 def archive_rename(data: bytes, where: int, value: int, name: str) -> bytes:
     members = _members(data)
-    info, content = pick(members, where)
-    renamed = zipfile.ZipInfo((pick(values.NAMES, value) or "x")[:60_000].encode("utf-8", "replace").decode().replace("\0", "?"))
+    _, content = pick(members, where)
+    renamed = zipfile.ZipInfo(
+        (pick(values.NAMES, value) or "x")[:60_000].encode("utf-8", "replace").decode().replace("\0", "?")
+    )
     members[where % len(members)] = (renamed, content)
     return _pack(members)
 
@@ -423,7 +445,9 @@ def archive_bomb(data: bytes, where: int, value: int, name: str) -> bytes:
     """Replace a member by one that claims to be, and is, much larger than the archive."""
     members = _members(data)
     info, _ = pick(members, where)
-    packed = _pack([*((i, c) for i, c in members if i.filename != info.filename), (zipfile.ZipInfo(info.filename), bomb())])
+    packed = _pack(
+        [*((i, c) for i, c in members if i.filename != info.filename), (zipfile.ZipInfo(info.filename), bomb())]
+    )
     # The stored member becomes a deflated one: its method, checksum and size are replaced in both headers.
     size, method = 200 * 2**20, (8).to_bytes(2, "little")
     crc = zlib.crc32(b"\0" * size).to_bytes(4, "little") if value % 4 == 0 else b"\0" * 4
@@ -475,7 +499,7 @@ def in_graph(change: Callable[[Any, int, int], None]) -> Callable[..., bytes]:
             change(model, where, value)
             return bytes(model.SerializeToString())
         except (DecodeError, ValueError, TypeError):
-            raise Unchanged from None
+            raise UnchangedError from None
 
     return apply
 
@@ -585,7 +609,9 @@ def path_link_outside(path: Path, value: int) -> None:
 def path_add_link(path: Path, value: int) -> None:
     """Put links to the outer folder where commands write."""
     work = next(parent for parent in path.parents if parent.name == "work")
-    name = pick(("plots", "evaluations", "videos", "policy.frobs", "progress.csv.tmp", ".lock", "tensorboard", "parity"), value)
+    name = pick(
+        ("plots", "evaluations", "videos", "policy.frobs", "progress.csv.tmp", ".lock", "tensorboard", "parity"), value
+    )
     target = path.parent / name
     _clear(target)
     target.symlink_to(work.parent / "outside" / ("secret.txt" if "." in name else "plots"))
@@ -594,7 +620,15 @@ def path_add_link(path: Path, value: int) -> None:
 def path_add_folder(path: Path, value: int) -> None:
     work = next(parent for parent in path.parents if parent.name == "work")
     for parent in {path.parent, path.parent.parent} - {work.parent}:
-        for name in ("step_abc", "step_99999999999999999999", "step_000000064 ", "step_-1", "\x1b[31m", "é" * 80, ".hidden"):
+        for name in (
+            "step_abc",
+            "step_99999999999999999999",
+            "step_000000064 ",
+            "step_-1",
+            "\x1b[31m",
+            "é" * 80,
+            ".hidden",
+        ):
             (parent / name).mkdir(exist_ok=True)
 
 
@@ -671,7 +705,7 @@ def apply(mutation: Mutation, files: list[Path]) -> bool:
             return False
         try:
             PATH_OPERATIONS[mutation.operation](pick(there, mutation.file), mutation.value)
-        except (Unchanged, StopIteration, OSError):
+        except (UnchangedError, StopIteration, OSError):
             return False
         return True
     kind = mutation.operation.partition("_")[0]
@@ -681,7 +715,7 @@ def apply(mutation: Mutation, files: list[Path]) -> bool:
     path = pick(fitting, mutation.file)
     try:
         data = OPERATIONS[mutation.operation](path.read_bytes(), mutation.where, mutation.value, path.name)
-    except Unchanged:
+    except UnchangedError:
         return False
     path.write_bytes(data[: 2**26])
     return True
@@ -712,7 +746,7 @@ def _sign_bundle(data: bytes) -> bytes | None:
         manifest = json.loads(content["bundle.json"])
         if not isinstance(manifest["files"], dict):
             return None
-    except (Unchanged, ValueError, KeyError, TypeError, RecursionError):
+    except (UnchangedError, ValueError, KeyError, TypeError, RecursionError):
         return None
     sums = {
         name: {"bytes": len(text), "sha256": hashlib.sha256(text).hexdigest()}
@@ -726,5 +760,8 @@ def _sign_bundle(data: bytes) -> bytes | None:
             old = old.replace(before["sha256"], str(entry["sha256"]))
             old = old.replace(f'"bytes": {before["bytes"]}', f'"bytes": {entry["bytes"]}')
     return _pack(
-        [(copy.copy(info), old.encode("utf-8", "surrogatepass") if info.filename == "bundle.json" else text) for info, text in members]
+        [
+            (copy.copy(info), old.encode("utf-8", "surrogatepass") if info.filename == "bundle.json" else text)
+            for info, text in members
+        ]
     )

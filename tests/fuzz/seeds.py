@@ -84,7 +84,12 @@ def make(server: Server, folder: Path) -> dict[str, list[Seed]]:
     add("robot", "MJCF with parts", {"r.xml": MJCF_PARTS, "part.xml": '<mujoco><asset><mesh name="m" file="m.stl"/></asset></mujoco>',
                                      "m.stl": dict(meshes())["m.stl"]["m.stl"]})  # fmt: skip
     for name, text in robot_attacks():
-        add("robot", name, {("r.urdf.xacro" if "xmlns:xacro" in text else "r.xml" if "<mujoco" in text else "r.urdf"): text}, attack=True)
+        add(
+            "robot",
+            name,
+            {("r.urdf.xacro" if "xmlns:xacro" in text else "r.xml" if "<mujoco" in text else "r.urdf"): text},
+            attack=True,
+        )
     for name, files in meshes():
         add("mesh", name, {"r.urdf": WITH_MESH.format(name), **files})
     from test_sizes import LARGE_MESHES
@@ -93,7 +98,16 @@ def make(server: Server, folder: Path) -> dict[str, list[Seed]]:
         add("mesh", name, {"r.urdf": WITH_MESH.format(name), name: text.encode("latin-1")}, attack=True)
 
     work = prepare(folder / "made")
-    settings = ["--num-envs", "1", "--seed", "0", "--set", "algorithm_config.n_steps=32", "--set", "checkpoint_every=32"]
+    settings = [
+        "--num-envs",
+        "1",
+        "--seed",
+        "0",
+        "--set",
+        "algorithm_config.n_steps=32",
+        "--set",
+        "checkpoint_every=32",
+    ]
     for words in (
         ["train", "CartPole-v1", "--steps", "64", "--run-dir", "my_run", *settings],
         ["evaluate", "my_run", "--episodes", "2"],
@@ -172,8 +186,15 @@ def meshes() -> Iterator[tuple[str, dict[str, bytes]]]:
     for ending in ("stl", "ply", "off", "glb", "dae"):
         yield f"m.{ending}", {f"m.{ending}": _bytes(box.export(file_type=ending))}
     yield "ascii.stl", {"ascii.stl": _bytes(box.export(file_type="stl_ascii"))}
-    lines = [*(f"v {x} {y} {z}" for x, y, z in box.vertices), "usemtl a", *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in box.faces)]
-    yield "m.obj", {"m.obj": "\n".join(["mtllib m.mtl", *lines, ""]).encode(), "m.mtl": b"newmtl a\nKd 1 0 0\nmap_Kd a.png\n"}
+    lines = [
+        *(f"v {x} {y} {z}" for x, y, z in box.vertices),
+        "usemtl a",
+        *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in box.faces),
+    ]
+    yield (
+        "m.obj",
+        {"m.obj": "\n".join(["mtllib m.mtl", *lines, ""]).encode(), "m.mtl": b"newmtl a\nKd 1 0 0\nmap_Kd a.png\n"},
+    )
     tree: Any = trimesh.exchange.gltf.export_gltf(trimesh.Scene(box))
     main = next(name for name in tree if name.endswith(".gltf"))
     yield "m.gltf", {("m.gltf" if name == main else name): _bytes(data) for name, data in tree.items()}
@@ -189,9 +210,12 @@ def bundle_attacks() -> Iterator[tuple[str, dict[str, Any]]]:
 
     yield from REFUSED.items()
     yield from ALLOWED.items()
-    yield "stacked frames", {
-        "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 100}] * 4,
-    }
+    yield (
+        "stacked frames",
+        {
+            "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 100}] * 4,
+        },
+    )
     yield "a large map", {"environment": "FrozenLake-v1", "environment_kwargs": {"desc": ["F" * 3000] * 3000}}
     yield "a long step", {"environment_kwargs": {"control_timestep": 20}}
     yield "endless episodes", {"environment_kwargs": {"max_episode_steps": 10**400}}
@@ -216,5 +240,7 @@ def sb3_model() -> bytes:
     import stable_baselines3
 
     buffer = io.BytesIO()
-    stable_baselines3.PPO("MlpPolicy", "CartPole-v1", n_steps=8, batch_size=8, policy_kwargs={"net_arch": [8]}).save(buffer)
+    stable_baselines3.PPO("MlpPolicy", "CartPole-v1", n_steps=8, batch_size=8, policy_kwargs={"net_arch": [8]}).save(
+        buffer
+    )
     return buffer.getvalue()

@@ -26,7 +26,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO, Any, NoReturn
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "cookiecutter")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "cookiecutter"))
+sys.path.insert(0, str(Path(__file__).parent))
 
 import guard
 from fork_server import LIBRARIES
@@ -40,6 +41,9 @@ IDLE_SECONDS = 10.0
 WALL_SECONDS = 300.0
 """Time after which a command ends on any machine [s]."""
 
+UNOBSERVED_SECONDS = 0.5
+"""Time for which a command is not observed, because most end sooner and looking at processes takes time [s]."""
+
 GROWTH = 2**30
 """Maximum growth of the memory of a command [bytes]."""
 
@@ -48,6 +52,20 @@ ADDRESSES = 8 * 2**30
 
 OUTSIDE = {"secret.txt": "a file that no command may change\n", "plots/old.png": "a picture that nobody may replace\n"}
 """Files of the folder that links and paths of hostile inputs lead to."""
+
+FURTHER = (
+    "collada",
+    "matplotlib.pyplot",
+    "onnx",
+    "onnxruntime",
+    "onnxscript",
+    "optuna",
+    "pybullet",
+    "torch.onnx",
+    "trimesh",
+    "xacro",
+)
+"""Libraries that commands import. Others are imported in advance once a command has imported them."""
 
 TICK = os.sysconf("SC_CLK_TCK")
 
@@ -201,7 +219,10 @@ def supervise(order: dict[str, Any]) -> dict[str, Any]:
             break
         time.sleep(pause)
         pause = min(1.3 * pause, 0.1)
-        now, (spent, waits) = time.monotonic(), _processes(pid)
+        now = time.monotonic()
+        if now - start < UNOBSERVED_SECONDS:
+            continue
+        spent, waits = _processes(pid)
         if spent > used or not waits:
             used, progress = max(used, spent), now
         if used > order.get("cpu", CPU_SECONDS):
@@ -293,7 +314,7 @@ def main() -> None:
     os.dup2(2, 1)
     sys.path[:0] = sys.argv[1:]
     sys.dont_write_bytecode = True
-    preload(LIBRARIES)
+    preload((*LIBRARIES, *FURTHER))
     from frobs_cli.program import walk
     from frobs_core import plugins
 

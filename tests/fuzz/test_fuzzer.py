@@ -36,10 +36,10 @@ def step():
 def grow():
     kept = []
     while True:
-        kept.append(bytearray(os.urandom(2**20) * 16))
+        kept.append(bytes([1]) * 2**24)
 
 def allocate_and_end():
-    kept = bytes(1) * 2**28
+    kept = bytes([1]) * 2**28
     raise ConfigurationError("the file is too large.")
 
 def fail():
@@ -216,7 +216,12 @@ def test_a_new_command_is_fuzzed_without_a_change_of_the_fuzzer(site: Path, monk
     assert {"frobs misbehave", "frobs train", "frobs doctor robot", "frobs migrate"} <= set(commands.names)
     for kind in ("robot", "mesh"):
         assert ("misbehave", cases.INPUT) in commands.templates(kind)
-    reached = {name for kind in fuzz.KINDS for words in commands.templates(kind) for name in (" ".join(words[:1]), " ".join(words[:2]))}
+    reached = {
+        name
+        for kind in fuzz.KINDS
+        for words in commands.templates(kind)
+        for name in (" ".join(words[:1]), " ".join(words[:2]))
+    }
     takes_none = {"frobs list", "frobs plugins", "frobs legacy env"}
     assert {name.removeprefix("frobs ") for name in set(commands.names) - takes_none} <= reached
 

@@ -58,7 +58,9 @@ class Fault:
         return self.symptom, self.place
 
 
-def judge(case: Case, words: Sequence[str], result: Mapping[str, Any], expected: frozenset[str] = frozenset()) -> list[Fault]:
+def judge(
+    case: Case, words: Sequence[str], result: Mapping[str, Any], expected: frozenset[str] = frozenset()
+) -> list[Fault]:
     """Return what was wrong.
 
     Args:
@@ -74,7 +76,13 @@ def judge(case: Case, words: Sequence[str], result: Mapping[str, Any], expected:
     if result["killed"] == "growth":
         found.append(Fault("growth", f"{result['growth'] >> 20} MiB", _frame(result["stack"]) or case.command))
     elif result["killed"] in ("slow", "blocked") and not _works(case, result["stack"]):
-        found.append(Fault("hang", f"{result['killed']} after {result['cpu']} s", _frame(result["stack"], first=True) or case.command))
+        found.append(
+            Fault(
+                "hang",
+                f"{result['killed']} after {result['cpu']} s",
+                _frame(result["stack"], first=True) or case.command,
+            )
+        )
     elif not result["killed"] and result["code"] not in EXIT_CODES:
         found.append(Fault("exit code", str(result["code"]), case.command))
     if hit := CONTROL.search(out) or CONTROL.search(err):
@@ -89,7 +97,9 @@ def judge(case: Case, words: Sequence[str], result: Mapping[str, Any], expected:
         if "--json" in words and result["code"] == 0 and "--help" not in words and not _is_json(out):
             found.append(Fault("JSON", out[:200], case.command))
     if errors and max(map(len, errors)) > LONGEST:
-        found.append(Fault("unclear", f"an error of {max(map(len, errors))} characters: {errors[0][:100]}", _shape(errors[0])))
+        found.append(
+            Fault("unclear", f"an error of {max(map(len, errors))} characters: {errors[0][:100]}", _shape(errors[0]))
+        )
     if errors and (hit := INTERNAL.search(errors[0])) and hit.group() not in " ".join(words):
         found.append(Fault("unclear", errors[0][:300], _shape(errors[0])))
     for what, detail in result["events"]:
@@ -135,7 +145,9 @@ def _last_line(text: str) -> str:
 def _frame(text: str, *, first: bool = False) -> str:
     """Return the innermost frame of a traceback or stack that belongs to FRobs; ``first``: the innermost comes first."""
     frames = re.findall(r'File "([^"]+)", line (\d+),? in (\S+)', text)
-    ours = [frame for frame in frames if re.search(r"/frobs_\w+/", frame[0]) and "/frobs_cli/" not in frame[0]] or frames
+    ours = [
+        frame for frame in frames if re.search(r"/frobs_\w+/", frame[0]) and "/frobs_cli/" not in frame[0]
+    ] or frames
     if not ours:
         return ""
     file, _, function = ours[0 if first else -1]
