@@ -37,9 +37,9 @@ class AppliedWrenches(dict[str, Floats]):
 
     def wrenches(self) -> list[Wrench]:
         """Return one wrench per body, with a mask of the environments in which the wrench is not 0."""
-        found = []
+        found: list[Wrench] = []
         for body, wrench in self.items():
-            mask = wrench.any(axis=1)
+            mask = np.asarray(wrench.any(axis=1))
             found.append((body, wrench[mask, :3], wrench[mask, 3:], mask))
         return found
 

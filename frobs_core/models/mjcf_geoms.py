@@ -190,9 +190,7 @@ def _read_inertial(document: MjcfDocument, element: Element) -> Inertial:
     return Inertial(mass, pose_from_array(document.pose(element)), (xx, xy, xz, yy, yz, zz))
 
 
-def compiled_inertials(
-    compiler: Element, inertials: Mapping[str, Inertial | None]
-) -> dict[str, Inertial | None]:
+def compiled_inertials(compiler: Element, inertials: Mapping[str, Inertial | None]) -> dict[str, Inertial | None]:
     """Return the inertials of all bodies after applying the compiler's mass and inertia settings."""
     least_mass, least_moment, total = (
         compiler.number(name, "0") for name in ("boundmass", "boundinertia", "settotalmass")

@@ -167,7 +167,8 @@ def test_an_actuator_with_an_empty_range_is_unlimited(write, attribute):
     actuator = f'<actuator><motor joint="j" gear="10" {attribute}="0 0"/></actuator>'
     path = write(world(HINGED) + actuator)
     original = mujoco.MjModel.from_xml_path(str(path))
-    assert not original.actuator_ctrllimited.any() and not original.actuator_forcelimited.any()
+    assert not original.actuator_ctrllimited.any()
+    assert not original.actuator_forcelimited.any()
     assert load_model(path).joints[0].limits.effort == math.inf
 
 
@@ -184,7 +185,8 @@ def test_shapes_of_the_world_have_no_mass(write):
     assert sum(link.inertial.mass for link in model.links if link.inertial) == pytest.approx(0.08)
     assert sum(mujoco.MjModel.from_xml_path(str(path)).body_mass) == pytest.approx(0.08)
     assert sum(mujoco.MjModel.from_xml_string(model.xml).body_mass) == pytest.approx(0.08)
-    assert len(model.links[0].collisions) == 2 and not any("mass" in str(note) for note in model.notes)
+    assert len(model.links[0].collisions) == 2
+    assert not any("mass" in str(note) for note in model.notes)
 
 
 NESTED = {
@@ -219,9 +221,7 @@ ASSETS = {
 def test_assets_of_included_files_are_found_as_in_mujoco(write, tmp_path, places, compiler, name):
     for size, place in enumerate(places, start=1):
         (tmp_path / place).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / place).write_text(
-            f"v 0 0 0\nv {size} 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-        )
+        (tmp_path / place).write_text(f"v 0 0 0\nv {size} 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     write(f'<asset><mesh name="m" file="{name}"/></asset>', "robot/robot.xml")
     geom = '<body name="arm"><joint name="j"/><geom type="mesh" mesh="m"/></body>'
     path = write(f'{compiler}<include file="robot/robot.xml"/>' + world(geom))
@@ -238,7 +238,7 @@ def test_assets_beside_included_files_do_not_exist_in_folders_that_mujoco_ignore
     path = write('<include file="robot/robot.xml"/>' + world(HINGED))
     with pytest.raises(ValueError, match="Error opening file"):
         mujoco.MjModel.from_xml_path(str(path))
-    with pytest.raises(ModelFileError, match="'m.obj' is missing"):
+    with pytest.raises(ModelFileError, match=r"'m\.obj' is missing"):
         load_model(path)
 
 

@@ -126,7 +126,7 @@ def wrenches_add(subject: SimulatorUnderTest) -> None:
         push()
         sim.reset(np.arange(n) == 0)
         sim.step_with(10, lambda: None)
-        expect_total(np.arange(n)[:, None] > 0, "after a reset between apply_wrench and step_with")
+        expect_total((np.arange(n)[:, None] > 0).astype(float), "after a reset between apply_wrench and step_with")
 
 
 def undeclared_readings_refused(subject: SimulatorUnderTest) -> None:
