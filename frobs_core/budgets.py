@@ -43,7 +43,17 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "values": 20_000,  # PyYAML reads about 20,000 values per second
         "values with aliases expanded": 100_000,
     },
-    "policy bundle": {},
+    "policy bundle": {
+        # The first eight are those of frobs_deploy.budgets, which does not import the core.
+        "bytes of bundle.json": 8 * 2**20,
+        "bytes of policy.onnx": 2**30,
+        "levels of nesting in bundle.json": 50,
+        "values in bundle.json": 500_000,
+        "nodes of the graph": 5_000,
+        "fields of the graph": 200_000,
+        "elements that the graph computes in one call": 2**28,
+        "multiplications of the graph per observation": 20_000_000_000,
+    },
     "run folder": {},
 }
 """Limits by kind of file and by what is counted, such as ``BUDGETS["mesh"]["bytes"]``."""

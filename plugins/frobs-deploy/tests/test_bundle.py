@@ -178,7 +178,7 @@ def test_a_manifest_that_lacks_something_is_refused(missing: str, tmp_path: Path
 
 
 def test_a_graph_that_is_none_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BundleError, match=r"policy\.onnx cannot be loaded"):
+    with pytest.raises(BundleError, match=r"policy\.onnx"):
         Policy(write(tmp_path / "odd.frobs", b"no graph"))
 
 

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from frobs_deploy.budgets import BUDGET, exceeds
 from frobs_deploy.errors import BundleError
 
 FORMAT = 1
 """Format version of ``bundle.json``. Files of any other format version are rejected."""
 
 GRAPH, MANIFEST, LICENSE = "policy.onnx", "bundle.json", "LICENSE"
-_LARGEST = {GRAPH: 2**30, MANIFEST: 2**26, LICENSE: 2**20}
+_LARGEST = {GRAPH: BUDGET["bytes of policy.onnx"], MANIFEST: BUDGET["bytes of bundle.json"], LICENSE: 2**20}
 """Maximum size of each member of the archive [bytes]. No other members are permitted."""
 
 _LARGEST_FILE = sum(_LARGEST.values()) + 2**16  # [bytes]
@@ -108,10 +109,14 @@ def parse_bundle(path: Path, data: bytes) -> Bundle:
     try:
         manifest = json.loads(members[MANIFEST].decode("utf-8"))
         license = members[LICENSE].decode("utf-8")
-    except (ValueError, RecursionError) as error:
-        raise BundleError(path, f"the bundle is damaged: {error}. {_AGAIN}") from error
+    except RecursionError as error:
+        raise BundleError(path, f"the bundle is damaged: {MANIFEST} is nested too deeply. {_AGAIN}") from error
+    except ValueError as error:
+        reason = "an integer has too many digits" if "int_max_str_digits" in str(error) else error
+        raise BundleError(path, f"the bundle is damaged: {reason}. {_AGAIN}") from error
     if not isinstance(manifest, dict):
         raise BundleError(path, f"the bundle is damaged: {MANIFEST} is not a JSON object. {_AGAIN}")
+    _check_size(path, manifest)
     if manifest.get("format") != FORMAT:
         raise BundleError(
             path,
@@ -152,6 +157,23 @@ def _members(path: Path, data: bytes) -> dict[str, bytes]:
             return {info.filename: archive.read(info) for info in infos}
     except _DAMAGE as error:
         raise BundleError(path, f"the file is damaged, or is not a policy bundle: {error}. {_AGAIN}") from error
+
+
+def _check_size(path: Path, manifest: Mapping[str, Any]) -> None:
+    """Reject a description that is nested too deeply or has too many values, before functions recurse into it."""
+    level: list[Any] = [manifest]
+    depth = count = 0
+    while level:
+        depth, count = depth + 1, count + len(level)
+        for what, number in (("levels of nesting in bundle.json", depth), ("values in bundle.json", count)):
+            if reason := exceeds(what, number):
+                raise BundleError(path, f"the bundle is too large: {reason}. {_AGAIN}")
+        level = [
+            item
+            for value in level
+            if isinstance(value, (dict, list))
+            for item in (value.values() if isinstance(value, dict) else value)
+        ]
 
 
 def _shown(names: list[str]) -> str:

@@ -9,10 +9,11 @@ import numpy as np
 
 from frobs_deploy.bundle import GRAPH, Bundle
 from frobs_deploy.errors import BundleError, OnnxruntimeMissingError
+from frobs_deploy.graph_checks import GraphChecker
+from frobs_deploy.onnx_reader import GraphError
 from frobs_deploy.spaces import Array, Space
 
 _ERRORS_ONLY = 3
-_LOOPS = (b"Loop", b"Scan")  # no exported policy contains them
 _TYPES = {
     "tensor(float)": "float32",
     "tensor(double)": "float64",
@@ -41,12 +42,13 @@ class Graph:
             import onnxruntime
         except ImportError as error:
             raise OnnxruntimeMissingError from error
-        for operator in _LOOPS:
-            if b'"' + bytes([len(operator)]) + operator in bundle.graph:  # the encoded type of a node
-                raise BundleError(
-                    bundle.path,
-                    f"{GRAPH} contains a {operator.decode()} node, which is not allowed, because it might run forever.",
-                )
+        self._path = bundle.path
+        self._checked: set[int] = set()
+        try:
+            self._checker = GraphChecker(bundle.graph)
+        except GraphError as error:
+            raise BundleError(bundle.path, f"{GRAPH} {error}. Export the policy again.") from error
+        self._check(1)
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads, options.inter_op_num_threads = num_threads, 1
         options.log_severity_level = _ERRORS_ONLY
@@ -54,7 +56,6 @@ class Graph:
             self._session = onnxruntime.InferenceSession(bundle.graph, options, providers=["CPUExecutionProvider"])
         except Exception as error:  # onnxruntime's exceptions have no common base class
             raise BundleError(bundle.path, f"{GRAPH} cannot be loaded: {_first_line(error)}") from error
-        self._path = bundle.path
         self._outputs = [output.name for output in self._session.get_outputs()]
         inputs = {item.name: item for item in self._session.get_inputs()}
         self.states = {name: tuple(item.shape[1:]) for name, item in inputs.items() if name.startswith("state/")}
@@ -77,15 +78,27 @@ class Graph:
         Raises:
             BundleError: The graph fails or returns an action of the wrong shape.
         """
+        self._check(n := len(next(iter(inputs.values()))))
         try:
             values: list[Any] = self._session.run(self._outputs, dict(inputs))
         except Exception as error:
             raise BundleError(self._path, f"{GRAPH} failed: {_first_line(error)}") from error
         outputs = dict(zip(self._outputs, values, strict=True))
-        n = len(next(iter(inputs.values())))
         if np.shape(outputs["action"]) != (n, *self._action.shape):
             raise BundleError(self._path, f"{GRAPH} returned an action of shape {np.shape(outputs['action'])[1:]}.")
         return outputs
+
+    def _check(self, n: int) -> None:
+        """Check the cost of ``n`` observations, because a graph's work need not be proportional to it."""
+        if n in self._checked:
+            return
+        try:
+            self._checker.check(n)
+        except GraphError as error:
+            raise BundleError(self._path, f"{GRAPH} {error}.") from error
+        except Exception as error:  # onnxruntime's exceptions have no common base class
+            raise BundleError(self._path, f"{GRAPH} cannot be loaded: {_first_line(error)}") from error
+        self._checked.add(n)
 
 
 def input_name(key: str) -> str:
