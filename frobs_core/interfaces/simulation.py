@@ -79,6 +79,7 @@ class Simulation(ABC):
 
     render_modalities: ClassVar[Sequence[str]] = ("rgb", "depth", "segmentation")
 
+    wrenches: Sequence[Wrench] = ()
     num_envs: int
     physics_timestep: float
     robots: Mapping[str, RobotHandle]
@@ -87,11 +88,6 @@ class Simulation(ABC):
     pacer: Pacer | None = None
     sensor_wrenches: Mapping[str, Floats] | None = None
     state: Snapshot | None = None
-
-    @property
-    def wrenches(self) -> Sequence[Wrench]:
-        """Wrenches that act during the next ``step``; empty if the simulator does not support wrenches."""
-        return ()
 
     @abstractmethod
     def __init__(

@@ -147,7 +147,7 @@ class GazeboSimulation(Simulation):
         return self._diverged if self._diverged.any() else None
 
     @property
-    def wrenches(self) -> Sequence[Wrench]:
+    def wrenches(self) -> Sequence[Wrench]:  # type: ignore[override] # computed here, and never assigned
         """Wrenches that act during the next ``step``."""
         return self._applied.wrenches()
 

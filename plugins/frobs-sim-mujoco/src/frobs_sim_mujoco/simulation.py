@@ -254,7 +254,7 @@ class MujocoSimulation(Simulation):
         return np.asarray(self._warnings.any(axis=1))
 
     @property
-    def wrenches(self) -> Sequence[Wrench]:
+    def wrenches(self) -> Sequence[Wrench]:  # type: ignore[override] # computed here, and never assigned
         """Wrenches that act during the next ``step``."""
         return self._applied.wrenches()
 

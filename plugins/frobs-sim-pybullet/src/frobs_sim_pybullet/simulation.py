@@ -163,7 +163,7 @@ class PybulletSimulation(Simulation):
         return None if self._diverged.tobytes() == self._sound else self._diverged
 
     @property
-    def wrenches(self) -> Sequence[Wrench]:
+    def wrenches(self) -> Sequence[Wrench]:  # type: ignore[override] # computed here, and never assigned
         """Wrenches that act during the next ``step``."""
         return self._applied.wrenches()
 
