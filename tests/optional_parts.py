@@ -29,7 +29,7 @@ _DRAW = (
     "import gymnasium as gym\n"
     "gym.make('frobs_core:frobs/Irb120Reach-v0', render_mode='rgb_array').unwrapped.simulation.render()"
 )
-_LOG = re.compile(r"not applicable: |.* failed$")
+_OF_THE_KIT = re.compile(r"(inconclusive|not applicable): |.* failed$")
 """Reasons of the conformance kit, whose checks depend on each other and on what a plugin declares."""
 
 
@@ -190,7 +190,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     report: Any = yield
     if report.skipped and not hasattr(report, "wasxfail") and not needs_of(item):
         reason = str(report.longrepr[2] if isinstance(report.longrepr, Sequence) else report.longrepr)
-        if not _LOG.match(reason.removeprefix("Skipped: ")):
+        if not _OF_THE_KIT.match(reason.removeprefix("Skipped: ")):
             report.outcome = "failed"
             report.longrepr = f"{reason}\nThe test is skipped but not marked: add @pytest.mark.needs(PART)."
     return report
