@@ -12,10 +12,12 @@ from typing import NoReturn
 
 BUDGETS: Mapping[str, Mapping[str, int]] = {
     "robot file": {
-        "bytes": 16 * 2**20,
-        "elements": 200_000,
+        "bytes": 4 * 2**20,
+        "elements": 50_000,
+        "attributes": 100_000,
         "levels of nesting": 400,
-        "attributes of one element": 250,
+        "attributes of one element": 100,
+        "characters of numbers": 2_000,
         "included files": 200,
         "links": 500,
         "MJCF elements": 20_000,
@@ -24,10 +26,11 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "<joint> elements": 2_000,
         "<camera> elements": 500,
         "<light> elements": 500,
+        "actuators": 2_000,
         "inherited attributes": 1_000_000,
         "pixels of textures": 2**24,
         "cells of height fields": 2**24,
-        "xacro steps": 400_000,
+        "xacro steps": 300_000,
         "characters of one text": 1_000_000,
         "characters of one expression": 5_000,
         "values of one list": 100_000,

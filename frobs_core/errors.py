@@ -51,6 +51,8 @@ from pathlib import Path
 
 from frobs_core.install_hints import local_install_hint
 
+_LONGEST_REASON = 2_000  # [characters]
+
 
 def nearest(name: str, available: Iterable[str]) -> str | None:
     """Return the member of ``available`` that is most similar to ``name``, or None if none is similar."""
@@ -535,6 +537,8 @@ class ModelFileError(FrobsError):
     """
 
     def __init__(self, path: Path | str, reason: str, line: int | None = None) -> None:
+        if len(reason) > _LONGEST_REASON:  # a file from a stranger may contain names of any length
+            reason = f"{reason[: _LONGEST_REASON // 2]} … {reason[-_LONGEST_REASON // 2 :]}"
         self.path = Path(path)
         self.reason = reason
         self.line = line

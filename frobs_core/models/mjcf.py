@@ -269,6 +269,7 @@ class _MjcfReader:
         """
         anchor = np.zeros(3)
         elements = list(body.children("joint", "freejoint"))
+        check_count(len(self.links) + len(elements), "links", self.document.root)
         chain = []
         for element in elements:
             self._claim(element, "joint")
@@ -355,7 +356,10 @@ class _MjcfReader:
     def _actuator_efforts(self) -> dict[str, float]:
         """Return the maximum total effort of the actuators on each joint [N·m or N], which may be infinite."""
         efforts: dict[str, float] = {}
-        tendons = {tendon.get("name"): tendon for tendon in self.document.children("fixed", of="tendon")}
+        tendons = {
+            tendon.get("name"): {each.required("joint"): abs(each.number("coef")) for each in tendon.children("joint")}
+            for tendon in self.document.children("fixed", of="tendon")
+        }
         for plain in self.document.children(of="actuator"):
             element = self.document.with_defaults(plain, None, "actuator")
             gear = abs(element.numbers("gear", default="1")[0])
@@ -363,9 +367,7 @@ class _MjcfReader:
             if plain.tag == "motor" and math.isinf(high):
                 low, high = self._range(element, "ctrlrange", "ctrllimited")
             joint = element.get("joint") or element.get("jointinparent")
-            shares = {joint: 1.0} if joint else {}
-            if tendon := tendons.get(element.get("tendon")):
-                shares = {each.required("joint"): abs(each.number("coef")) for each in tendon.children("joint")}
+            shares = {joint: 1.0} if joint else tendons.get(element.get("tendon"), {})
             if not shares:
                 self.notes.add("actuator-lost", plain, "the actuator is ignored, because it does not act on a joint")
             for name, share in shares.items():

@@ -38,6 +38,8 @@ def check_numbers(root: Element, meter: Meter) -> None:
     meter.spend("MJCF elements", counts.total())
     for tag in ("geom", "site", "joint", "camera", "light"):
         meter.spend(f"<{tag}> elements", counts[tag])
+    for section in root.children("actuator"):
+        meter.spend("actuators", len(section))
     for tag in _PHYSICAL:
         for element in root.descendants(tag):
             for attribute, limit in _LIMITS.items():

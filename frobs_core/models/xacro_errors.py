@@ -64,7 +64,7 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
     if match := re.search(r"name '(\w+)' is not defined", text):
         name = match[1]
         reason = f"the property '{name}' is not defined.{choices(name, seen.names)}"
-        return ModelFileError(file, reason, seen.line(file, rf"\$\{{[^}}]*\b{re.escape(name)}\b"))
+        return ModelFileError(file, reason, seen.line(file, rf"\$\{{[^}}$]*\b{re.escape(name)}\b"))
     if match := re.search(r"unknown macro name: xacro:(\S+)", text):
         name = match[1]
         reason = f"the macro '{name}' is not defined.{choices(name, set(seen.macros))}"
@@ -73,7 +73,7 @@ def explain(error: Exception, file: Path, seen: Declarations) -> ModelFileError:
         macro, call = _macro_of(error)
         name = match[1]
         reason = f"the macro '{macro}' has no parameter '{name}'.{choices(name, set(seen.macros.get(macro, [])))}"
-        return ModelFileError(file, reason, seen.line(file, rf"{call}[^>]*\b{re.escape(name)}\s*="))
+        return ModelFileError(file, reason, seen.line(file, rf"{call}[^<>]*\b{re.escape(name)}\s*="))
     if match := re.search(r"Undefined parameters \[([^\]]*)\]", text):
         macro, call = _macro_of(error)
         reason = f"a call to the macro '{macro}' does not set the required parameters {match[1]}."

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from types import NoneType
 from typing import Any, NoReturn
 
-from frobs_core.models.xacro_limits import MAX_EXPRESSION, MAX_INTEGER, Budget
+from frobs_core.models.xacro_limits import MAX_INTEGER, Budget
 
 
 class YamlDict(dict[Any, Any]):
@@ -157,8 +157,7 @@ class Interpreter:
         text = expression.strip()
         tree = self._trees.get(text)
         if tree is None:
-            if len(text) > MAX_EXPRESSION:
-                self.budget.refuse(f"an expression is longer than the limit of {MAX_EXPRESSION:,} characters")
+            self.budget.meter.check("characters of one expression", len(text))
             self.budget.spend(len(text))
             try:
                 tree = ast.parse(text, mode="eval").body

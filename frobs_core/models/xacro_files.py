@@ -29,7 +29,7 @@ from frobs_core.models.resources import Packages
 from frobs_core.models.xacro_errors import Declarations, choices, explain
 from frobs_core.models.xacro_expressions import Function, Interpreter
 from frobs_core.models.xacro_library import METHODS, XACRO, eval_names, global_names
-from frobs_core.models.xacro_limits import MAX_CHARACTERS, Budget
+from frobs_core.models.xacro_limits import Budget
 from frobs_core.models.xmltree import parse_xml, read_bytes
 
 _log = logging.getLogger("frobs")
@@ -154,6 +154,7 @@ class _Expansion:
             # <xacro:include optional="true"> ignores exceptions of this class with this cause
             raise self._xacro.XacroException(f"{error.strerror}: {file}", exc=error) from error
         self._budget.spend(_PER_TAG * text.count(b"<") + len(text) // _BYTES_PER_UNIT)
+        self._budget.meter.spend("included files")
         # parse_xml rejects document types and reports the line numbers of errors
         self._seen.note(file, parse_xml(text, file), text)
         document = minidom.parseString(text)
@@ -211,8 +212,7 @@ class _Expansion:
             length += len(results[-1])
             self._budget.spend(1)
             self._budget.check_length(len(results[-1]))
-            if length > MAX_CHARACTERS:
-                self._budget.check_length(length)
+            self._budget.meter.check("characters of one text", length)
         return "".join(results)
 
     def _expression(self, text: str, symbols: Any) -> Any:

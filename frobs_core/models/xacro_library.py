@@ -12,7 +12,6 @@ from functools import reduce
 from typing import Any
 
 from frobs_core.models.xacro_expressions import Function, Interpreter, Library, YamlDict
-from frobs_core.models.xacro_limits import MAX_ITEMS
 
 _MAX_DIGITS = 400  # maximum number of digits for round(); a float does not have more
 _MAX_FACTORIAL = 20  # 20! is the largest factorial below 2**63
@@ -37,8 +36,8 @@ def _dict(machine: Interpreter, values: Any = (), **keywords: Any) -> dict[Any, 
 
 def _range(machine: Interpreter, *ends: int) -> range:
     made = range(*ends)
-    if made and len(made) > MAX_ITEMS:
-        machine.budget.check_items(len(made))
+    if made:
+        machine.budget.meter.check("values of one list", len(made))
     return made
 
 

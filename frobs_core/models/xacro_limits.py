@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
+from frobs_core.budgets import BUDGETS, Meter
 from frobs_core.errors import ModelFileError
-
-MAX_WORK = 400_000
-"""Maximum number of work units for expanding one file. One unit takes 1 to 2 µs. The PR2 robot requires 135,000 units.
-"""
-
-MAX_CHARACTERS = 1_000_000
-"""Maximum length of the value of an expression, property or attribute [characters]."""
-
-MAX_ITEMS = 100_000
-"""Maximum number of values in a list or mapping, including nested values."""
 
 MAX_INTEGER = 2**63
 """Limit for the absolute value of integers in expressions."""
 
-MAX_EXPRESSION = 5_000
-"""Maximum length of an expression [characters]."""
-
-MAX_NESTING = 50
-"""Maximum nesting depth of lists and mappings."""
-
+_STEPS = BUDGETS["robot file"]["xacro steps"]
+_VALUES = BUDGETS["robot file"]["values of one list"]
 _CHARACTERS_PER_UNIT = 16
 _CONTAINERS = (list, tuple, set, frozenset, dict)
 
@@ -39,19 +26,20 @@ class Budget:
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.left = MAX_WORK
+        self._steps = 0
+        self.meter = Meter("robot file", lambda reason: self.refuse(reason.removesuffix(".")))
 
     def spend(self, work: int) -> None:
-        """Count work.
+        """Count work. One step takes 1 to 2 µs. The PR2 robot requires 135,000 steps.
 
         Raises:
             ModelFileError: The limit is exceeded.
         """
-        self.left -= work
-        if self.left < 0:
-            self.refuse(f"expanding the file exceeds the limit of {MAX_WORK:,} steps")
+        self._steps += work
+        if self._steps > _STEPS:
+            self.meter.check("xacro steps", self._steps)
 
-    def refuse(self, reason: str) -> None:
+    def refuse(self, reason: str) -> NoReturn:
         """Raise a ModelFileError.
 
         Raises:
@@ -63,20 +51,18 @@ class Budget:
         """Check the length of a text before the text is built, and count the length as work.
 
         Raises:
-            ModelFileError: The length exceeds :data:`MAX_CHARACTERS`.
+            ModelFileError: The length exceeds the limit.
         """
-        if count > MAX_CHARACTERS:
-            self.refuse(f"a text has {count:,} characters; the limit is {MAX_CHARACTERS:,}")
+        self.meter.check("characters of one text", count)
         self.spend(count // _CHARACTERS_PER_UNIT)
 
     def check_items(self, count: int) -> None:
         """Check the number of items before a list is built, and count the items as work.
 
         Raises:
-            ModelFileError: The number exceeds :data:`MAX_ITEMS`.
+            ModelFileError: The number exceeds the limit.
         """
-        if count > MAX_ITEMS:
-            self.refuse(f"a list has {count:,} values; the limit is {MAX_ITEMS:,}")
+        self.meter.check("values of one list", count)
         self.spend(count)
 
     def weigh(self, value: Any) -> int:
@@ -95,17 +81,14 @@ class Budget:
             weight += 1
             if isinstance(found, str):
                 weight += len(found) // _CHARACTERS_PER_UNIT
-                if len(found) > MAX_CHARACTERS:
-                    self.check_length(len(found))
+                self.meter.check("characters of one text", len(found))
             elif isinstance(found, _CONTAINERS):
-                if depth > MAX_NESTING:
-                    self.refuse(f"lists are nested deeper than {MAX_NESTING} levels")
-                if weight + len(found) > MAX_ITEMS:
-                    self.check_items(weight + len(found))
+                self.meter.check("levels of nested lists", depth)
+                self.meter.check("values of one list", weight + len(found))
                 waiting += [(item, depth + 1) for item in found]
                 if isinstance(found, dict):
                     waiting += [(item, depth + 1) for item in found.values()]
-            if weight > MAX_ITEMS:
-                self.check_items(weight)
+            if weight > _VALUES:
+                self.meter.check("values of one list", weight)
         self.spend(weight)
         return weight

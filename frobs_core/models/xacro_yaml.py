@@ -13,7 +13,7 @@ import yaml
 from frobs_core.budgets import BUDGETS
 from frobs_core.files import read_limited
 from frobs_core.models.xacro_expressions import YamlDict
-from frobs_core.models.xacro_limits import MAX_NESTING, Budget
+from frobs_core.models.xacro_limits import Budget
 from frobs_core.yaml import LimitedLoader
 
 _UNITS = {
@@ -73,8 +73,7 @@ def load_yaml(path: Path, budget: Budget, evaluate: Callable[[str], Any]) -> Any
 def _plain(value: Any, budget: Budget, depth: int) -> Any:
     """Return plain data. Aliases are expanded so that nested aliases also count toward the budget."""
     budget.spend(1)
-    if depth > MAX_NESTING:
-        budget.refuse(f"a YAML file is nested deeper than {MAX_NESTING} levels")
+    budget.meter.check("levels of nested lists", depth)
     if isinstance(value, dict):
         return YamlDict({key: _plain(item, budget, depth + 1) for key, item in value.items()})
     if isinstance(value, (list, tuple)):

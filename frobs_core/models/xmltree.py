@@ -16,6 +16,7 @@ from frobs_core.files import read_limited
 
 _DEPTH = BUDGETS["robot file"]["levels of nesting"]  # the readers are recursive, and Python limits nested calls
 _ATTRIBUTES = BUDGETS["robot file"]["attributes of one element"]
+_CHARACTERS = BUDGETS["robot file"]["characters of numbers"]
 _DOCTYPE = (
     "declares a document type (<!DOCTYPE …>), which robot models do not need. Remove "
     "the declaration, because its entities could exhaust the memory or read other files."
@@ -74,6 +75,8 @@ class Element(ElementTree.Element):
         text = self.get(attribute, default)
         if text is None:
             self.refuse(f"the attribute '{attribute}' is missing; it must contain {_numbers(count)}.")
+        if len(text) > _CHARACTERS:
+            self.refuse(f"the attribute '{attribute}' has {len(text):,} characters; the limit is {_CHARACTERS:,}.")
         try:
             values = tuple(map(parse_number, text.split()))
         except ValueError:
@@ -150,6 +153,7 @@ def parse_xml(text: bytes | str, file: Path, *, expanded: bool = False, meter: M
         element = Element(tag, attributes)
         element.file, element.line = file, None if expanded else first_line + parser.CurrentLineNumber
         meter.spend("elements")
+        meter.spend("attributes", len(attributes))
         if len(stack) >= _DEPTH:
             element.refuse(f"elements are nested deeper than {_DEPTH} levels.")
         if len(attributes) > _ATTRIBUTES:

@@ -177,3 +177,94 @@ def test_a_training_cannot_ask_for_them_either(environment):
 def test_a_step_that_would_never_end_is_refused(keywords, limit):
     with pytest.raises(ConfigurationError, match=f"must be .* {limit}"):
         gym.make("frobs/Irb120Reach-v0", **keywords)
+
+
+def _numbered(count: int) -> str:
+    return " ".join(f'a{i}=""' for i in range(count))
+
+
+def _classes(count: int) -> str:
+    return "".join(f'<default class="c{i}"/>' for i in range(count))
+
+
+_GEOMS = '<geom size=".1"/>' * 2_800
+COSTLY_MJCF = {
+    "attributes for each class": (
+        mjcf(beside=f"<default><geom {_numbered(100_000)}/>{_classes(5_000)}</default>"),
+        "attributes; the limit is 100",
+    ),
+    "tags for each class": (
+        mjcf(beside=f"<default>{''.join(f'<t{i} {_numbered(9)}/>' for i in range(9_000))}{_classes(9_000)}</default>"),
+        None,
+    ),
+    "attributes for each geom": (mjcf(_GEOMS, beside=f"<default><geom {_numbered(90)}/></default>"), None),
+    "attributes for each geom of nested classes": (
+        mjcf(
+            f'<frame childclass="c99">{_GEOMS}</frame>',
+            beside="".join(f'<default class="c{i}"><geom {_numbered(20)}/>' for i in range(100)) + "</default>" * 100,
+        ),
+        "inherited attributes; the limit is 1,000,000",
+    ),
+    "sections of defaults": (mjcf(_GEOMS, beside="<default><site/></default>" * 5_000), "inherited attributes"),
+    "attributes": (mjcf(beside=f"<option {_numbered(90)}/>" * 1_200), "attributes; the limit is 100,000"),
+    "numbers": (mjcf().replace('size=".1"', f'size="{"1 " * 10**6}"'), "the limit is 2,000"),
+    "digits": (mjcf().replace('size=".1"', f'size="{"1" * 10**6}"'), "the limit is 2,000"),
+    "text": (mjcf("&amp;" * 800_000), None),
+    "actuators": (mjcf(beside="<actuator>" + '<motor joint="j"/>' * 19_000 + "</actuator>"), "19,000 actuators"),
+    "actuators of a tendon": (
+        mjcf(
+            beside='<tendon><fixed name="t">'
+            + '<joint joint="j" coef="1"/>' * 1_900
+            + "</fixed></tendon><actuator>"
+            + '<motor tendon="t"/>' * 1_900
+            + "</actuator>"
+        ),
+        None,
+    ),
+    "joints of a body": (mjcf(joint='/><joint axis="0 1 0"' * 1_900), "links; the limit is 500"),
+    "bodies in bodies": (mjcf("<body>" * 1_000), "nested deeper than 400 levels"),
+}
+
+
+@pytest.mark.parametrize(("text", "reason"), COSTLY_MJCF.values(), ids=COSTLY_MJCF.keys())
+def test_an_mjcf_file_is_read_or_refused_soon(tmp_path, text, reason):
+    (tmp_path / "r.xml").write_text(text)
+    if reason is None:
+        load_model(tmp_path / "r.xml")
+    else:
+        with pytest.raises(ModelFileError, match=reason) as caught:
+            load_model(tmp_path / "r.xml")
+        assert len(str(caught.value)) < 5_000
+
+
+@pytest.mark.parametrize("inside", ["", "<frame>"], ids=["files", "files in frames"])
+@pytest.mark.parametrize("following", [1, 3], ids=["chain", "net"])
+def test_files_that_include_others_without_end_are_refused_soon(tmp_path, inside, following):
+    for i in range(1_200):
+        numbers = ((i * following + k + 1) % 1_200 for k in range(following))
+        includes = "".join(f'<include file="f{number}.xml"/>' for number in numbers)
+        end = inside.replace("<", "</")
+        (tmp_path / f"f{i}.xml").write_text(f"<mujoco>{inside}{includes}{end}</mujoco>")
+    with pytest.raises(ModelFileError, match=r"201 included files; the limit is 200|already included"):
+        load_model(tmp_path / "f0.xml")
+    (tmp_path / "deep.xml").write_text(f'<mujoco>{"<a>" * 300}<include file="more.xml"/>{"</a>" * 300}</mujoco>')
+    (tmp_path / "more.xml").write_text(f"<mujoco>{'<a>' * 300}{'</a>' * 300}</mujoco>")
+    with pytest.raises(ModelFileError, match="nested deeper than 400 levels"):
+        load_model(tmp_path / "deep.xml")
+
+
+def test_xacro_files_that_include_others_without_end_are_refused_soon(tmp_path):
+    for i in range(600):
+        include = f'<xacro:include filename="f{i + 1}.xacro"/>'
+        (tmp_path / f"f{i}.xacro").write_text(f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro">{include}</robot>')
+    with pytest.raises(ModelFileError, match="201 included files; the limit is 200"):
+        load_model(tmp_path / "f0.xacro")
+
+
+@pytest.mark.parametrize("inside", ['<a v="${nope}"/>', '<xacro:macro name="m"/><xacro:m nope="1"/>'])
+@pytest.mark.parametrize("repeated", ["${", "$(arg ", "xacro:m "])
+def test_the_line_of_an_error_is_found_soon(tmp_path, inside, repeated):
+    text = f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><!--{repeated * 400_000}-->{inside}</robot>'
+    (tmp_path / "r.xacro").write_text(text)
+    with pytest.raises(ModelFileError, match="nope"):
+        load_model(tmp_path / "r.xacro")
