@@ -157,12 +157,16 @@ class Commands:
 
     Args:
         walked: Name and command of each command, from ``frobs_cli.program.walk``.
+
+    Attributes:
+        refused: Kinds and command lines that refuse valid inputs, so that they are drawn less often.
     """
 
     def __init__(self, walked: Iterator[tuple[str, Any]]) -> None:
         self._commands = {
             name: command for name, command in walked if name not in SKIPPED and not hasattr(command, "commands")
         }
+        self.refused: set[tuple[str, tuple[str, ...]]] = set()
 
     @property
     def names(self) -> list[str]:
@@ -170,7 +174,7 @@ class Commands:
         return list(self._commands)
 
     def templates(self, kind: str) -> list[tuple[str, ...]]:
-        """Return command lines that open an input of a kind, with frequent commands several times."""
+        """Return command lines that open an input of a kind; those that are drawn often occur several times."""
         found = []
         known = frozenset().union(*ARGUMENTS.values(), OTHER)
         for name, command in self._commands.items():
@@ -182,7 +186,7 @@ class Commands:
                 )
                 if takes or (is_argument and parameter.name not in known):
                     words = self._template(name, command, parameter, kind)
-                    found += [words] * (1 if name in RARE else 4)
+                    found += [words] * (1 if name in RARE or (kind, words) in self.refused else 8)
         return found
 
     def _template(self, name: str, command: Any, target: Any, kind: str) -> tuple[str, ...]:
@@ -219,6 +223,7 @@ def file_cases(draw: st.DrawFn, kind: str, corpus: Mapping[str, Sequence[Seed]],
     formats = sorted({format_of(path.name) for path in seed.folder.rglob("*") if path.is_file()})
     index = st.sampled_from(range(1009))
     fitting = sorted(key for key in OPERATIONS if key.partition("_")[0] in formats)
+    fitting += ["archive_inner"] * 20 if kind == "bundle" else []
     inside = st.builds(Mutation, st.sampled_from(fitting), index, index, index)
     whole = st.builds(Mutation, st.sampled_from(sorted(PATH_OPERATIONS)), index, index, index)
     often = [inside] * (2 if kind in ("run", "package") else 8)

@@ -72,14 +72,16 @@ class Fuzzer:
     groups: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     seconds: float = 0.0
 
-    def learn(self) -> None:
+    def learn(self, kinds: Sequence[str]) -> None:
         """Run commands on valid inputs: to import what they need, and to see which events are ordinary."""
         found: set[str] = set()
-        for kind in KINDS:
+        for kind in kinds:
             for words in dict.fromkeys(self.commands.templates(kind)):
                 if f"frobs {words[0]}" not in RARE or words[0] in ("export", "tune"):
                     result, _ = self.run(Case(kind, self.corpus[kind][0].name, (), False, words), cpu=60.0)
                     self.server.preload(result["modules"])
+                    if result["code"] != 0:
+                        self.commands.refused.add((kind, words))
                     found |= events(result)
         self.expected = frozenset(found)
 
@@ -198,12 +200,12 @@ def draw_cases(strategy: Any, size: int, seed: int, run: Callable[[Case], object
     each()
 
 
-def started(server: Server, folder: Path, kept: Path) -> Fuzzer:
+def started(server: Server, folder: Path, kept: Path, kinds: Sequence[str] = tuple(SHARES)) -> Fuzzer:
     """Return a fuzzer that knows the installed commands and has made its inputs."""
     from frobs_cli.program import walk
 
     fuzzer = Fuzzer(server, folder, kept, make(server, folder / "corpus"), Commands(walk()))
-    fuzzer.learn()
+    fuzzer.learn([kind for kind in KINDS if kind in kinds or "command" in kinds])
     return fuzzer
 
 
@@ -236,7 +238,7 @@ def main() -> int:
         folder = Path(temporary)
         if chosen.repeat is None:
             shutil.rmtree(chosen.out, ignore_errors=True)
-        fuzzer = started(server, folder, chosen.out)
+        fuzzer = started(server, folder, chosen.out, chosen.kind)
         if chosen.repeat is not None:
             case = Case.from_data(json.loads((chosen.repeat / "case.json").read_text()))
             result, words = fuzzer.run(case)
