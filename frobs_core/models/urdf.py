@@ -21,7 +21,7 @@ from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
 from frobs_core.models.tree import check_count, check_tree, check_unique, flatten_mimics
 from frobs_core.models.urdf_schema import note_what_is_left_out
-from frobs_core.models.urdf_shapes import Shapes, read_colour, read_pose
+from frobs_core.models.urdf_shapes import Shapes, read_pose
 from frobs_core.models.xmltree import Element, suggestion, to_text
 
 
@@ -44,8 +44,7 @@ def read_urdf(root: Element, path: Path, packages: Packages) -> RobotModel:
         root.refuse("there is no <link>.")
     check_count(len(link_elements), "links", root)
     joint_elements = check_unique(root.children("joint"))
-    colours = {material.required("name"): read_colour(material, notes) for material in root.children("material")}
-    shapes = Shapes(packages, colours, notes)
+    shapes = Shapes(packages, root.children("material"), notes)
     joints = tuple(_joint(element, link_elements, joint_elements, notes) for element in joint_elements.values())
     check_tree(link_elements, joints, joint_elements, root)
     joints = tuple(_held(joint, joints, joint_elements[joint.name], notes) for joint in joints)

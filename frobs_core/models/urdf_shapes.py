@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TypeAlias
 
 from frobs_core.errors import ModelFileError
@@ -10,7 +11,7 @@ from frobs_core.models.limits import MAX_LENGTH
 from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
 from frobs_core.models.notes import Notes
 from frobs_core.models.resources import Packages
-from frobs_core.models.xmltree import Element, parse_number
+from frobs_core.models.xmltree import Element, parse_numbers
 from frobs_core.rotations import quat_from_rpy
 
 SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
@@ -41,14 +42,24 @@ class Shapes:
 
     Args:
         packages: Locations of ROS packages that contain meshes.
-        colours: Colors of the robot's materials.
+        materials: The robot's ``<material>`` elements.
         notes: Collection to which a note about each change is added.
     """
 
-    def __init__(self, packages: Packages, colours: dict[str, Rgba | None], notes: Notes) -> None:
+    def __init__(self, packages: Packages, materials: Iterable[Element], notes: Notes) -> None:
         self.packages = packages
-        self.colours = colours
+        self.colours: dict[str, Rgba | None] = {}
         self.notes = notes
+        for material in materials:
+            self._define(material, material.required("name"), read_colour(material, notes))
+
+    def _define(self, material: Element, name: str, rgba: Rgba | None) -> Rgba | None:
+        """Store and return the color of a material. As in ROS, the first definition of a material applies."""
+        first = self.colours.setdefault(name, rgba)
+        if first != rgba:
+            text = f"the material '{name}' is defined again with another color; the first definition is used"
+            self.notes.add("repeated-material", material, text)
+        return first
 
     def present(self, link: Element, tag: str) -> list[Element]:
         """Return the ``<visual>`` or ``<collision>`` elements of a link, except spheres with a radius of 0."""
@@ -73,8 +84,8 @@ class Shapes:
                     text = f"the material '{name}' is not defined, so the visual has no color"
                     self.notes.add("undefined-material", element, text)
                 rgba = self.colours.get(name)
-            else:
-                self.colours.setdefault(name, rgba)  # as in ROS, the first definition of a material's color applies
+            elif name:
+                rgba = self._define(material, name, rgba)
         return Visual(self.geometry(element), read_pose(element), rgba)
 
     def collision(self, element: Element) -> Collision:
@@ -119,7 +130,7 @@ class Shapes:
 
 def _is_zero(text: str) -> bool:
     try:
-        return parse_number(text) == 0.0
+        return parse_numbers(text) == (0.0,)
     except ValueError:
         return False  # the invalid number is reported later, when it is read
 

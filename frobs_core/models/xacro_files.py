@@ -35,8 +35,10 @@ from frobs_core.models.xmltree import parse_xml, read_bytes
 _log = logging.getLogger("frobs")
 
 _LOCK = threading.Lock()  # xacro stores its state in module globals
+_BALANCED = r"(?:[^()]++|\((?:[^()]++|\((?:[^()]++|\([^()]*+\))*+\))*+\))*+"  # up to three calls in calls
 _TOKENS = re.compile(
-    r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|\$\((?P<extension>[^)]*)\)|(?P<text>[^$]+|\$[^{($]+|\$\Z)"
+    r"(?P<escaped>\$\$+[{(])|\$\{(?P<expression>[^}]*)\}|"
+    rf"\$\((?P<extension>{_BALANCED})\)|(?P<text>[^$]+|\$[^{{($]+|\$\Z)"
 )
 _DEFAULT = r"""\$\{.*?\}|\$\(.*?\)|(?>(?:'.*?'|".*?"|[^\s'"]+)+)|"""
 _PARAMETER = re.compile(r"\s*([^\s:=]+)\s*:?=\s*(\^\|?)?(" + _DEFAULT + r")(?:\s+|$)(.*)")
@@ -170,6 +172,9 @@ class _Expansion:
                 spend(_PER_ATTRIBUTE)
                 super().setAttributeNS(*args)
 
+            def setAttribute(self, name: str, value: Any) -> None:  # noqa: N802 - name defined by DOM
+                super().setAttribute(name, str(value))  # the value of <xacro:attribute> can be a number
+
         def counted(create: Callable[..., Any]) -> Callable[..., Any]:
             def created(*args: Any) -> Any:
                 spend(_PER_NODE)
@@ -182,6 +187,8 @@ class _Expansion:
 
         for name in ("createElementNS", "createTextNode", "createComment", "createCDATASection"):
             setattr(document, name, counted(getattr(document, name)))
+        for element in document.getElementsByTagName("*"):
+            element.__class__ = CountedElement
 
     def _eval_text(self, text: str, symbols: Any) -> Any:
         """Return a text with its expressions evaluated.

@@ -78,7 +78,7 @@ class Element(ElementTree.Element):
         if len(text) > _CHARACTERS:
             self.refuse(f"the attribute '{attribute}' has {len(text):,} characters; the limit is {_CHARACTERS:,}.")
         try:
-            values = tuple(map(parse_number, text.split()))
+            values = parse_numbers(text)
         except ValueError:
             hint = (
                 " Macros are expanded only in files whose names end in '.xacro'." if re.search(r"\$[({]", text) else ""
@@ -100,16 +100,16 @@ class Element(ElementTree.Element):
         return self.numbers(attribute, 1, default, limit)[0]
 
 
-def parse_number(text: str) -> float:
-    """Return the number in a text, as defined by ``xs:double``.
+def parse_numbers(text: str) -> tuple[float, ...]:
+    """Return the numbers in a text that are separated by whitespace, as defined by ``xs:double``.
 
     Raises:
-        ValueError: The text is not a number. In contrast to Python, XML allows neither underscores nor other digits
-            than 0 to 9.
+        ValueError: The text contains something else. In contrast to Python, XML does not allow underscores, digits
+            other than 0 to 9, and whitespace such as no-break spaces.
     """
     if "_" in text or not text.isascii():
         raise ValueError(f"not a number: {text}")
-    return float(text)
+    return tuple(map(float, text.split()))
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -58,6 +58,31 @@ def test_everything_in_a_joint_is_read(write):
     assert (model.name, model.root, model.joint_names, model.notes) == ("r", "a", ("j",), ())
 
 
+@pytest.mark.parametrize("inline", [False, True], ids=["global", "in links"])
+def test_the_first_definition_of_a_material_applies(write, inline):
+    def material(rgba: str) -> str:
+        return f'<material name="paint"><color rgba="{rgba}"/></material>'
+
+    box = '<visual><geometry><box size="1 1 1"/></geometry>{}</visual>'
+    red, green = material("1 0 0 1"), material("0 1 0 1")
+    used = box.format('<material name="paint"/>')
+    if inline:
+        text = robot(link("a", box.format(red) + box.format(red) + box.format(green) + used))
+    else:
+        text = robot(red, red, green, link("a", box.format(green) + used))
+    model = load_model(write(text))
+    assert {visual.rgba for visual in model.links[0].visuals} == {(1.0, 0.0, 0.0, 1.0)}
+    assert {note.rule for note in model.notes} == {"repeated-material"}
+
+
+def test_materials_without_a_name_are_independent(write):
+    box = '<visual><geometry><box size="1 1 1"/></geometry><material name="">{}</material></visual>'
+    colours = (box.format(f'<color rgba="{rgba}"/>') for rgba in ("1 0 0 1", "0 1 0 1"))
+    model = load_model(write(robot(link("a", "".join(colours)))))
+    assert [visual.rgba for visual in model.links[0].visuals] == [(1, 0, 0, 1), (0, 1, 0, 1)]
+    assert not model.notes
+
+
 def test_shapes_and_colours_are_read(write, tmp_path):
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "part.stl").write_bytes(b"solid")
@@ -244,6 +269,14 @@ BAD = {
     "negative effort": (arm('<limit lower="0" upper="1" effort="-1" velocity="1"/>'), "negative"),
     "NaN": (arm('<origin xyz="0 nan 0"/>' + LIMIT), "not finite"),
     "infinite": (arm('<limit lower="-inf" upper="1" effort="1" velocity="1"/>'), "not finite"),
+    "underscore": (arm('<limit lower="-1_0" upper="1_0" effort="1" velocity="1"/>'), 'lower="-1_0" is not one number'),
+    "Arabic digits": (arm('<limit lower="-\u0661" upper="\u0661" effort="1" velocity="1"/>'), "is not one number"),
+    "no-break spaces": (arm('<origin xyz="0\u00a00\u00a00.3"/>' + LIMIT), "is not 3 numbers"),
+    "fullwidth digits": (arm('<origin xyz="0 0 \uff11"/>' + LIMIT), "is not 3 numbers"),
+    "radius with an underscore": (
+        robot(link("a", '<visual><geometry><sphere radius="0_0"/></geometry></visual>')),
+        "is not one number",
+    ),
     "words": (arm('<origin xyz="0 zero 0"/>' + LIMIT), "is not 3 numbers"),
     "too few numbers": (arm('<origin xyz="0 0"/>' + LIMIT), "contains 2 numbers; it requires 3"),
     "negative mass": (robot(link("a", INERTIAL.replace('"1"', '"-1"'))), "mass of -1"),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from frobs_core.errors import ModelFileError
-from frobs_core.models import Box, load_model
+from frobs_core.models import Box, Sphere, load_model
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
@@ -47,6 +47,9 @@ def test_arguments_reach_the_file(write):
         ("${python.sum([1, 2])}", 3),
         ("$(eval 2 * 3 + n)", 7),
         ("$(eval ${text})", 8),
+        ("$(eval 2 * arg('n'))", 2),
+        ("$(eval max(n, min(5, int('7'))))", 5),
+        ("$(eval $(arg n) + len((1, 2)))", 3),
         ("$(optenv FROBS_NOWHERE 9)", 9),
     ],
 )
@@ -54,6 +57,25 @@ def test_expressions_keep_their_meaning(write, expression, value):
     inside = '<xacro:arg name="n" default="1"/><xacro:property name="sum_of" value="${[1, 2]}"/>'
     inside += """<xacro:property name="text" value="2 * max(3, arg('n') + 3)"/>""" + box(expression)
     assert size_of(write(inside)) == value
+
+
+@pytest.mark.parametrize(
+    "element",
+    [
+        '<xacro:element xacro:name="${name}" size="2 1 1"/>',
+        '<xacro:element xacro:name="box"><xacro:attribute name="size" value="${2} 1 1"/></xacro:element>',
+        '<xacro:element xacro:name="sphere"><xacro:attribute name="radius" value="${1/2}"/></xacro:element>',
+        '<sphere><xacro:attribute name="radius" value="${0.5}"/></sphere>',
+        '<xacro:half what="radius"/>',
+    ],
+)
+def test_elements_and_attributes_can_be_computed(write, element):
+    macro = """<xacro:macro name="half" params="what"><sphere>
+        <xacro:attribute name="${what}" value="${1/2}"/></sphere></xacro:macro>"""
+    text = f'<link name="a"><visual><geometry>{element}</geometry></visual></link>'
+    model = load_model(write('<xacro:property name="name" value="box"/>' + macro + text))
+    geometry = model.links[0].visuals[0].geometry
+    assert geometry in (Box((2, 1, 1)), Sphere(0.5))
 
 
 def test_macros_includes_and_conditions_work(write):

@@ -16,6 +16,7 @@ FASTEST = 1e6
 """Velocity beyond which an environment is considered diverged [rad/s or m/s]."""
 
 _STATIC = 2  # Bullet's collision group for static bodies
+_LEAST_RATIO = 1e-30  # PyBullet ignores a gear ratio of 0, so that the ratio would be 1
 
 
 class Articulation:
@@ -124,7 +125,7 @@ class Articulation:
             gear = p.createConstraint(*ends, p.JOINT_GEAR, [0, 1, 0], [0, 0, 0], [0, 0, 0], physicsClientId=client)
             p.changeConstraint(
                 gear,
-                gearRatio=-mimic.multiplier,
+                gearRatio=-mimic.multiplier or _LEAST_RATIO,
                 relativePositionTarget=mimic.offset,
                 erp=0.2,
                 maxForce=1e4,
