@@ -14,6 +14,7 @@ _CORE_ELSEWHERE = {"errors", "hookspecs", "specs"}
 """Modules of the core that have a page of their own in the reference."""
 
 _HELPERS = (
+    "catalogue",
     "commands",
     "completion",
     "facts",

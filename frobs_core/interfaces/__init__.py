@@ -14,7 +14,7 @@ from frobs_core.interfaces.parameters import WrittenParameters
 from frobs_core.interfaces.robot import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.interfaces.robot_handle import RobotHandle, active_gains
 from frobs_core.interfaces.scene import Attachment, Camera, Contact, Marker, Placement, Prop, Scene
-from frobs_core.interfaces.sensor import Bumper, ForceTorque, Imu, Lidar, Sensor
+from frobs_core.interfaces.sensor import SENSORS, Bumper, ForceTorque, Imu, Lidar, Sensor
 from frobs_core.interfaces.simulation import BareEngine, Simulation, Snapshot
 from frobs_core.interfaces.step_context import StepContext
 from frobs_core.interfaces.task import GoalTask, ResetOptions, Task
@@ -24,6 +24,7 @@ from frobs_core.observation import Observation
 __all__ = [
     "ALL",
     "AT_REST",
+    "SENSORS",
     "Algorithm",
     "AppliedWrenches",
     "Attachment",

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.errors import ModelFileError
 from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
 from frobs_core.models import Pose, load_model
 from frobs_sim_mujoco.building import build_model
@@ -87,12 +86,11 @@ def test_what_the_file_does_not_weigh_weighs_nothing(place):
     assert model.body("robot/b").subtreemass[0] == 1.0
 
 
-def test_a_mesh_without_thickness_is_drawn_but_does_not_collide(tmp_path, place):
+def test_a_mesh_without_thickness_is_drawn_and_collides_as_a_plate(tmp_path, place):
     trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(tmp_path / "flat.stl")
     flat = '<mesh filename="flat.stl"/>'
     assert compiled(place(link("a", INERTIAL + shape("visual", flat))), visuals=True).ngeom == 1
-    with pytest.raises(ModelFileError, match=r"flat\.stl.*coplanar"):
-        compiled(place(link("a", INERTIAL + shape("collision", flat))))
+    assert compiled(place(link("a", INERTIAL + shape("collision", flat)))).ngeom == 1
 
 
 def test_links_that_are_in_each_other_at_home_let_each_other_be(place):

@@ -9,13 +9,15 @@ import numpy as np
 from gymnasium import spaces
 
 from frobs_core.errors import CheckpointError, IncompatibleSpaceError
+from frobs_core.plain import read_numbers, spell_numbers
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
     """Return a space as JSON, or raise IncompatibleSpaceError if the algorithms do not support its type."""
     dtype = None if space.dtype is None else np.dtype(space.dtype).name
     if isinstance(space, spaces.Box):
-        return {"type": "Box", "low": space.low.tolist(), "high": space.high.tolist(), "dtype": dtype}
+        low, high = spell_numbers(space.low.tolist()), spell_numbers(space.high.tolist())  # bounds may be infinite
+        return {"type": "Box", "low": low, "high": high, "dtype": dtype}
     if isinstance(space, spaces.Discrete):
         return {"type": "Discrete", "n": int(space.n), "start": int(space.start), "dtype": dtype}
     if isinstance(space, spaces.MultiDiscrete):
@@ -38,7 +40,8 @@ def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:
         kind = data["type"]
         dtype: Any = np.dtype(data["dtype"]) if data.get("dtype") else None
         if kind == "Box":
-            return spaces.Box(np.array(data["low"], dtype), np.array(data["high"], dtype), dtype=dtype.type)
+            low, high = (np.array(read_numbers(data[key]), dtype) for key in ("low", "high"))
+            return spaces.Box(low, high, dtype=dtype.type)
         if kind == "Discrete":
             return spaces.Discrete(data["n"], start=data["start"], dtype=dtype.type)
         if kind == "MultiDiscrete":

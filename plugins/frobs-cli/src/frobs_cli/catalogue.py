@@ -6,11 +6,10 @@ import inspect
 from dataclasses import dataclass
 
 from frobs_cli.commands import command_sources, installed_commands
-from frobs_core import plugins, registry
-from frobs_core._version import __version__
+from frobs_core import __version__, plugins, registry
 from frobs_core.capabilities import CAPABILITIES, abilities
 from frobs_core.errors import PluginError, UnknownNameError
-from frobs_core.interfaces.sensor import SENSORS
+from frobs_core.interfaces import SENSORS
 from frobs_core.randomization import physical_parameters
 from frobs_core.specs import KINDS, ParameterRecord, Record, SensorTypeRecord
 

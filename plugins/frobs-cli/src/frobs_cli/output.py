@@ -198,7 +198,7 @@ def print_json(value: Any) -> None:
 
 
 def _escape_in_json(found: re.Match[str]) -> str:
-    return json.dumps(found[0])[1:-1]
+    return json.dumps(found[0], allow_nan=False)[1:-1]
 
 
 @contextlib.contextmanager
