@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import dataclass
+from typing import Any
 
 from frobs_cli.commands import command_sources, installed_commands
 from frobs_core import __version__, plugins, registry
@@ -115,3 +116,11 @@ def source_of(kind: str, record: Record) -> str:
 def problems() -> list[str]:
     """Return a message for each plugin that failed to load and for each environment ID that is unavailable."""
     return [*plugins.active().failures(), *registry.problems().values()]
+
+
+def load_command(name: str) -> Any:
+    """Import an installed command, and return it as an object of click, or None if the name is that of a group."""
+    from frobs_cli.program import LazyCommand
+
+    command = installed_commands()[0][name]
+    return LazyCommand(command).loaded if command.function else None

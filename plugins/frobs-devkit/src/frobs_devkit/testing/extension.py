@@ -8,13 +8,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from frobs_cli.catalogue import EXTENSIONS, Listed, listed
-from frobs_cli.commands import installed_commands
+from frobs_cli.catalogue import EXTENSIONS, Listed, listed, load_command
 from frobs_core import plugins
 from frobs_core.capabilities import abilities
 from frobs_core.errors import FrobsError, UnknownNameError
-from frobs_core.interfaces import Sensor, Simulation
-from frobs_core.interfaces.scene import Scene
+from frobs_core.interfaces import Scene, Sensor, Simulation
 from frobs_core.models import Pose
 from frobs_core.sensors import Instrument, instrument_of
 from frobs_core.specs import AbilityRecord, ParameterRecord, SimulatorRecord
@@ -158,15 +156,13 @@ def values_are_kept(subject: ExtensionUnderTest) -> None:
 
 def help_is_complete(subject: ExtensionUnderTest) -> None:
     """The command's function can be imported, and the help describes every argument and option."""
-    from frobs_cli.program import LazyCommand
-
-    command = installed_commands()[0][subject.item.name]
-    if not command.function:
+    loaded = load_command(subject.item.name)
+    if loaded is None:
         raise NotApplicable("this is a group of commands")
-    loaded = LazyCommand(command).loaded
     for parameter in loaded.params:
         expect(
-            getattr(parameter, "help", None), f"'{parameter.name}' of 'frobs {command.name}' has no help; add help='…'."
+            getattr(parameter, "help", None),
+            f"'{parameter.name}' of 'frobs {subject.item.name}' has no help; add help='…'.",
         )
 
 
