@@ -51,7 +51,7 @@ from frobs_core.models.solids import solid_inertial
 from frobs_core.models.tree import check_tree, check_unique, flatten_mimics, joints_below, outward
 from frobs_core.models.urdf import read_joint, read_urdf
 from frobs_core.models.xacro_files import expand_xacro
-from frobs_core.models.xmltree import Element, parse_xml, read_bytes
+from frobs_core.models.xmltree import Element, parse_numbers, parse_xml, read_bytes
 
 __all__ = [
     "BANDWIDTH",
@@ -113,6 +113,7 @@ __all__ = [
     "package_name",
     "packages_below",
     "parallel_axis",
+    "parse_numbers",
     "parse_xml",
     "path_folders",
     "pose_array",

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from frobs_core.interfaces import Lidar
+from frobs_core.models import parse_numbers
 from frobs_core.rotations import quat_from_rpy
 from frobs_ros.bridge.poses import Place
 from frobs_ros.errors import GazeboElementError
@@ -157,7 +158,7 @@ def read_lidars(elements: Iterable[Element]) -> dict[str, Lidar]:
 
 def _number(text: str | None, default: float, element: str, name: str) -> float:
     try:
-        number = float(text) if text else default
+        (number,) = parse_numbers(text) if text else (default,)
     except ValueError:
         number = math.nan
     if math.isnan(number):
@@ -167,7 +168,7 @@ def _number(text: str | None, default: float, element: str, name: str) -> float:
 
 def _numbers(text: str, count: int, element: str, name: str) -> list[float]:
     try:
-        numbers = [float(word) for word in text.split()] or [0.0] * count
+        numbers = list(parse_numbers(text)) or [0.0] * count
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

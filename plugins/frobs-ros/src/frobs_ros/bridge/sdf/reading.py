@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from frobs_core.errors import ModelFileError, nearest
-from frobs_core.models import Element, Packages, parse_xml, read_bytes
+from frobs_core.models import Element, Packages, parse_numbers, parse_xml, read_bytes
 from frobs_core.rotations import quat_from_rpy
 from frobs_ros.bridge.poses import WORLD, Place
 
@@ -49,7 +49,7 @@ def numbers_of(element: Element, path: str, default: str) -> list[float]:
     """
     text = text_of(element, path, default) or default
     try:
-        values = [float(word) for word in text.split()]
+        values = list(parse_numbers(text))
     except ValueError:
         element.refuse(f"expected a list of numbers in <{path}>, got '{text}'.")
     if len(values) != len(default.split()) or not all(map(math.isfinite, values)):
@@ -65,7 +65,7 @@ def number_of(element: Element, path: str, default: float) -> float:
     """
     text = text_of(element, path)
     try:
-        value = float(text) if text else default
+        (value,) = parse_numbers(text) if text else (default,)
     except ValueError:
         element.refuse(f"expected a number in <{path}>, got '{text}'.")
     return value if not math.isnan(value) else element.refuse(f"<{path}> is nan.")
