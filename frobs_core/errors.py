@@ -36,6 +36,7 @@ Class hierarchy::
     ├── SimulationError             the physics engine failed
     │   └── RenderingUnavailableError   OpenGL is not available
     ├── RunError
+    │   ├── NonFiniteValueError     an observation, reward, action or network contains a number that is not finite
     │   └── CheckpointError         a checkpoint cannot be written or read
     └── UntrustedFileError          opening a file would execute code or load other files
 
@@ -447,6 +448,10 @@ class UnsuitableRobotError(ConfigurationError):
         super().__init__(f"{f'{owner}: ' if owner else ''}robot '{robot}' {reason}")
 
 
+FLATTEN_HINT = "add the wrapper FlattenObservation: --set 'wrappers=[{name: gymnasium.wrappers:FlattenObservation}]'"
+"""Advice for observation spaces that an algorithm does not support but that a wrapper can convert to a vector."""
+
+
 class IncompatibleSpaceError(ConfigurationError):
     """An algorithm, a wrapper or a controller cannot use this observation or action space.
 
@@ -585,6 +590,22 @@ class RenderingUnavailableError(SimulationError):
 
 class RunError(FrobsError):
     """A run folder cannot be used."""
+
+
+class NonFiniteValueError(RunError):
+    """A number is not finite, so training, evaluation or export cannot continue.
+
+    Args:
+        owner: Object that contains or returned the number.
+        reason: The number and its location.
+        fix: How to fix the problem.
+    """
+
+    def __init__(self, owner: str, reason: str, fix: str) -> None:
+        self.owner = owner
+        self.reason = reason
+        self.fix = fix
+        super().__init__(f"{owner} {reason}; {fix}.")
 
 
 class CheckpointError(RunError):

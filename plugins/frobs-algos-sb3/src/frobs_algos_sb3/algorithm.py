@@ -21,7 +21,7 @@ from frobs_algos_sb3 import replay, state, storage
 from frobs_algos_sb3.callback import MonitorCallback, Stopped
 from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
-from frobs_algos_sb3.spaces import space_from_json, space_to_json, suggested_scale
+from frobs_algos_sb3.spaces import check_observation_space, space_from_json, space_to_json, suggested_scale
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import CheckpointError, ConfigurationError, IncompatibleSpaceError, ModelMismatchError, RunError
@@ -240,6 +240,7 @@ class SB3Algorithm(Algorithm):
         self._config, self._seed, self._scale = config, seed, scale
         self._pause, self._sampling, self._callback = None, None, None
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
+        self._check_observation_space(config)
         space_to_json(self.observation_space)  # this call raises an error for unsupported spaces
         self._check_action_space(self.action_space)
         self._set_threads(config)
@@ -300,12 +301,16 @@ class SB3Algorithm(Algorithm):
         state.restore_draws(self.model, arrays)
 
     def _write_networks(self, folder: Path) -> None:
-        storage.write_tensors(folder / "policy.pt", self.model.policy.state_dict())
+        weights = self.model.policy.state_dict()
+        storage.check_networks(f"algorithm '{self.name}'", weights)
+        storage.write_tensors(folder / "policy.pt", weights)
 
     def _read_networks(self, folder: Path) -> None:
         """Load the weights, or raise CheckpointError if the file is damaged or does not match the settings."""
+        weights = storage.read_tensors(folder / "policy.pt")
+        storage.check_networks(folder / "policy.pt", weights)
         try:
-            self.model.policy.load_state_dict(storage.read_tensors(folder / "policy.pt"))
+            self.model.policy.load_state_dict(weights)
         except RuntimeError as error:
             raise CheckpointError(
                 f"{folder / 'policy.pt'} does not match the settings in the same folder: {error}."
@@ -327,13 +332,17 @@ class SB3Algorithm(Algorithm):
     def _make_model(self, policy: str, **kwargs: Any) -> BaseAlgorithm:
         return self.model_class(policy, self._env, **kwargs)
 
+    def _check_observation_space(self, config: SB3Config) -> None:
+        convolutions = config.policy_kwargs.features_extractor_class in (None, "NatureCNN", "CombinedExtractor")
+        check_observation_space(f"algorithm '{self.name}'", self.observation_space, convolutions)
+
     def _check_action_space(self, space: gym.Space[Any]) -> None:
         if isinstance(space, spaces.Box) and not space.is_bounded():
             raise IncompatibleSpaceError(
                 f"algorithm '{self.name}'",
                 space,
                 f"requires actions with finite bounds, but the action space is {space}; "
-                "rescale the actions with gymnasium.wrappers.RescaleAction, or choose another controller.",
+                "give the action_space of the environment finite bounds, or choose another controller.",
             )
 
     def _restore(self, folder: Path, saved: Mapping[str, Any], continuing: bool) -> None:

@@ -7,8 +7,9 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
+from stable_baselines3.common.preprocessing import is_image_space
 
-from frobs_core.errors import CheckpointError, IncompatibleSpaceError
+from frobs_core.errors import FLATTEN_HINT, CheckpointError, IncompatibleSpaceError
 from frobs_core.plain import read_numbers, spell_numbers
 
 
@@ -32,6 +33,46 @@ def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:
         f"cannot learn from the space {space}; the supported spaces are Box, Discrete, MultiDiscrete, MultiBinary, and "
         "Dict of these.",
     )
+
+
+_SMALLEST_IMAGE = 36
+"""Smallest width and height of an image that the convolutions of stable-baselines3's NatureCNN can process [pixels]."""
+
+
+def check_observation_space(owner: str, space: gym.Space[Any], convolutions: bool) -> None:
+    """Check that the networks can process observations of a space.
+
+    Args:
+        owner: Name of the algorithm for the error message.
+        space: The observation space.
+        convolutions: Whether the networks process images with stable-baselines3's convolutions.
+
+    Raises:
+        IncompatibleSpaceError: The space contains nested dictionaries, numbers without an axis, or small images.
+    """
+    if isinstance(space, spaces.Tuple):
+        raise IncompatibleSpaceError(
+            owner, space, f"cannot learn from observations that are tuples ({space}); {FLATTEN_HINT}."
+        )
+    parts = space.spaces if isinstance(space, spaces.Dict) else {"": space}
+    for key, part in parts.items():
+        name = f"the observation '{key}'" if key else "the observation"
+        if isinstance(part, spaces.Dict | spaces.Tuple):
+            problem = f"{name} is a {type(part).__name__} inside a Dict, which the networks do not support"
+        elif part.shape == () and isinstance(part, spaces.Box):
+            problem = f"{name} is a number of shape (), but the networks need an array"
+        elif convolutions and is_image_space(part) and min(np.sort(part.shape or ())[-2:]) < _SMALLEST_IMAGE:
+            problem = (
+                f"{name} is an image of shape {part.shape}, but the convolutions need at least {_SMALLEST_IMAGE} × "
+                f"{_SMALLEST_IMAGE} pixels. Enlarge the image with the wrapper ResizeObservation: --set 'wrappers=[{{name: "
+                f"gymnasium.wrappers:ResizeObservation, shape: [{_SMALLEST_IMAGE}, {_SMALLEST_IMAGE}]}}]'. Or"
+            )
+        else:
+            continue
+        joint = "" if problem.endswith("Or") else ";"
+        raise IncompatibleSpaceError(
+            owner, space, f"cannot learn from these observations: {problem}{joint} {FLATTEN_HINT}."
+        )
 
 
 def space_from_json(data: dict[str, Any]) -> gym.Space[Any]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import torch as th
 
-from frobs_core.errors import CheckpointError, UntrustedFileError
+from frobs_core.errors import CheckpointError, NonFiniteValueError, UntrustedFileError
 from frobs_core.plain import read_numbers, spell_numbers, to_json
 
 
@@ -57,6 +57,26 @@ def read_tensors(path: Path) -> Any:
         ) from error
     except (RuntimeError, EOFError, KeyError, ValueError) as error:
         raise CheckpointError(f"{path} is damaged: {error}.") from error
+
+
+def check_networks(source: Path | str, weights: Mapping[str, Any]) -> None:
+    """Check that all weights, given as arrays or tensors by name, are finite.
+
+    Args:
+        source: File of the networks, or the algorithm, for the error message.
+        weights: The weights.
+
+    Raises:
+        NonFiniteValueError: A weight is not finite.
+    """
+    for name, value in weights.items():
+        array = value.detach().cpu().numpy() if isinstance(value, th.Tensor) else np.asarray(value)
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            raise NonFiniteValueError(
+                str(source),
+                f"contains a network that has diverged: the weight '{name}' is not finite",
+                "train again, for example with a lower learning_rate or with normalized observations and rewards",
+            )
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:

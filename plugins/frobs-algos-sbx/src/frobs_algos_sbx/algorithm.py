@@ -47,6 +47,9 @@ class JaxAlgorithm(SB3Algorithm):
     def _model_kwargs(self) -> dict[str, Any]:
         return self._config.model_kwargs()
 
+    def _check_observation_space(self, config: SB3Config) -> None:
+        """Do nothing, because :func:`~frobs_algos_sbx.observations.flat_space` checks the space."""
+
     def _seen(self, observation: Observation) -> Observation:
         return super()._seen(observation if self._flat is None else self._flat.flatten(observation))
 
@@ -58,10 +61,13 @@ class JaxAlgorithm(SB3Algorithm):
         state.restore_keys(self.model, arrays)
 
     def _write_networks(self, folder: Path) -> None:
-        storage.write_arrays(folder / "policy.npz", state.networks(self.model))
+        weights = state.networks(self.model)
+        storage.check_networks(f"algorithm '{self.name}'", weights)
+        storage.write_arrays(folder / "policy.npz", weights)
 
     def _read_networks(self, folder: Path) -> None:
         self._read(folder / "policy.npz", state.networks)
+        storage.check_networks(folder / "policy.npz", state.networks(self.model))
 
     def _write_learning(self, folder: Path) -> None:
         storage.write_arrays(folder / "optimizers.npz", state.learning(self.model))

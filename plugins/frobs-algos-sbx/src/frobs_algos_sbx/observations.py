@@ -11,7 +11,7 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from frobs_core.errors import IncompatibleSpaceError
+from frobs_core.errors import FLATTEN_HINT, IncompatibleSpaceError
 
 
 class FlatObservations(VecEnvWrapper):
@@ -62,8 +62,8 @@ def flat_space(space: gym.Space[Any]) -> spaces.Box:
             raise IncompatibleSpaceError(
                 "the algorithms of sbx",
                 space,
-                f"do not support the observation space {space}; choose an algorithm of stable-baselines3, or flatten "
-                "the observations with gymnasium.wrappers.FlattenObservation.",
+                f"do not support the observation space {space}; choose an algorithm of stable-baselines3, or "
+                f"{FLATTEN_HINT}.",
             )
         size += int(np.prod(part.shape))
     return spaces.Box(-np.inf, np.inf, (size,), np.float32)

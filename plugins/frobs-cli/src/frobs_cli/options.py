@@ -95,4 +95,15 @@ CheckpointName = Annotated[
     ),
 ]
 
+LongestEpisode = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        min=1,
+        show_default="the run's setting, 20,000",
+        help="Number of steps after which an episode that has not ended is an error. Environments with a time limit are "
+        "not affected.",
+    ),
+]
+
 Seed = Annotated[int | None, typer.Option(metavar="S", min=0, show_default=False, help="Random seed.")]

@@ -76,7 +76,7 @@ class Graph:
         """Run the graph on a batch of inputs of shape (n, …), and return the outputs by name.
 
         Raises:
-            BundleError: The graph fails or returns an action of the wrong shape.
+            BundleError: The graph fails, or returns an action of the wrong shape or scores that are not finite.
         """
         self._check(n := len(next(iter(inputs.values()))))
         try:
@@ -86,6 +86,12 @@ class Graph:
         outputs = dict(zip(self._outputs, values, strict=True))
         if np.shape(outputs["action"]) != (n, *self._action.shape):
             raise BundleError(self._path, f"{GRAPH} returned an action of shape {np.shape(outputs['action'])[1:]}.")
+        if not np.isfinite(outputs.get("scores", 0.0)).all():
+            raise BundleError(
+                self._path,
+                "the policy's scores of the actions are not finite, because its network diverged; train the "
+                "policy again.",
+            )
         return outputs
 
     def _check(self, n: int) -> None:

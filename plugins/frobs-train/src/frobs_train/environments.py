@@ -19,6 +19,7 @@ from frobs_core.registry import bare_id, find_spec
 from frobs_core.specs import SimulatorRecord
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
+from frobs_train.environment_checks import CheckedEnv
 from frobs_train.errors import ComponentError, EnvironmentBuildError
 
 
@@ -98,7 +99,11 @@ def _make_vec(
         num_envs,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": AutoresetMode.SAME_STEP},
-        wrappers=[partial(_wrap, cls, component) for cls, component in wrappers],
+        wrappers=[
+            *(partial(_wrap, cls, component) for cls, component in wrappers),
+            partial(CheckedEnv, environment=spec.id, warned=set()),
+        ],
+        disable_env_checker=True,  # CheckedEnv reports the same problems as errors that contain the fix
         **kwargs,
     )
 
@@ -147,11 +152,11 @@ def make_env(
                 "evaluate the run instead, or rewrite the wrapper as a gymnasium.Wrapper.",
             )
     try:
-        env = gym.make(spec, render_mode=render_mode, **kwargs)
+        env = gym.make(spec, render_mode=render_mode, disable_env_checker=True, **kwargs)
     except FrobsError:
         raise
     except Exception as error:
         raise EnvironmentBuildError(environment, kwargs, error) from error
     for cls, component in loaded:
         env = _wrap(cls, component, env)
-    return env
+    return CheckedEnv(env, environment)

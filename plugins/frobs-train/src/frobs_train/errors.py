@@ -3,6 +3,8 @@
 RunError                    defined in :mod:`frobs_core.errors`, because algorithms also raise it
 ├── RunExistsError          the run folder already exists
 ├── RunBusyError            another process is training in the run folder
+├── EnvironmentFaultError   an environment raised an exception, or does not follow Gymnasium's interface
+├── EndlessEpisodeError     an episode has not ended after many steps
 ├── TrainingError           training failed; the message contains the cause and the step to resume from
 └── JobsError               at least one of several jobs failed
 
@@ -54,6 +56,38 @@ class RunBusyError(RunError):
         super().__init__(
             f"{who} is training in {path}; wait until the process ends, or stop it with 'kill {pid or 'PID'}', "
             "which writes a checkpoint first. Meanwhile, you can evaluate, play and plot the run."
+        )
+
+
+class EnvironmentFaultError(RunError):
+    """An environment raised an exception, or does not follow Gymnasium's interface.
+
+    Args:
+        environment: Gymnasium ID.
+        reason: The problem, its location and how to fix it.
+    """
+
+    def __init__(self, environment: str, reason: str) -> None:
+        self.environment = environment
+        self.reason = reason
+        super().__init__(f"environment '{environment}' {reason}")
+
+
+class EndlessEpisodeError(RunError):
+    """An episode has not ended after many steps.
+
+    Args:
+        environment: Gymnasium ID.
+        steps: Number of steps of the episode.
+    """
+
+    def __init__(self, environment: str, steps: int) -> None:
+        self.environment = environment
+        self.steps = steps
+        super().__init__(
+            f"an episode of environment '{environment}' has not ended after {steps:,} steps; give the environment a time "
+            "limit with --set 'wrappers=[{name: gymnasium.wrappers:TimeLimit, max_episode_steps: 1000}]' in training, or "
+            "allow longer episodes with --longest-episode N (in training: --set longest_episode=N)."
         )
 
 

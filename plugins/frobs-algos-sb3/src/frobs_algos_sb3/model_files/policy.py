@@ -14,6 +14,7 @@ from stable_baselines3.common.vec_env import VecTransposeImage
 
 from frobs_algos_sb3.model_files.load import load_model
 from frobs_algos_sb3.model_files.space_text import same_space
+from frobs_algos_sb3.storage import check_networks
 from frobs_core.arrays import Action, Mask
 from frobs_core.errors import RunError
 from frobs_core.interfaces import Observation
@@ -56,6 +57,7 @@ def open_policy(
         RunError: The environment's spaces differ from the model's spaces.
     """
     model = load_model(path, algorithm=algorithm, trust=trust, device="cpu")
+    check_networks(path, model.policy.state_dict())
     seen = _as_trained(observation_space, model.observation_space)
     for what, written, real in (
         ("observation", model.observation_space, seen),

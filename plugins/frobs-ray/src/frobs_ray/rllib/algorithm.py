@@ -132,7 +132,9 @@ class RLlibAlgorithm(Algorithm):
                 "steps": self.steps,
             },
         )
-        storage.write_arrays(folder / "policy.npz", state.weights(self.module))
+        weights = state.weights(self.module)
+        storage.check_networks(f"algorithm '{self.name}'", weights)
+        storage.write_arrays(folder / "policy.npz", weights)
 
     @classmethod
     def load(cls, folder: Path, env: gym.vector.VectorEnv[Any, Any, Any] | None = None) -> Self:
@@ -156,7 +158,9 @@ class RLlibAlgorithm(Algorithm):
             algorithm.steps = int(saved["steps"])
         except KeyError as error:
             raise CheckpointError(f"{folder} is incomplete: {error} is missing.") from error
-        state.restore_weights(algorithm.module, storage.read_arrays(folder / "policy.npz"))
+        weights = storage.read_arrays(folder / "policy.npz")
+        storage.check_networks(folder / "policy.npz", weights)
+        state.restore_weights(algorithm.module, weights)
         if env is not None:
             algorithm.learning = storage.read_arrays(folder / "learning.npz")
             algorithm._check_same(env)

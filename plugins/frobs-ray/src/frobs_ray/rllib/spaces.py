@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from frobs_core.arrays import Action
-from frobs_core.errors import IncompatibleSpaceError
+from frobs_core.errors import FLATTEN_HINT, IncompatibleSpaceError
 from frobs_core.observation import Observation
 
 Floats32 = np.ndarray[Any, np.dtype[np.float32]]
@@ -38,7 +38,7 @@ class FlatSpaces:
                 f"algorithm '{algorithm}'",
                 observation,
                 f"needs numeric observations, flat or in a Dict, but the observation space is {observation}; "
-                "use an algorithm of frobs-algos-sb3 for images and discrete values.",
+                f"{FLATTEN_HINT}, or use an algorithm of frobs-algos-sb3 for images and discrete values.",
             )
         self._sizes = [int(np.prod(part.shape)) for part in parts if part.shape is not None]
         self._keys = list(observation.spaces) if isinstance(observation, spaces.Dict) else None
@@ -53,7 +53,7 @@ class FlatSpaces:
                 f"algorithm '{algorithm}'",
                 action,
                 f"needs actions with finite bounds, but the action space is {action}; "
-                "scale it with gymnasium.wrappers.RescaleAction, or choose another controller.",
+                "give the action_space of the environment finite bounds, or choose another controller.",
             )
         self._low, self._high = action.low.astype(np.float32), action.high.astype(np.float32)
         self.action = spaces.Box(-1.0, 1.0, (int(np.prod(action.shape)),), np.float32)

@@ -8,7 +8,7 @@ import typer
 
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import number, percent
-from frobs_cli.options import CheckpointName, Json, Randomized, Seed, Simulator
+from frobs_cli.options import CheckpointName, Json, LongestEpisode, Randomized, Seed, Simulator
 from frobs_cli.output import only_json, print_json, working
 from frobs_core.errors import CommandLineError
 from frobs_train.cli.opened import (
@@ -41,6 +41,7 @@ def evaluate(
     randomized: Randomized = False,
     seed: Seed = None,
     checkpoint: CheckpointName = "newest",
+    longest_episode: LongestEpisode = None,
     runner: RunnerName = "local",
     ray_address: RayAddress = None,
     cpus: JobCpus = None,
@@ -90,6 +91,7 @@ def evaluate(
                 randomize=randomized,
                 seed=seed,
                 checkpoint=checkpoint,
+                longest_episode=longest_episode,
             )
             for each in dict.fromkeys(runs)
         ]
@@ -106,6 +108,7 @@ def evaluate(
                 randomize=randomized,
                 seed=seed,
                 checkpoint=checkpoint,
+                longest_episode=longest_episode,
                 on_progress=lambda done: show(f"evaluating: {done:,} of {episodes:,} episodes"),
             )
     if json:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_cli.options import CheckpointName, Randomized
+from frobs_cli.options import CheckpointName, LongestEpisode, Randomized
 from frobs_cli.output import print_line, working
 from frobs_core.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
 from frobs_train.cli.opened import (
@@ -45,6 +45,7 @@ def play(
     episodes: Annotated[int, typer.Option(metavar="N", min=1, help="Number of episodes in the --video file.")] = 3,
     randomized: Randomized = False,
     checkpoint: CheckpointName = "newest",
+    longest_episode: LongestEpisode = None,
 ) -> None:
     """Watch a policy in a window, or record a video.
 
@@ -76,6 +77,7 @@ def play(
             episodes=episodes,
             randomized=randomized,
             checkpoint=checkpoint,
+            longest_episode=longest_episode,
             on_progress=lambda frames: show(f"recording: {frames:,} frames"),
         )
     print_line(str(path))

@@ -81,6 +81,7 @@ def evaluate(
     deterministic: bool = True,
     checkpoint: str | int = "newest",
     on_progress: Callable[[int], object] | None = None,
+    longest_episode: int | None = None,
 ) -> Evaluation:
     """Evaluate a checkpoint, and write the result to the run's ``evaluations/`` folder.
 
@@ -99,8 +100,13 @@ def evaluate(
         checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
             environment steps.
         on_progress: Called after each step with the number of finished episodes.
+        longest_episode: Number of steps after which an episode that has not ended is an error, ≥ 1. Defaults to the
+            run's setting. Environments with a time limit are not affected.
 
     Raises:
+        NonFiniteValueError: An observation, a reward, an action or a weight of the policy is not finite.
+        EndlessEpisodeError: An episode has not ended after ``longest_episode`` steps.
+        EnvironmentFaultError: The environment raised an exception, or does not follow Gymnasium's interface.
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
         ConfigurationError: A numeric argument is out of range.
         RunError: The environment's spaces differ from the spaces used in training.
@@ -111,14 +117,16 @@ def evaluate(
     whole_number("episodes", episodes, 1)
     if num_envs is None:
         num_envs = usual_num_envs(config, episodes, simulator)
-    for name, value, least in (("num_envs", num_envs, 1), ("seed", chosen_seed, 0)):
+    longest = config.longest_episode if longest_episode is None else longest_episode
+    for name, value, least in (("num_envs", num_envs, 1), ("seed", chosen_seed, 0), ("longest_episode", longest, 1)):
         whole_number(name, value, least)
     kwargs = config.keywords(simulator=simulator, randomize=randomize)
     randomized = plain(kwargs.get("randomize"), for_yaml=True)
     env = make_vector_env(config.environment, min(num_envs, episodes), kwargs, config.wrappers)
     try:
         policy, steps = acting_policy(run, env, checkpoint)
-        counter = play_episodes(env, policy, episodes, spread_seed(chosen_seed).evaluation, deterministic, on_progress)
+        first = spread_seed(chosen_seed).evaluation
+        counter = play_episodes(env, policy, episodes, first, deterministic, on_progress, longest)
     finally:
         env.close()
     successes = counter.successes

@@ -11,6 +11,7 @@ import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.interfaces import Algorithm
+from frobs_train.environment_checks import has_time_limit
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 
 
@@ -34,14 +35,16 @@ def play_episodes(
     seed: int,
     deterministic: bool = True,
     on_progress: Callable[[int], object] | None = None,
+    longest_episode: int | None = None,
 ) -> EpisodeCounter:
     """Play an exact number of episodes in a vector environment with same-step autoreset.
 
     Each environment runs a fixed number of episodes, so that short episodes are not overrepresented. ``on_progress`` is
-    called after each step with the number of finished episodes.
+    called after each step with the number of finished episodes. For ``longest_episode``, see
+    :func:`frobs_train.evaluate`.
     """
     counter = EpisodeCounter(env.num_envs, episodes, goal_reader(env), error_reader(env))
-    recorder = EpisodeRecorder(env, counter.add)
+    recorder = EpisodeRecorder(env, counter.add, longest_episode=None if has_time_limit(env) else longest_episode)
     observation, _ = recorder.reset(seed=seed)
     counter.begin()
     state = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from frobs_core.errors import ParameterValueError, RunError
 from frobs_core.files import write_aside
 from frobs_core.interfaces import Algorithm
 from frobs_core.validation import whole_number
+from frobs_train.environment_checks import EpisodeChecks, fault_named, has_time_limit
 from frobs_train.environments import make_env
 from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
@@ -31,6 +32,7 @@ def record_video(
     randomized: bool = False,
     checkpoint: str | int = "newest",
     on_progress: Callable[[int], object] | None = None,
+    longest_episode: int | None = None,
 ) -> Path:
     """Record the policy of a checkpoint as a real-time MP4 video that browsers can play (H.264, yuv420p).
 
@@ -42,6 +44,7 @@ def record_video(
         checkpoint: Checkpoint to use: ``"newest"``, ``"best"`` according to evaluations during training, or a number of
             environment steps.
         on_progress: Called after each frame with the number of frames so far.
+        longest_episode: See :func:`frobs_train.evaluate`.
 
     Returns:
         The path of the written file.
@@ -51,8 +54,14 @@ def record_video(
         RunError: imageio-ffmpeg is not installed, or the environment does not render RGB images.
         ConfigurationError: The environment cannot render, or a numeric argument is out of range.
         CheckpointError: The checkpoint does not exist, or no checkpoint is usable.
+        NonFiniteValueError: An observation, a reward, an action or a weight of the policy is not finite.
+        EndlessEpisodeError: An episode has not ended after ``longest_episode`` steps.
+        EnvironmentFaultError: The environment raised an exception, or does not follow Gymnasium's interface.
     """
     whole_number("episodes", episodes, 1)
+    longest = whole_number(
+        "longest_episode", run.config.longest_episode if longest_episode is None else longest_episode, 1
+    )
     try:
         import imageio_ffmpeg
     except ImportError as error:
@@ -71,7 +80,8 @@ def record_video(
     )
     try:
         policy, _ = acting_policy(run, env, checkpoint)
-        frames = play_frames(env, policy, episodes, run.seeds.evaluation)
+        steps = play_steps(env, policy, episodes, run.seeds.evaluation, longest)
+        frames = (_picture(env) for _ in steps)
         first = next(frames)  # render before writing anything, because rendering may fail
         height, width = first.shape[:2]
 
@@ -87,10 +97,10 @@ def record_video(
             )
             writer.send(None)
             try:
-                for count, frame in enumerate(chain([first], frames), 1):
+                for number, frame in enumerate(chain([first], frames), 1):
                     writer.send(np.ascontiguousarray(frame))
                     if on_progress is not None:
-                        on_progress(count)
+                        on_progress(number)
             finally:
                 writer.close()
 
@@ -100,17 +110,35 @@ def record_video(
     return target
 
 
-def play_frames(env: gym.Env[Any, Any], policy: Algorithm, episodes: int, seed: int) -> Iterator[Frame]:
-    """Play episodes and yield an image of each state."""
-    for episode in range(episodes):
-        observation, _ = env.reset(seed=seed if episode == 0 else None)
-        state, start, done = None, np.ones(1, bool), False
-        yield _picture(env)
-        while not done:
-            action, state = policy.predict(add_batch(observation), state, start)
-            observation, _, terminated, truncated, _ = env.step(action[0])
-            start, done = np.zeros(1, bool), bool(terminated or truncated)
-            yield _picture(env)
+def play_steps(
+    env: gym.Env[Any, Any], policy: Algorithm, episodes: int | None, seed: int, longest_episode: int | None = None
+) -> Iterator[int]:
+    """Play episodes in a single environment, and yield the step of the episode after each reset (0) and step.
+
+    Args:
+        env: The environment.
+        policy: The policy.
+        episodes: Number of episodes, or None for no limit.
+        seed: Seed of the first episode.
+        longest_episode: Number of steps after which an episode without a time limit is an error, or None for no limit.
+    """
+    checks = EpisodeChecks(env, None if has_time_limit(env) else longest_episode)
+    for episode in count() if episodes is None else range(episodes):
+        with fault_named(checks.environment, "reset"):
+            observation, _ = env.reset(seed=seed if episode == 0 else None)
+        checks.check_observation(add_batch(observation))
+        state, done = None, np.ones(1, bool)
+        yield 0
+        while not (done.all() and checks.lengths.all()):
+            action, state = policy.predict(add_batch(observation), state, done)
+            checks.check_action(action)
+            with fault_named(checks.environment, "step"):
+                observation, reward, terminated, truncated, info = env.step(action[0])
+            checks.count_step(np.array([reward], np.float64), {key: [value] for key, value in info.items()})
+            checks.check_observation(add_batch(observation))
+            done = np.array([terminated or truncated])
+            yield int(checks.lengths[0])
+        checks.begin_again(done)
 
 
 def add_batch(observation: Any) -> Any:

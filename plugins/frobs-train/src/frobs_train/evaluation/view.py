@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import time
 
-import numpy as np
-
 from frobs_train.environments import make_env
-from frobs_train.evaluation.video import add_batch
+from frobs_train.evaluation.video import play_steps
 from frobs_train.runs.policy import acting_policy
 from frobs_train.runs.run import Run
 
@@ -38,23 +36,19 @@ def view(run: Run, *, episodes: int | None = None, randomized: bool = False, che
     )
     # Environments of other packages limit their own speed in ``render``. FRobs environments have a control timestep.
     control_timestep = float(getattr(env.unwrapped, "control_timestep", 0.0))
-    ended = 0
+    begun, due = 0, 0.0
     try:
         policy, _ = acting_policy(run, env, checkpoint)
-        seed: int | None = run.seeds.evaluation
-        while episodes is None or ended < episodes:
-            observation, _ = env.reset(seed=seed)
-            seed, state, start, done = None, None, np.ones(1, bool), False
-            due = time.perf_counter()
-            while not done:
-                action, state = policy.predict(add_batch(observation), state, start)
-                observation, _, terminated, truncated, _ = env.step(action[0])
-                start, done = np.zeros(1, bool), bool(terminated or truncated)
-                due += control_timestep
-                time.sleep(max(0.0, due - time.perf_counter()))
-            ended += 1
+        for step in play_steps(env, policy, episodes, run.seeds.evaluation):
+            if step == 0:
+                begun += 1
+                due = time.perf_counter()
+                continue
+            due += control_timestep
+            time.sleep(max(0.0, due - time.perf_counter()))
+        begun += 1
     except KeyboardInterrupt:
         pass
     finally:
         env.close()
-    return ended
+    return max(0, begun - 1)

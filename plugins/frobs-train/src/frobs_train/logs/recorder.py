@@ -11,12 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
+from frobs_train.environment_checks import TERM_PREFIX, EpisodeChecks, fault_named
 
 if TYPE_CHECKING:
     from frobs_train.environments import EnvironmentRecipe
-
-TERM_PREFIX = "frobs/reward/"
-"""Prefix of the keys of reward terms in ``info``."""
 
 FROM_PATH = "frobs/from_path"
 """Key of a Boolean array, (num_envs,), in ``final_info``. The array is True for episodes that began on an expert's
@@ -35,7 +33,10 @@ class FinishedEpisodes:
 
 
 class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """Wrapper that reports finished episodes without changing the behavior of the environment.
+    """Wrapper that reports finished episodes and stops at errors, without changing the behavior of the environment.
+
+    The observations, rewards, actions and metrics must be finite. Bounds of infinity in a space only mean that finite
+    values of any size are allowed.
 
     Like Gymnasium's ``RecordEpisodeStatistics``, the wrapper adds ``episode`` and ``_episode`` to ``info``.
 
@@ -43,9 +44,16 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         env: A vector environment with same-step autoreset.
         on_episodes: Called with the finished episodes after each step in which an episode ends.
         recipe: Recipe from which algorithms can make additional environments in other processes, or None if unknown.
+        longest_episode: Number of steps after which an episode is an error, or None to accept episodes of any length.
 
     Attributes:
         steps: Number of environment steps so far, summed over all environments.
+        checks: Checks of the environment, which also count the steps of the running episodes.
+
+    Raises:
+        NonFiniteValueError: A value is not finite. Raised by :meth:`reset` and :meth:`step`, as the following errors.
+        EnvironmentFaultError: The environment raised an exception.
+        EndlessEpisodeError: An episode is longer than ``longest_episode``.
     """
 
     def __init__(
@@ -53,13 +61,14 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         env: gym.vector.VectorEnv[Any, Any, Any],
         on_episodes: Callable[[FinishedEpisodes], None],
         recipe: EnvironmentRecipe | None = None,
+        longest_episode: int | None = None,
     ) -> None:
         super().__init__(env)
         self.recipe = recipe
         self.steps = 0
         self._on_episodes = on_episodes
         self._rewards: Floats = np.zeros(env.num_envs)
-        self._lengths = np.zeros(env.num_envs, np.int64)
+        self.checks = EpisodeChecks(env, longest_episode)
         self._terms: dict[str, Floats] = {}
 
     def add_elsewhere(self, finished: FinishedEpisodes) -> None:
@@ -76,22 +85,28 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Reset all environments."""
         self._rewards[:] = 0.0
-        self._lengths[:] = 0
+        self.checks.lengths[:] = 0
         for sums in self._terms.values():
             sums[:] = 0.0
-        return super().reset(seed=seed, options=options)
+        with fault_named(self.checks.environment, "reset"):
+            observation, info = self.env.reset(seed=seed, options=options)
+        self.checks.check_observation(observation)
+        return observation, info
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Step the environments, and add up rewards and episode lengths."""
-        observation, rewards, terminated, truncated, info = self.env.step(actions)
+        self.checks.check_action(actions)
+        with fault_named(self.checks.environment, "step"):
+            observation, rewards, terminated, truncated, info = self.env.step(actions)
+        self.checks.count_step(rewards, info)
         self.steps += self.num_envs
         self._rewards += rewards
-        self._lengths += 1
         done = terminated | truncated
         any_done = done.any()
         self._add_terms(info, done if any_done else None)
         if any_done:
             self._finish(done, info)
+        self.checks.check_observation(observation)
         return observation, rewards, terminated, truncated, info
 
     def snapshot(self) -> dict[str, np.ndarray[Any, Any]] | None:
@@ -102,14 +117,14 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
         state: dict[str, np.ndarray[Any, Any]] = dict(base.snapshot())
         for index, wrapper in enumerate(self._wrappers()):
             state |= {f"wrapper/{index}/{name}": array for name, array in wrapper.snapshot().items()}
-        state |= {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self._lengths.copy()}
+        state |= {"recorder/rewards": self._rewards.copy(), "recorder/lengths": self.checks.lengths.copy()}
         state |= {f"recorder/terms/{name}": sums.copy() for name, sums in self._terms.items()}
         return state
 
     def restore(self, snapshot: Mapping[str, np.ndarray[Any, Any]]) -> None:
         """Restore a snapshot."""
         self._rewards[:] = snapshot["recorder/rewards"]
-        self._lengths[:] = snapshot["recorder/lengths"]
+        self.checks.lengths[:] = snapshot["recorder/lengths"]
         self._terms = {name: np.array(sums) for name, sums in _below("recorder/terms/", snapshot).items()}
         for index, wrapper in enumerate(self._wrappers()):
             wrapper.restore(_below(f"wrapper/{index}/", snapshot))
@@ -148,16 +163,21 @@ class EpisodeRecorder(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
                     self._terms[name] += np.where(done, final.get(key, 0.0), info.get(key, 0.0))
 
     def _finish(self, done: npt.NDArray[np.bool_], info: dict[str, Any]) -> None:
+        batch = getattr(self.unwrapped, "final_observation", None)
+        self.checks.check_final(info["final_obs"] if batch is None else batch, np.flatnonzero(done))
         final = info.get("final_info", {})
         counted = done & ~final[FROM_PATH] if FROM_PATH in final else done
         ids = np.flatnonzero(counted)
         successes = final["is_success"][ids].astype(np.float64) if "is_success" in final else None
         terms = {name: sums[ids] for name, sums in self._terms.items()}
-        finished = FinishedEpisodes(ids, self._rewards[ids], self._lengths[ids], successes, terms)
-        info["episode"] = {"r": np.where(done, self._rewards, 0.0), "l": np.where(done, self._lengths, 0)}
+        for name, values in {**terms, **({} if successes is None else {"is_success": successes})}.items():
+            self.checks.check_metric(name, values, ids)
+        lengths = self.checks.lengths
+        finished = FinishedEpisodes(ids, self._rewards[ids], lengths[ids], successes, terms)
+        info["episode"] = {"r": np.where(done, self._rewards, 0.0), "l": np.where(done, lengths, 0)}
         info["_episode"] = done
         self._rewards[done] = 0.0
-        self._lengths[done] = 0
+        self.checks.begin_again(done)
         for sums in self._terms.values():
             sums[done] = 0.0
         if len(ids):

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import CheckpointError
+from frobs_core.errors import CheckpointError, NonFiniteValueError
 from frobs_core.files import sync
 from frobs_train.runs import checksums
 
@@ -135,7 +135,7 @@ def _write(final: Path, save: Callable[[Path], None], previous: Path | None) -> 
         shutil.rmtree(aside, ignore_errors=True)
         if old.is_dir() and not final.exists():
             os.replace(old, final)
-        if isinstance(error, Exception):
+        if isinstance(error, Exception) and not isinstance(error, NonFiniteValueError):
             raise CheckpointError(_reason(final, error)) from error
         raise
     shutil.rmtree(old, ignore_errors=True)

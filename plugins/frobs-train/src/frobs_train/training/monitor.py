@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
+from frobs_train.environment_checks import has_time_limit
 from frobs_train.logs.progress import STEPS, ProgressLog
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 from frobs_train.logs.statistics import EpisodeStatistics
@@ -21,6 +23,8 @@ from frobs_train.runs.state import RunState, write_arrays
 from frobs_train.training.callbacks import TrainingCallback
 from frobs_train.training.interrupts import Interrupts
 from frobs_train.training.periodic_evaluation import TrainingEvaluation
+
+_log = logging.getLogger("frobs")
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ class RunMonitor:
         self._log_every = config.log_every or max(1, config.steps // 500)
         self._evaluate_every = math.inf if context.evaluation is None else (config.evaluate_every or math.inf)
         self._metrics: dict[str, float | None] = {} if state is None else dict(state.metrics)
-        self._early = False
+        self._early = self._warned = False
         self._start = time.perf_counter() - (0.0 if state is None else state.elapsed)
         self.checkpoint = checkpoint
         self.stopped: str | None = None
@@ -125,10 +129,26 @@ class RunMonitor:
         """
         # A metric may be undefined: the explained variance, for example, if all returns are equal.
         self._metrics.update({name: value if math.isfinite(value) else None for name, value in metrics.items()})
+        self.warn_if_endless()
         early, self._early = self._early, False
         if not early:
             self._write_row(steps)
         return self.stopped is None and self._context.interrupts.requested is None
+
+    def warn_if_endless(self, finished: bool = False) -> None:
+        """Warn once if no episode has ended, and the episodes are long or the training run is ``finished``."""
+        env, longest = self._context.env, self._run.config.longest_episode
+        steps = int(env.checks.lengths.max())
+        if self._warned or self._context.episodes.recent_lengths or has_time_limit(env):
+            return
+        if steps >= longest or (finished and steps):
+            self._warned = True
+            _log.warning(
+                "No episode of %s has ended after %s steps, so the log contains no rewards. If episodes never end, add "
+                "a time limit: --set 'wrappers=[{name: gymnasium.wrappers:TimeLimit, max_episode_steps: 1000}]'.",
+                self._run.config.environment,
+                f"{steps:,}",
+            )
 
     def on_episodes(
         self,

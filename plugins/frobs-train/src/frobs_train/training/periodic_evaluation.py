@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,13 @@ from frobs_train.evaluation.playing import play_episodes
 from frobs_train.runs import checkpoints
 from frobs_train.runs.run import Run
 from frobs_train.runs.state import read_best, write_best
+from frobs_train.training.interrupts import Interrupts
+
+_log = logging.getLogger("frobs")
+
+
+class _InterruptedError(Exception):
+    """A signal was received during an evaluation."""
 
 
 class TrainingEvaluation:
@@ -23,13 +31,19 @@ class TrainingEvaluation:
 
     Evaluations use separate environments and therefore do not affect training.
 
+    Args:
+        run: The run.
+        algorithm: The algorithm whose policy is evaluated.
+        interrupts: Signals received by this process. A signal ends the current evaluation.
+
     Attributes:
         latest: Success rate in the last evaluation, or the mean reward if the environment does not report success.
     """
 
-    def __init__(self, run: Run, algorithm: Algorithm) -> None:
+    def __init__(self, run: Run, algorithm: Algorithm, interrupts: Interrupts) -> None:
         self._run = run
         self._algorithm = algorithm
+        self._interrupts = interrupts
         self._env: gym.vector.VectorEnv[Any, Any, Any] | None = None
         self._success: float | None = None
         self._best = _best_so_far(run)
@@ -42,7 +56,18 @@ class TrainingEvaluation:
             count = usual_num_envs(config, config.evaluation_episodes)
             self._env = make_vector_env(config.environment, count, config.keywords(randomize=False), config.wrappers)
         seed = self._run.seeds.validation
-        found = play_episodes(self._env, self._algorithm, config.evaluation_episodes, seed)
+        try:
+            found = play_episodes(
+                self._env,
+                self._algorithm,
+                config.evaluation_episodes,
+                seed,
+                on_progress=self._stop_if_interrupted,
+                longest_episode=config.longest_episode,
+            )
+        except _InterruptedError:
+            _log.warning("The evaluation after %s steps was interrupted, so the log does not contain it.", f"{steps:,}")
+            return {}
         self._success = float(np.mean(found.successes)) if found.successes else None
         reward = float(np.mean(found.rewards))
         self.latest = reward if self._success is None else self._success
@@ -67,6 +92,10 @@ class TrainingEvaluation:
         if self._env is not None:
             self._env.close()
             self._env = None
+
+    def _stop_if_interrupted(self, finished: int) -> None:
+        if self._interrupts.requested is not None:
+            raise _InterruptedError
 
     def _keep(self, steps: int, rank: tuple[float, float]) -> None:
         def save(folder: Path) -> None:

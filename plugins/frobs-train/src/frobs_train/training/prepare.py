@@ -49,9 +49,9 @@ def prepare_training(config: RunConfig) -> PreparedTraining:
     env = make_training_env(config)
     try:
         check_action_space(record, config.environment, env.single_action_space)
-        env.reset(seed=seeds.environment)
         episodes = EpisodeStatistics()
         recorder = EpisodeRecorder(env, episodes.add, training_recipe(config))
+        recorder.reset(seed=seeds.environment)
         algorithm = record.load()(recorder, settings, seeds.algorithm)
     except BaseException:
         env.close()

@@ -146,9 +146,9 @@ def _continue(
     callbacks = [*make_loggers(run.config.log), *build_callbacks(run.config.callbacks)]
     env = make_training_env(run.config)
     try:
-        env.reset(seed=run.seeds.environment)
         episodes = EpisodeStatistics()
         recorder = EpisodeRecorder(env, episodes.add, training_recipe(run.config))
+        recorder.reset(seed=run.seeds.environment)
         record = algorithm_record(run.config.algorithm)
         if checkpoint is None or state is None:
             algorithm: Algorithm = record.load()(recorder, run.config.algorithm_config, run.seeds.algorithm)

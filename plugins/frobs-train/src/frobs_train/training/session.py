@@ -7,16 +7,17 @@ import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.errors import IncompatibleSpaceError, RunError
+from frobs_core.errors import IncompatibleSpaceError, NonFiniteValueError, RunError
 from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.environments import EnvironmentRecipe, make_vector_env
-from frobs_train.errors import TrainingError
+from frobs_train.errors import EndlessEpisodeError, EnvironmentFaultError, TrainingError
 from frobs_train.logs.progress import ProgressLog
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.statistics import EpisodeStatistics
@@ -114,7 +115,7 @@ def run_training(
         log = stack.enter_context(ProgressLog(run.path, None if checkpoint is None else steps))
         evaluation = None
         if run.config.evaluate_every is not None:
-            evaluation = TrainingEvaluation(run, algorithm)
+            evaluation = TrainingEvaluation(run, algorithm, interrupts)
             stack.callback(evaluation.close)
         for callback in callbacks:
             stack.callback(callback.close)
@@ -135,12 +136,15 @@ def run_training(
                 callback.on_start(run, steps)
             algorithm.train(run.config.steps, monitor)
             monitor.finish(algorithm.save)
+        except (NonFiniteValueError, EnvironmentFaultError, EndlessEpisodeError) as error:
+            raise TrainingError(run.path, env.steps, str(error).rstrip("."), _resumable(monitor)) from error
         except RunError:
             raise
         except KeyboardInterrupt:
             raise _interrupt(run.path, monitor, interrupts) from None
         except Exception as error:
-            raise TrainingError(run.path, env.steps, _cause(error), _resumable(monitor)) from error
+            raise TrainingError(run.path, env.steps, _cause(error, algorithm), _resumable(monitor)) from error
+        monitor.warn_if_endless(finished=True)
         if interrupts.requested is not None:
             raise _interrupt(run.path, monitor, interrupts)
         if monitor.stopped is not None:
@@ -159,8 +163,15 @@ def _resumable(monitor: RunMonitor) -> int | None:
     return None if monitor.checkpoint is None else monitor.checkpoint.steps
 
 
-def _cause(error: Exception) -> str:
-    """Return a one-line description of an exception and its location."""
+def _cause(error: Exception, algorithm: Algorithm) -> str:
+    """Return a one-line description of an exception and its location, or of a network that has diverged."""
+    try:
+        with TemporaryDirectory() as folder:
+            algorithm.save_policy(Path(folder))
+    except NonFiniteValueError as diverged:
+        return str(diverged).rstrip(".")
+    except Exception as another:
+        _log.debug("the policy cannot be saved: %s", another)
     frames = traceback.extract_tb(error.__traceback__)
     where = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
     return f"{type(error).__name__}: {str(error).rstrip('.')}{where}"
