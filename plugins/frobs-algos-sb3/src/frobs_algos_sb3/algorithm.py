@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -24,7 +25,14 @@ from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import check_observation_space, space_from_json, space_to_json, suggested_scale
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
 from frobs_core.arrays import Action, Mask
-from frobs_core.errors import CheckpointError, ConfigurationError, IncompatibleSpaceError, ModelMismatchError, RunError
+from frobs_core.errors import (
+    CheckpointError,
+    ConfigurationError,
+    IncompatibleSpaceError,
+    ModelMismatchError,
+    NonFiniteValueError,
+    RunError,
+)
 from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
 from frobs_core.validation import validate
 
@@ -88,7 +96,8 @@ class SB3Algorithm(Algorithm):
         callback = MonitorCallback(self.name, monitor, self._begin, self.save)
         self._callback = callback
         try:
-            self.model.learn(left, callback, log_interval=None, reset_num_timesteps=self.model.num_timesteps == 0)  # type: ignore[arg-type]
+            with _named_divergence(self.name):
+                self.model.learn(left, callback, log_interval=None, reset_num_timesteps=self.model.num_timesteps == 0)  # type: ignore[arg-type]
         except Stopped:
             self._pause = state.Pause(self._draws(), at_start=True)
             return
@@ -105,9 +114,10 @@ class SB3Algorithm(Algorithm):
     ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
         """Return actions for a batch of observations."""
         observation = self._seen(observation)
-        if deterministic:
-            return self.model.predict(observation, state, episode_start, deterministic)
-        return self._sample(observation, state, episode_start)
+        with _named_divergence(self.name):
+            if deterministic:
+                return self.model.predict(observation, state, episode_start, deterministic)
+            return self._sample(observation, state, episode_start)
 
     def _sample(
         self,
@@ -364,6 +374,21 @@ class SB3Algorithm(Algorithm):
         if self._pause is not None:
             self._restore_draws(self._pause.arrays)
             self._pause = None
+
+
+@contextmanager
+def _named_divergence(name: str) -> Iterator[None]:
+    """Convert PyTorch's error about a probability distribution whose parameters are not finite."""
+    try:
+        yield
+    except ValueError as error:
+        if "found invalid values" not in str(error):
+            raise
+        raise NonFiniteValueError(
+            f"algorithm '{name}'",
+            "has a network that has diverged: its outputs are not finite",
+            "train again, for example with a lower learning_rate or with normalized observations and rewards",
+        ) from error
 
 
 def _check_fixed(before: SB3Config, after: SB3Config) -> None:

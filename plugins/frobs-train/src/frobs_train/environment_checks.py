@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -77,7 +78,8 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
                 )
             self._check("reset()", found[0])
             self._has_reset = True
-        return found
+        result: tuple[Any, dict[str, Any]] = found
+        return result
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Step the environment."""
@@ -96,7 +98,8 @@ class CheckedEnv(gym.Wrapper[Any, Any, Any, Any]):
                     "return float(reward)."
                 )
             self._has_stepped = True
-        return found
+        result: tuple[Any, Any, bool, bool, dict[str, Any]] = found
+        return result
 
     def _check(self, method: str, observation: Any) -> None:
         problem = misfit(self.observation_space, observation)
@@ -123,13 +126,13 @@ class Place(NamedTuple):
 
     row: int  # index of the environment
     key: str | None  # key in a dictionary, or None
-    index: tuple[int, ...]  # index in the array of the environment
+    element: tuple[int, ...]  # index in the array of the environment
     value: float
 
     def __str__(self) -> str:
         """Return the location within one environment, such as ``"['camera'][0, 3, 1]"``."""
         key = "" if self.key is None else f"[{self.key!r}]"
-        return key + (str(list(self.index)) if self.index else "")
+        return key + (str(list(self.element)) if self.element else "")
 
 
 class EpisodeChecks:
@@ -282,7 +285,8 @@ def term_at(env: Any, place: Place) -> list[str]:
     return [
         f"term '{name}'"
         for name, (key, columns) in observations.columns.items()
-        if key == (place.key or VECTORS) and (columns == slice(None) or columns.start <= place.index[0] < columns.stop)
+        if key == (place.key or VECTORS)
+        and (columns == slice(None) or columns.start <= place.element[0] < columns.stop)
     ]
 
 
@@ -323,14 +327,14 @@ def described(value: Any) -> str:
 
 def has_time_limit(env: Any) -> bool:
     """Return whether each episode of an environment ends after a known number of steps."""
-    limit = None if env.spec is None else env.spec.max_episode_steps
+    limit = getattr(env.unwrapped, "max_episode_steps", None if env.spec is None else env.spec.max_episode_steps)
     wrapped: Any = getattr(env.unwrapped, "envs", [env])[
         0
     ]  # a time limit may also be a wrapper of a single environment
     while limit is None and isinstance(wrapped, gym.Wrapper):
         limit = wrapped._max_episode_steps if isinstance(wrapped, gym.wrappers.TimeLimit) else None
         wrapped = wrapped.env
-    return limit is not None
+    return limit is not None and limit != math.inf
 
 
 def id_of(env: Any) -> str:
