@@ -57,7 +57,12 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "elements that the graph computes in one call": 2**28,
         "multiplications of the graph per observation": 20_000_000_000,
     },
-    "run folder": {},
+    "run folder": {
+        "bytes of a JSON file": 16 * 2**20,
+        "levels of nesting in a JSON file": 100,
+        "bytes of progress.csv": 256 * 2**20,
+        "evaluations": 10_000,
+    },
 }
 """Limits by kind of file and by what is counted, such as ``BUDGETS["mesh"]["bytes"]``."""
 

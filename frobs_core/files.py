@@ -11,7 +11,9 @@ import secrets
 import stat
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+from frobs_core.budgets import BUDGETS
 
 from frobs_core.plain import to_json
 
@@ -27,7 +29,7 @@ _HOMELESS = Path("/nonexistent")  # path that Debian assigns to users without a 
 
 
 class UnsuitableFileError(OSError):
-    """The file exists but is not a regular file or exceeds the size limit. ``strerror`` contains the reason."""
+    """The file exists but is not a regular file, exceeds a limit, or is damaged. ``strerror`` contains the reason."""
 
 
 def read_limited(path: Path | str, limit: int) -> bytes:
@@ -51,6 +53,41 @@ def read_limited(path: Path | str, limit: int) -> bytes:
     if len(data) > limit:  # files in /proc do not report their size
         raise _too_large(path, limit)
     return data
+
+
+def read_json(path: Path | str) -> dict[str, Any]:
+    """Read a JSON object from a file of a run folder.
+
+    Returns:
+        The object. Its values may have any type, because the file may have been changed.
+
+    Raises:
+        UnsuitableFileError: The file is not a regular file, exceeds a limit, or does not contain a JSON object.
+        OSError: The file cannot be read.
+    """
+    limits = BUDGETS["run folder"]
+    deepest = limits["levels of nesting in a JSON file"]
+    try:
+        found = json.loads(read_limited(path, limits["bytes of a JSON file"]).decode("utf-8"))
+        reason = None if isinstance(found, dict) else f"it contains a {type(found).__name__} instead of a JSON object"
+        level, depth = [found], 0
+        while reason is None and level:
+            depth += 1
+            if depth > deepest:
+                reason = f"it has more than {deepest} levels of nesting"
+            inner = [value.values() if isinstance(value, dict) else value for value in level]
+            level = [item for values in inner for item in values if isinstance(item, dict | list)]
+    except UnicodeDecodeError:
+        reason = "it is not UTF-8 text"
+    except json.JSONDecodeError as error:
+        reason = f"it is not valid JSON: {error}"
+    except RecursionError:
+        reason = f"it has more than {deepest} levels of nesting"
+    except ValueError:  # Python limits the number of digits, because converting them takes quadratic time
+        reason = "an integer has too many digits"
+    if reason is not None:
+        raise UnsuitableFileError(errno.EINVAL, reason, os.fspath(path))
+    return cast("dict[str, Any]", found)
 
 
 def check_regular(path: Path | str, limit: int) -> int:

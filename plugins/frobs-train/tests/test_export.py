@@ -137,9 +137,11 @@ def test_evaluations_of_the_checkpoint_go_with_it(copied: Run, quick: None) -> N
     folder = copied.path / "evaluations"
     folder.mkdir()
     for steps in (1600, 2000):
-        (folder / f"{steps}.json").write_text(json.dumps({"steps": steps, "success_rate": 0.5}))
+        (folder / f"{steps}.json").write_text(
+            json.dumps({"steps": steps, "episodes": 9, "seed": 0, "mean_reward": 0.5})
+        )
     said: Any = read_bundle(export(copied).path).manifest
-    assert said["training"]["evaluations"] == [{"steps": 2000, "success_rate": 0.5}]
+    assert said["training"]["evaluations"] == [{"steps": 2000, "episodes": 9, "seed": 0, "mean_reward": 0.5}]
 
 
 class Frozen(Algorithm):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import torch as th
 
+from frobs_core import files
 from frobs_core.errors import CheckpointError, NonFiniteValueError, UntrustedFileError
 from frobs_core.plain import read_numbers, spell_numbers, to_json
 
@@ -25,12 +26,9 @@ def write_json(path: Path, value: Any) -> None:
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object, or raise CheckpointError."""
     try:
-        value = read_numbers(json.loads(path.read_text("utf-8")))
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"{path} cannot be read: {error}.") from error
-    if not isinstance(value, dict):
-        raise CheckpointError(f"{path} is damaged: it is not a JSON object.")
-    return value
+        return dict(read_numbers(files.read_json(path)))
+    except OSError as error:
+        raise CheckpointError(f"{path} cannot be read: {error.strerror}.") from error
 
 
 def write_tensors(path: Path, value: Any) -> None:

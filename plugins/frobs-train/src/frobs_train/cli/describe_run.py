@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -88,10 +87,11 @@ def _best(run: Run) -> int | None:
 
 def _threads(path: Path) -> str | None:
     """Return a description of the processors and threads at the start of the run, or None if unknown."""
+    from frobs_core.files import read_json
     from frobs_train import Threads
 
     try:
-        return str(Threads(**json.loads((path / "versions.json").read_text("utf-8"))["threads"]))
+        return str(Threads(**read_json(path / "versions.json")["threads"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

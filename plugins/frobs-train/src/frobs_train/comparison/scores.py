@@ -80,7 +80,7 @@ def score_run(
     values = columns.get(f"episode/{metric}", np.full(len(steps), np.nan))
     if evaluation is None and not np.isfinite(values).any():
         raise RunError(f"{run.path}: no episode has ended yet, so there is no {metric} to compare; try again later.")
-    seconds = float(columns["time/elapsed"][-1])
+    seconds = float(columns.get("time/elapsed", np.zeros(1))[-1])
     return RunScore(
         run=run.path,
         seed=run.config.seed,

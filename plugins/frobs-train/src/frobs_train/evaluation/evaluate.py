@@ -13,6 +13,7 @@ import numpy as np
 
 from frobs_core import plugins
 from frobs_core.capabilities import Level
+from frobs_core.errors import RunError
 from frobs_core.files import write_json
 from frobs_core.plain import plain, spell_numbers, to_json
 from frobs_core.registry import find_spec
@@ -150,12 +151,14 @@ def evaluate(
         name += "_randomized" if randomize is True else f"_randomized-{_digest(randomized)}"
     if not deterministic:
         name += "_sampled"
-    path = run.path / "evaluations" / f"{name}.json"
     if run.path.is_file() or isinstance(run, ExpertRun):  # bundles, model files and experts have no run folder
         return result
     try:
+        path = run.output("evaluations", f"{name}.json")
         write_json(path, result.to_dict())
-    except OSError as error:  # return the result anyway
+    except RunError as error:  # return the result anyway
+        _log.warning("%s", error)
+    except OSError as error:
         _log.warning("%s cannot be written: %s; free some space, or make the folder writable.", path, error.strerror)
     if config.log and checkpoint == "newest" and deterministic:
         from frobs_train.logs.services import log_evaluation

@@ -69,7 +69,7 @@ def record_video(
             "recording a video requires imageio-ffmpeg; install it with: pip install 'frobs-train[video]'"
         ) from error
 
-    target = Path(path) if path is not None else run.path / "video.mp4"
+    target = Path(path) if path is not None else run.output("video.mp4")
     if target.suffix.lower() != ".mp4":
         raise ParameterValueError("video", str(target), "a file name that ends in .mp4")
     env = make_env(

@@ -15,7 +15,8 @@ import numpy as np
 
 from frobs_core import registry
 from frobs_core.compose import parameter_defaults
-from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError
+from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError, RunError
+from frobs_core.files import read_json
 from frobs_core.interfaces import RobotHandle
 from frobs_core.models import JointType, fingerprint
 from frobs_core.observation import Observations
@@ -98,11 +99,20 @@ def training_facts(run: Run, steps: int) -> dict[str, Any]:
             "curve": curve,
             "config": config,
             "config_sha256": hashlib.sha256(to_json(config, sort_keys=True).encode()).hexdigest(),
-            "versions": json.loads(trained.read_text("utf-8")) if trained.is_file() else None,
+            "versions": _read_versions(trained),
             "evaluations": [plain(found) for found in run.evaluations() if found.get("steps") == steps],
         },
         "export": {"versions": versions(), "commit": _commit(run.path)},
     }
+
+
+def _read_versions(path: Path) -> dict[str, Any] | None:
+    try:
+        return read_json(path)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RunError(f"{path} cannot be read: {error.strerror}; remove the file.") from error
 
 
 def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
@@ -110,10 +120,11 @@ def learning_curve(run: Run, steps: int) -> dict[str, list[Any]]:
     path = run.path / "progress.csv"
     columns = {name: np.array(values) for name, values in (read_progress(path) if path.is_file() else {}).items()}
     rows = np.flatnonzero(columns.get(STEPS, np.empty(0)) <= steps)
+    elapsed = columns.get("time/elapsed", np.zeros(len(columns.get(STEPS, ()))))
     curve: dict[str, list[Any]] = {"steps": [], "seconds": [], "reward": [], "success": []}
     for part in np.array_split(rows, min(len(rows), _CURVE)) if len(rows) else []:
         curve["steps"].append(int(columns[STEPS][part[-1]]))
-        curve["seconds"].append(round(float(columns["time/elapsed"][part[-1]]), 2))
+        curve["seconds"].append(round(float(elapsed[part[-1]]), 2))
         for name in ("reward", "success"):
             values = columns[f"episode/{name}"][part] if f"episode/{name}" in columns else np.empty(0)
             known = values[np.isfinite(values)]

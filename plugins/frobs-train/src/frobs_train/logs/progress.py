@@ -14,8 +14,9 @@ from typing import IO, Self
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import RunError
-from frobs_core.files import write_aside
+from frobs_core.files import UnsuitableFileError, read_limited, write_aside
 from frobs_train.logs.events import EventLog
 
 _REMOVE = "Remove the file to use the run without its log; a resumed run starts a new log."
@@ -124,8 +125,10 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         RunError: The file is damaged.
     """
     try:
-        text = path.read_text("utf-8")
+        text = read_limited(path, BUDGETS["run folder"]["bytes of progress.csv"]).decode("utf-8")
         return list(csv.DictReader(text[: text.rfind("\n") + 1].splitlines()))
+    except UnsuitableFileError as error:
+        raise RunError(f"{path} cannot be read: {error.strerror}. {_REMOVE}") from error
     except (ValueError, csv.Error) as error:
         raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
 
@@ -170,9 +173,15 @@ def read_progress(path: Path) -> dict[str, list[float]]:
     rows = read_rows(path)
     columns = list(rows[0]) if rows else []
     try:
-        return {name: [float(row[name] or "nan") for row in rows] for name in columns}
+        found = {name: [float(row[name] or "nan") for row in rows] for name in columns}
+        if rows and STEPS not in found:
+            raise ValueError(f"it has no column '{STEPS}'")
+        for name in (STEPS, "time/elapsed"):
+            if not all(0 <= value < 2**63 for value in found.get(name, ())):
+                raise ValueError(f"a value of '{name}' is missing, negative or too large")
     except (TypeError, ValueError) as error:  # TypeError: a row has more cells than the header
         raise RunError(f"{path} is damaged: {error}. {_REMOVE}") from error
+    return found
 
 
 def last_value(values: Sequence[float]) -> float | None:

@@ -10,8 +10,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frobs_core.errors import MissingDependencyError
-from frobs_core.files import write_json
+from frobs_core.errors import MissingDependencyError, RunError
+from frobs_core.files import read_json, write_json
 from frobs_train.errors import RunBusyError
 from frobs_train.logs.progress import STEPS, read_progress
 from frobs_train.runs.lock import RunLock
@@ -184,21 +184,20 @@ def log_evaluation(run: Run, found: Evaluation) -> None:
 
 def read_state(run: Run, name: str) -> dict[str, Any]:
     """Return a service's state from the run folder, or an empty mapping if nothing has been sent yet."""
-    import json
-
+    path = run.path / f"{name}.json"
     try:
-        found: dict[str, Any] = json.loads((run.path / f"{name}.json").read_text("utf-8"))
+        return read_json(path)
     except FileNotFoundError:
         return {}
-    return found
+    except OSError as error:
+        raise RunError(
+            f"{path} cannot be read: {error.strerror}; remove the file to start a new {name} run."
+        ) from error
 
 
 def facts_of(run: Run) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the configuration and the versions of a run, as plain values."""
-    import json
-
-    versions: dict[str, Any] = json.loads((run.path / "versions.json").read_text("utf-8"))
-    return run.config.model_dump(mode="json"), versions
+    return run.config.model_dump(mode="json"), read_json(run.path / "versions.json")
 
 
 def _finite(row: Mapping[str, float | None]) -> dict[str, float]:

@@ -195,5 +195,5 @@ def _terms(curve: _Curves) -> list[str]:
 
 def _default_path(runs: Sequence[Run]) -> Path:
     if len(runs) == 1:
-        return runs[0].path / "plots" / "learning_curve.png"
+        return runs[0].output("plots", "learning_curve.png")
     return runs[0].path.parent / "learning_curves.png"

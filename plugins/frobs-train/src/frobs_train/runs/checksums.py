@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from frobs_core.errors import CheckpointError
+from frobs_core.files import read_json
 from frobs_core.plain import to_json
 
 NAME = "checksums.json"
@@ -34,13 +35,15 @@ def write_checksums(folder: Path, files: Iterable[Path], previous: Path | None =
 def verify(folder: Path) -> None:
     """Raise CheckpointError if a file in a checkpoint folder is missing, damaged or unexpected."""
     try:
-        checksums = _read(folder)
-    except (OSError, ValueError) as error:
-        raise CheckpointError(f"checkpoint {folder}: {NAME} cannot be read: {error}.") from error
+        checksums = read_json(folder / NAME)
+    except OSError as error:
+        raise CheckpointError(f"checkpoint {folder}: {NAME} cannot be read: {error.strerror}.") from error
     there = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()} - {NAME}
     for name in sorted(there.difference(checksums)):
         raise CheckpointError(f"checkpoint {folder}: {name} has no checksum; {NAME} is damaged.")
     for name, expected in checksums.items():
+        if name not in there:  # not opened, because it may be a FIFO or lead outside of the folder
+            raise CheckpointError(f"checkpoint {folder}: {name} is missing, or not a regular file.")
         try:
             found = _checksum(folder / name)
         except OSError as error:
@@ -49,17 +52,10 @@ def verify(folder: Path) -> None:
             raise CheckpointError(f"checkpoint {folder}: {name} is damaged (its checksum differs).")
 
 
-def _read(folder: Path) -> dict[str, str]:
-    checksums = json.loads((folder / NAME).read_text("utf-8"))
-    if not isinstance(checksums, dict):
-        raise ValueError("the file does not contain a JSON object")
-    return checksums
-
-
 def _read_if_possible(folder: Path) -> dict[str, str]:
     try:
-        return _read(folder)
-    except (OSError, ValueError):
+        return read_json(folder / NAME)
+    except OSError:
         return {}
 
 

@@ -6,15 +6,16 @@ applies the edits as changes. All other functions use the recorded configuration
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
 
 from frobs_core.config import KEYWORDS
 from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.files import write_json, write_text
+from frobs_core.files import read_json, write_json, write_text
 from frobs_core.plain import plain, read_numbers, spell_numbers
 from frobs_core.validation import validate
 from frobs_core.yaml import dump_yaml
@@ -37,6 +38,23 @@ _FIXED = {
 """Configuration keys that cannot change during a run, with the reason for each key."""
 
 _PART = "the policy and the checkpoints depend on this setting"
+
+
+class _Setting(BaseModel):
+    before: Any = Field(alias="from")
+    after: Any = Field(alias="to")
+
+
+class _Change(BaseModel):
+    model_config = ConfigDict(extra="allow")
+
+    steps: Annotated[int, Field(ge=0)]
+    settings: dict[str, _Setting]
+
+
+class _History(BaseModel):
+    config: RunConfig
+    changes: list[_Change]
 
 
 def check_change(before: RunConfig, after: RunConfig, source: str) -> None:
@@ -84,12 +102,13 @@ def read_history(folder: Path) -> tuple[RunConfig | None, tuple[Mapping[str, Any
     """
     path = folder / FILE
     try:
-        found = read_numbers(json.loads(path.read_text("utf-8")))
-        return validate(RunConfig, found["config"], str(path)), tuple(found["changes"])
+        found = validate(_History, read_numbers(read_json(path)), str(path))
     except FileNotFoundError:
         return None, ()
-    except (OSError, ValueError, KeyError, TypeError, ConfigurationError) as error:
-        raise RunError(f"{path} cannot be read: {error}; remove this file to use config.yaml instead.") from error
+    except (OSError, ConfigurationError) as error:
+        reason = (isinstance(error, OSError) and error.strerror) or error
+        raise RunError(f"{path} cannot be read: {reason}; remove this file to use config.yaml instead.") from error
+    return found.config, tuple(change.model_dump(by_alias=True) for change in found.changes)
 
 
 def describe_change(before: RunConfig, after: RunConfig, steps: int) -> dict[str, Any]:

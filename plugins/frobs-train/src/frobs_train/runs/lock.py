@@ -23,6 +23,8 @@ NAME = ".lock"
 
 _UNSUPPORTED = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
 
+_NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # a link could lead out of the run folder
+
 
 class RunLock:
     """Context manager that locks a run folder for this process.
@@ -47,7 +49,7 @@ class RunLock:
         Between opening and locking the file, the process that held the lock may have replaced the folder.
         """
         try:
-            descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT, 0o644)
+            descriptor = os.open(self._path / NAME, os.O_RDWR | os.O_CREAT | _NO_LINKS, 0o644)
         except OSError as error:
             raise RunError(
                 f"the run folder {self._path} cannot be written: {error.strerror}; "
@@ -118,7 +120,7 @@ def _read(descriptor: int) -> tuple[int | None, str | None]:
     try:
         holder = json.loads(os.pread(descriptor, 4096, 0) or b"{}")
         return int(holder["pid"]), str(holder["host"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, OverflowError, RecursionError):
         return None, None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import secrets
 import shutil
@@ -19,12 +20,15 @@ from frobs_core.yaml import load_yaml
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint
+from frobs_train.runs.evaluation_files import list_evaluations, read_evaluation
 from frobs_train.runs.history import describe_change, has_history, read_history, write_history
 from frobs_train.runs.lock import RunLock
 from frobs_train.runs.state import read_best
 from frobs_train.runs.versions import versions
 from frobs_train.training.seeds import RunSeeds, draw_seed, spread_seed
 from frobs_train.training.threads import decide_threads
+
+_log = logging.getLogger("frobs")
 
 
 class Run:
@@ -60,6 +64,7 @@ class Run:
         self.config = config
         self.edited: RunConfig | None = None
         self.changes: tuple[Mapping[str, Any], ...] = ()
+        self._damaged: set[Path] = set()  # evaluations that were reported
 
     @classmethod
     def create(cls, path: Path, config: RunConfig) -> Run:
@@ -200,10 +205,36 @@ class Run:
         self.edited = None
 
     def evaluations(self) -> list[dict[str, Any]]:
-        """Return the evaluation results in ``evaluations/``, ordered by file name."""
-        import json
+        """Return the evaluation results in ``evaluations/``, ordered by file name.
 
-        return [json.loads(path.read_text("utf-8")) for path in sorted((self.path / "evaluations").glob("*.json"))]
+        Damaged files are ignored, and each is reported once.
+
+        Raises:
+            RunError: There are more files than the limit.
+        """
+        found = []
+        for path in list_evaluations(self.path):
+            try:
+                found.append(read_evaluation(path))
+            except RunError as error:
+                if path not in self._damaged:
+                    _log.warning("%s This evaluation is ignored; remove the file.", error)
+                self._damaged.add(path)
+        return found
+
+    def output(self, *names: str) -> Path:
+        """Return the path of a file to write in the run folder.
+
+        Raises:
+            RunError: A symbolic link in the run folder would lead the write to another folder.
+        """
+        target = self.path.joinpath(*names)
+        if not target.parent.resolve().is_relative_to(self.path.resolve()):
+            raise RunError(
+                f"{target} is not written, because {target.parent} is a link to {target.parent.resolve()}, outside of the "
+                "run folder; remove the link, or choose another file."
+            )
+        return target
 
 
 def _place(aside: Path, path: Path, on_existing: str) -> Path:

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
 
 from frobs_core.errors import CheckpointError
+from frobs_core.files import read_json
 from frobs_core.plain import to_json
 
 FORMAT = 1
@@ -43,15 +45,18 @@ def read_state(folder: Path) -> tuple[RunState, dict[str, np.ndarray[Any, Any]]]
     """Read the files written by :meth:`RunState.write`."""
     path = folder / "run.json"
     try:
-        values = json.loads(path.read_text("utf-8"))
-        if not isinstance(values, dict) or values.get("format") != FORMAT:
+        values = read_json(path)
+        if values.get("format") != FORMAT:
             raise CheckpointError(
                 f"{path} does not have format version {FORMAT}; continue the run with the FRobs version that wrote "
                 "the file."
             )
-        state = RunState(**values)
-    except (OSError, ValueError, TypeError) as error:
-        raise CheckpointError(f"{path} cannot be read: {error}.") from error
+        state = TypeAdapter(RunState).validate_python(values)
+    except OSError as error:
+        raise CheckpointError(f"{path} cannot be read: {error.strerror}.") from error
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        raise CheckpointError(f"{path} is damaged: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from error
     return state, read_arrays(folder / "run.npz")
 
 
@@ -83,8 +88,8 @@ def read_best(folder: Path) -> tuple[int, tuple[float, float]]:
     """Return the number of environment steps and the rank, (success, reward), of the best policy."""
     path = folder / "best.json"
     try:
-        values = json.loads(path.read_text("utf-8"))
+        values = read_json(path)
         success, reward = values["rank"]
         return int(values["steps"]), (float(success), float(reward))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
         raise CheckpointError(f"{path} cannot be read: {error}.") from error

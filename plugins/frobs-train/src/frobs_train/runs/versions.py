@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import sys
 from importlib import metadata
 from pathlib import Path
 from typing import cast
+
+from frobs_core.files import read_json
 
 _LIBRARIES = ("numpy", "gymnasium", "mujoco", "torch", "stable-baselines3")
 
@@ -36,17 +37,18 @@ def versions() -> dict[str, object]:
 def changed_versions(path: Path) -> list[str]:
     """Return one line for each version that differs from a run's ``versions.json``."""
     try:
-        then = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        return [f"{path} cannot be read"]
+        then = read_json(path)
+    except OSError as error:
+        return [f"{path} cannot be read: {error.strerror}"]
     now = versions()
     lines = []
     for group, name in (("", "python"), ("", "frobs-core"), ("plugins", ""), ("libraries", ""), ("", "machine")):
         if name:
             pairs = {name: (then.get(name), now[name])}
         else:
-            before, after = then.get(group, {}), cast("dict[str, str]", now[group])
-            pairs = {key: (before.get(key), after.get(key)) for key in before}
+            found, after = then.get(group), cast("dict[str, str]", now[group])
+            before = found if isinstance(found, dict) else {}
+            pairs = {key: (before[key], after.get(key)) for key in before}
         lines += [
             f"{key} was {was}, and is now {here or 'missing'}" for key, (was, here) in pairs.items() if was != here
         ]

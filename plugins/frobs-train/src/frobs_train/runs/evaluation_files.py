@@ -1,0 +1,73 @@
+"""Reads the results that ``frobs evaluate`` stored in a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+
+from frobs_core.budgets import BUDGETS
+from frobs_core.errors import RunError
+from frobs_core.files import read_json
+
+_Count = Annotated[int, Field(ge=0, le=2**63)]
+_Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+
+
+class _Octant(BaseModel):
+    success_rate: _Share
+
+
+class _EvaluationFile(BaseModel):
+    """The fields that FRobs reads. Newer versions may add more."""
+
+    model_config = ConfigDict(strict=True)
+
+    steps: _Count
+    episodes: Annotated[_Count, Field(ge=1)]
+    seed: Annotated[int, Field(ge=0)]
+    mean_reward: FiniteFloat
+    success_rate: _Share | None = None
+    success_interval: Annotated[list[_Share], Field(min_length=2, max_length=2)] | None = None
+    success_by_octant: dict[str, _Octant] | None = None
+    simulator: str | None = None
+    randomize: dict[str, Any] | None = None
+    deterministic: bool = True
+
+    @model_validator(mode="after")
+    def _has_both(self) -> Self:
+        if (self.success_rate is None) != (self.success_interval is None):
+            raise ValueError("success_rate and success_interval must both be given or both be null")
+        return self
+
+
+def list_evaluations(run: Path) -> list[Path]:
+    """Return the evaluation files of a run folder, ordered by file name.
+
+    Raises:
+        RunError: There are more files than the limit.
+    """
+    found = sorted((run / "evaluations").glob("*.json"))
+    limit = BUDGETS["run folder"]["evaluations"]
+    if len(found) > limit:
+        raise RunError(f"{run / 'evaluations'} contains {len(found):,} files; the limit is {limit:,}.")
+    return found
+
+
+def read_evaluation(path: Path) -> dict[str, Any]:
+    """Return the content of an evaluation file.
+
+    Raises:
+        RunError: The file is damaged.
+    """
+    try:
+        found = read_json(path)
+        _EvaluationFile.model_validate(found)
+    except OSError as error:
+        raise RunError(f"{path} cannot be read: {error.strerror}.") from error
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(map(str, first["loc"]))
+        raise RunError(f"{path} is damaged: {f'{where}: ' if where else ''}{first['msg']}.") from error
+    return found
