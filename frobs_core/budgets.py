@@ -56,6 +56,13 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "fields of the graph": 200_000,
         "elements that the graph computes in one call": 2**28,
         "multiplications of the graph per observation": 20_000_000_000,
+        "values of the configuration": 2_000,
+        "characters of the configuration": 20_000,
+        "bits of an integer": 64,
+        "control steps of an episode": 100_000,
+        "environment steps of a control step": 1_000,
+        "stacked or delayed observations": 100,
+        "pixels of an observation": 2**20,
     },
     "run folder": {
         "bytes of a JSON file": 16 * 2**20,

@@ -15,10 +15,10 @@ from typer.testing import CliRunner
 
 from frobs_cli.program import program
 from frobs_core.errors import ConfigurationError, FrobsError, UntrustedFileError
-from frobs_deploy import BundleError, DeployError
-from frobs_deploy.bundle import pack_bundle
+from frobs_deploy import BundleError, DeployError, read_bundle
+from frobs_deploy.bundle import Bundle, pack_bundle
 from frobs_train import evaluate
-from frobs_train.export.bundle_run import open_run_or_bundle
+from frobs_train.export.bundle_run import BundleRun, open_run_or_bundle
 from frobs_train.export.pretrained import read_pretrained
 from frobs_train.export.untrusted import WRAPPERS
 
@@ -58,6 +58,29 @@ REFUSED: dict[str, dict[str, Any]] = {
     "a function": {"wrappers": [{"name": "os:system", "command": "touch made"}]},
     "a function of a wrapper": {"wrappers": [{"name": "gymnasium.wrappers:TransformReward", "func": "os:system"}]},
     "a wrapper with a path": {"wrappers": [{"name": "gymnasium.wrappers:ClipReward", "min_reward": "/tmp/x"}]},
+    "stacked frame wrappers": {
+        "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 90}] * 3
+    },
+    "stacked images": {
+        "environment_kwargs": {"observations": {"eye": {"camera": "overview", "size": [512, 512]}}},
+        "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 50}],
+    },
+    "stacked delays": {"wrappers": [{"name": "gymnasium.wrappers:DelayObservation", "delay": 1000}]},
+    "stacked skips": {"wrappers": [{"name": "gymnasium.wrappers:MaxAndSkipObservation", "skip": 30}] * 3},
+    "usual skips, stacked": {"wrappers": [{"name": "gymnasium.wrappers:MaxAndSkipObservation"}] * 30},
+    "a huge image": {"wrappers": [{"name": "gymnasium.wrappers:ResizeObservation", "shape": [20_000, 20_000]}]},
+    "a huge video": {"environment_kwargs": {"render_size": [100_000, 100_000]}},
+    "another huge video": {"environment": "Ant-v5", "environment_kwargs": {"width": 100_000, "height": 100_000}},
+    "a huge map": {"environment": "FrozenLake-v1", "environment_kwargs": {"desc": ["SF" + "F" * 1998] * 2000}},
+    "many values": {"environment_kwargs": {"home": [0.0] * 100_000}},
+    "many physics steps": {"environment_kwargs": {"control_timestep": 20}},
+    "endless physics steps": {"environment_kwargs": {"control_timestep": 1e300, "physics_timestep": 1e-300}},
+    "many skipped frames": {"environment": "Ant-v5", "environment_kwargs": {"frame_skip": 10**9}},
+    "long episodes": {"environment_kwargs": {"max_episode_steps": 10**400}},
+    "endless episodes": {"environment_kwargs": {"max_episode_steps": 1e18}},
+    "long episodes by a wrapper": {"wrappers": [{"name": "gymnasium.wrappers:TimeLimit", "max_episode_steps": 10**9}]},
+    "a long training": {"steps": 10**400},
+    "a long seed": {"seed": 10**400},
     "a wrapper of a billion frames": {
         "wrappers": [{"name": "gymnasium.wrappers:FrameStackObservation", "stack_size": 10**9}]
     },
@@ -143,6 +166,26 @@ def test_the_listed_wrappers_exist():
     for name in WRAPPERS:
         module, _, attribute = name.partition(":")
         assert hasattr(import_module(module), attribute), name
+
+
+@pytest.mark.parametrize("steps", [10**400, -1, 1.5, "x", [], {"a": 1}, True])
+def test_steps_of_another_type_are_refused(steps, tmp_path):
+    original = read_pretrained(REACH)
+    training = {**original.manifest["training"], "steps": steps}
+    with pytest.raises(BundleError, match=r"training\.steps"):
+        BundleRun(Bundle(tmp_path / "p.frobs", {**original.manifest, "training": training}, original.graph, ""))
+
+
+@pytest.mark.parametrize(
+    "text", ["[" * 100_000, "[" * 900 + "]" * 900, '{"a":' * 60 + "1" + "}" * 60, '{"a": ' + "1" * 10**6 + "}"]
+)
+def test_a_description_that_is_nested_deeply_is_refused(tmp_path, text):
+    path = tmp_path / "p.frobs"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in ("policy.onnx", "bundle.json", "LICENSE"):
+            archive.writestr(name, text)
+    with pytest.raises(BundleError, match=r"nest|digits|JSON object"):
+        read_bundle(path)
 
 
 def test_a_bundle_that_is_a_fifo_is_refused(tmp_path):

@@ -41,7 +41,14 @@ class BundleRun(Run):
         if not trust:
             check_config(bundle.path, self.config)
         self.bundle = bundle
-        self.steps = int(training.get("steps") or 0)
+        if self.config.seed is None:
+            raise BundleError(bundle.path, "the training configuration has no seed; export the policy again.")
+        steps = training.get("steps")
+        if steps is not None and (isinstance(steps, bool) or not isinstance(steps, int) or not 0 <= steps < 2**63):
+            raise BundleError(
+                bundle.path, "training.steps is not a number of environment steps; export the policy again."
+            )
+        self.steps = steps or 0
 
     def load_policy(self, observation_space: gym.Space[Any], action_space: gym.Space[Any]) -> tuple[BundlePolicy, int]:
         """Return the policy and the number of environment steps for which it was trained."""
