@@ -109,5 +109,5 @@ def _evaluation(found: Mapping[str, Any]) -> dict[str, Any]:
         "reward": number(found["mean_reward"]),
         "simulator": found.get("simulator"),
         "randomized": ", ".join(found.get("randomize") or ()) or None,
-        "seed": found["seed"],
+        "seed": found.get("seed"),
     }

@@ -151,7 +151,8 @@ def _at(steps: Floats, member: _Curves, name: str) -> Floats:
 
 def _mark_evaluation(axis: Any, member: _Curves, color: str, annotate: bool) -> None:
     """Mark the latest evaluation that reported success, with its confidence interval."""
-    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None]
+    found = [result for result in member.run.evaluations() if result.get("success_rate") is not None
+             and result.get("success_interval") is not None]  # fmt: skip
     if not found:
         return
     latest = max(found, key=lambda result: (result["steps"], result["episodes"]))

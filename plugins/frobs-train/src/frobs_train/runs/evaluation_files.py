@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from frobs_core.budgets import BUDGETS
 from frobs_core.errors import RunError
@@ -26,7 +26,7 @@ class _EvaluationFile(BaseModel):
 
     steps: _Count
     episodes: Annotated[_Count, Field(ge=1)]
-    seed: Annotated[int, Field(ge=0)]
+    seed: Annotated[int, Field(ge=0)] | None = None
     mean_reward: FiniteFloat
     success_rate: _Share | None = None
     success_interval: Annotated[list[_Share], Field(min_length=2, max_length=2)] | None = None
@@ -34,12 +34,6 @@ class _EvaluationFile(BaseModel):
     simulator: str | None = None
     randomize: dict[str, Any] | None = None
     deterministic: bool = True
-
-    @model_validator(mode="after")
-    def _has_both(self) -> Self:
-        if (self.success_rate is None) != (self.success_interval is None):
-            raise ValueError("success_rate and success_interval must both be given or both be null")
-        return self
 
 
 def list_evaluations(run: Path) -> list[Path]:
