@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import copy
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ from frobs_deploy.bundle import Bundle
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.export.pretrained import read_pretrained
 
-WRONG = [None, [], {}, "x", -1, 1.5, 10**400, 1e999, True, [[]], {"a": {}}, "\ud800", [None, "x"]]
+WRONG: list[Any] = [None, [], {}, "x", -1, 1.5, 10**400, 1e999, True, [[]], {"a": {}}, "\ud800", [None, "x"]]
 
 
 def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
@@ -25,7 +26,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: repr(wrong)[:20])
-def test_a_description_with_a_wrong_value_is_reported(tmp_path, wrong):
+def test_a_description_with_a_wrong_value_is_reported(tmp_path: Path, wrong: Any) -> None:
     original = read_pretrained("frobs/Irb120Reach-v0")
     manifest = {key: value for key, value in original.manifest.items() if key not in ("format", "files")}
     for path in places(manifest)[1:]:
