@@ -6,6 +6,7 @@ Untrusted files are opened only if they are regular files within a size limit.
 from __future__ import annotations
 
 import errno
+import json
 import os
 import secrets
 import stat
@@ -14,7 +15,6 @@ from pathlib import Path
 from typing import Any, cast
 
 from frobs_core.budgets import BUDGETS
-
 from frobs_core.plain import to_json
 
 _KINDS = {
