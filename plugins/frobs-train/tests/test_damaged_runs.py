@@ -200,7 +200,9 @@ def reported(call: Callable[[], object]) -> list[str]:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", FILES)
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES.keys())
-def test_a_damaged_file_never_ends_in_a_traceback(intact, tmp_path, name, damage):
+def test_a_damaged_file_never_ends_in_a_traceback(
+    intact: Path, tmp_path: Path, name: str, damage: Callable[[Path], object]
+) -> None:
     run = tmp_path / "run"
     shutil.copytree(intact, run)
     damage(run / name)
@@ -216,7 +218,9 @@ EVALUATION_DAMAGES = [name for name in DAMAGES if name not in ("missing", "unfin
 
 
 @pytest.mark.parametrize("damage", EVALUATION_DAMAGES)
-def test_a_damaged_evaluation_is_reported_once_and_the_others_are_used(intact, tmp_path, damage, caplog):
+def test_a_damaged_evaluation_is_reported_once_and_the_others_are_used(
+    intact: Path, tmp_path: Path, damage: str, caplog: pytest.LogCaptureFixture
+) -> None:
     run = tmp_path / "run"
     shutil.copytree(intact, run)
     DAMAGES[damage](run / "evaluations" / "a.json")
@@ -246,7 +250,9 @@ def test_a_damaged_evaluation_is_reported_once_and_the_others_are_used(intact, t
         ("seed", {}),
     ],
 )
-def test_an_evaluation_with_an_impossible_value_is_ignored(intact, tmp_path, key, value, caplog):
+def test_an_evaluation_with_an_impossible_value_is_ignored(
+    intact: Path, tmp_path: Path, key: str, value: object, caplog: pytest.LogCaptureFixture
+) -> None:
     run = tmp_path / "run"
     shutil.copytree(intact, run)
     (run / "evaluations" / "a.json").write_text(json.dumps({**EVALUATION, key: value}))
@@ -254,7 +260,7 @@ def test_an_evaluation_with_an_impossible_value_is_ignored(intact, tmp_path, key
     assert "a.json is damaged: " in caplog.text
 
 
-def test_nothing_is_written_through_a_link_out_of_the_run(intact, tmp_path):
+def test_nothing_is_written_through_a_link_out_of_the_run(intact: Path, tmp_path: Path) -> None:
     run, other = tmp_path / "run", tmp_path / "other"
     shutil.copytree(intact, run)
     other.mkdir()
@@ -270,7 +276,7 @@ def test_nothing_is_written_through_a_link_out_of_the_run(intact, tmp_path):
     assert Run.open(tmp_path / "link").output("plots", "a.png")
 
 
-def test_the_lock_does_not_follow_a_link(intact, tmp_path):
+def test_the_lock_does_not_follow_a_link(intact: Path, tmp_path: Path) -> None:
     from frobs_train.runs.lock import RunLock
 
     run, victim = tmp_path / "run", tmp_path / "victim"
@@ -284,7 +290,7 @@ def test_the_lock_does_not_follow_a_link(intact, tmp_path):
 
 
 @pytest.mark.parametrize("listed", ["../../secret", "/etc/passwd", "pipe", "gone"])
-def test_checksums_are_computed_of_the_files_of_the_checkpoint_only(intact, tmp_path, listed):
+def test_checksums_are_computed_of_the_files_of_the_checkpoint_only(intact: Path, tmp_path: Path, listed: str) -> None:
     run = tmp_path / "run"
     shutil.copytree(intact, run)
     checkpoint = run / "checkpoints" / "step_000000200"
@@ -296,7 +302,7 @@ def test_checksums_are_computed_of_the_files_of_the_checkpoint_only(intact, tmp_
 
 
 @pytest.mark.parametrize("damage", ["a list", "deep lists", "digits", "binary", "fifo", "a terabyte", "empty"])
-def test_the_reader_of_json_says_why_in_one_line(tmp_path, damage):
+def test_the_reader_of_json_says_why_in_one_line(tmp_path: Path, damage: str) -> None:
     path = tmp_path / "a.json"
     DAMAGES[damage](path)
     with pytest.raises(OSError, match=r"it |limit|digits") as caught:
@@ -304,7 +310,7 @@ def test_the_reader_of_json_says_why_in_one_line(tmp_path, damage):
     assert len(str(caught.value)) < 300
 
 
-def test_an_intact_run_is_usable(intact, tmp_path):
+def test_an_intact_run_is_usable(intact: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     shutil.copytree(intact, run)
     for use in uses(run):
