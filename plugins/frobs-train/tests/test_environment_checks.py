@@ -190,7 +190,7 @@ def test_training_stops_if_the_network_diverges(algorithm: str, tmp_path: Path) 
     assert "learning_rate" in str(caught.value)
 
 
-def test_an_endless_episode_ends_an_evaluation(trained: Run, tmp_path: Path) -> None:
+def test_an_endless_episode_ends_an_evaluation(copied: Run, tmp_path: Path) -> None:
     run = train(config("", longest_episode=30), tmp_path / "run")
     endless = Run(run.path, run.config.model_copy(update={"environment_kwargs": {"fault": "endless"}}))
     with pytest.raises(EndlessEpisodeError, match=r"has not ended after 30 steps; give the environment a time limit"):
@@ -201,7 +201,7 @@ def test_an_endless_episode_ends_an_evaluation(trained: Run, tmp_path: Path) -> 
         record_video(endless, tmp_path / "video.mp4")
     assert not (tmp_path / "video.mp4").exists()
     assert evaluate(run, 2, longest_episode=6).mean_length == 5
-    assert evaluate(trained, 2, longest_episode=3).mean_length == 10  # it has a time limit
+    assert evaluate(copied, 2, longest_episode=3).mean_length == 10  # it has a time limit
     limit = [{"name": "gymnasium.wrappers:TimeLimit", "max_episode_steps": 7}]
     limited = RunConfig(**{**endless.config.model_dump(), "wrappers": limit})
     assert evaluate(Run(run.path, limited), 2, longest_episode=3).mean_length == 7
