@@ -38,7 +38,7 @@ FAST: dict[str, dict[str, Any]] = {
 class OddEnv(gym.Env[Any, Any]):
     """An environment with one fault, which occurs at the third step of its second episode."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 10}  # type: ignore[misc]
 
     def __init__(
         self, fault: str = "", value: float = math.nan, discrete: bool = False, render_mode: str | None = None
@@ -79,7 +79,7 @@ class OddEnv(gym.Env[Any, Any]):
         return {"a": np.zeros(2, np.float32), "b": found[None]} if self.fault == "dict" else found
 
 
-gym.register(ID, OddEnv)
+gym.register(ID, OddEnv)  # type: ignore[arg-type]
 
 FAULTS = {
     "observation": r"observation\[1\] is {value} in environment [01], at step 3 of episode 2",
@@ -241,7 +241,7 @@ def test_an_exception_names_the_line_in_the_environment(tmp_path: Path) -> None:
     crashing = Run(run.path, run.config.model_copy(update={"environment_kwargs": {"fault": "crash"}}))
     for act in (evaluate, record_video):
         with pytest.raises(EnvironmentFaultError, match=where) as caught:
-            act(crashing)  # type: ignore[operator]
+            act(crashing)
         assert isinstance(caught.value.__cause__, ZeroDivisionError)
 
 
@@ -268,7 +268,7 @@ class Broken(OddEnv):
         }.get(self.fault, (observation, reward, terminated, truncated, info))
 
 
-gym.register("FrobsTests/Broken-v0", Broken)
+gym.register("FrobsTests/Broken-v0", Broken)  # type: ignore[arg-type]
 
 BROKEN = {
     "old reset": r"returns an array of shape \(2,\) .* from reset\(\).*return observation, \{\} from reset\(\)",
@@ -295,7 +295,7 @@ def test_violations_of_the_interface_are_named_with_the_fix(fault: str) -> None:
 
 
 def test_observations_outside_their_bounds_cause_one_warning(caplog: pytest.LogCaptureFixture) -> None:
-    gym.register("FrobsTests/Outside-v0", lambda: gym.wrappers.TransformObservation(OddEnv(), lambda o: o + 9, spaces.Box(0, 1, (2,))))  # fmt: skip
+    gym.register("FrobsTests/Outside-v0", lambda: gym.wrappers.TransformObservation(OddEnv(), lambda o: o + 9, spaces.Box(0, 1, (2,))))  # type: ignore[arg-type]  # fmt: skip
     env = make_vector_env("FrobsTests/Outside-v0", 3, {})
     env.reset()
     env.step(env.action_space.sample())
