@@ -90,7 +90,7 @@ def judge(
         found.append(Fault("control", repr(shown), f"{case.command}: {_shape(shown[:60])}"))
     errors = [line for line in err.splitlines() if line.startswith("error: ")]
     if not result["killed"] and TRACEBACK not in err:
-        if len(errors) != (result["code"] == 2):
+        if len(errors) != (result["code"] == 2) and not (result["code"] == 1 and len(errors) == 1):  # of several jobs
             found.append(Fault("error line", f"exit code {result['code']}, {len(errors)} error lines", case.command))
         if result["code"] == 1 and not (out + err).strip():
             found.append(Fault("error line", "exit code 1 without a message", case.command))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import os
 from pathlib import Path
 
 import gymnasium
@@ -127,6 +128,29 @@ def test_one_of_several_environments_is_chosen_by_its_id(package_of_two):
     assert [path.name for path in first.python.unread] == ["old.py"]
     with pytest.raises(UnknownNameError, match="One-v0"):
         read_package(package_of_two, "One-v1")
+
+
+@pytest.mark.parametrize("name", ["one.py", "package.xml"])
+def test_files_that_are_huge_or_would_block_are_not_read(package_of_two, name):
+    path = package_of_two / name
+    with path.open("wb") as file:
+        file.truncate(2**40)
+    with pytest.raises(ConfigurationError, match=f"{name}.*size limit"):
+        read_package(package_of_two)
+    path.unlink()
+    os.mkfifo(path)
+    if name == "package.xml":
+        assert read_package(package_of_two).name == package_of_two.name
+    else:
+        with pytest.raises(ConfigurationError, match="not a regular file"):
+            read_package(package_of_two)
+
+
+def test_a_path_that_is_no_package_is_not_walked_to_its_end(tmp_path):
+    for number in range(1_001):
+        (tmp_path / str(number)).mkdir()
+    with pytest.raises(ConfigurationError, match="more than 1,000 subfolders; pass the folder of one ROS package"):
+        read_package(tmp_path)
 
 
 TASKS = """

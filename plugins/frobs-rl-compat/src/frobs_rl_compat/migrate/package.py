@@ -11,7 +11,7 @@ from typing import Any
 from frobs_core.errors import UnknownNameError
 from frobs_rl_compat.migrate.constructor import Constructed, construct
 from frobs_rl_compat.migrate.errors import MigrationError
-from frobs_rl_compat.migrate.python_files import OldClass, PythonFiles, Registration, read_python_files
+from frobs_rl_compat.migrate.python_files import OldClass, PythonFiles, Registration, read_file, read_python_files
 from frobs_rl_compat.migrate.yaml_files import YamlFiles, read_yaml_files
 
 _NAME = re.compile(r"<name>\s*([\w-]+)\s*</name>")
@@ -142,5 +142,5 @@ def _loaded(lineage: list[OldClass]) -> list[Any]:
 
 def _package_name(folder: Path) -> str:
     file = folder / "package.xml"
-    found = _NAME.search(file.read_text("utf-8", errors="replace")) if file.is_file() else None
+    found = _NAME.search(read_file(file).decode("utf-8", "replace")) if file.is_file() else None
     return found[1] if found else folder.absolute().name

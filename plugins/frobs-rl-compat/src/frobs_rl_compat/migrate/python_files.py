@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from frobs_core.budgets import BUDGETS
+from frobs_core.files import read_limited
 from frobs_rl_compat.migrate.errors import MigrationError
 
 ROOTS = ("RobotBasicEnv", "CustomRobotEnv", "CCustomRobotEnv", "CustomTaskEnv")
@@ -107,22 +110,47 @@ class PythonFiles:
 _DEFINES = re.compile(r"^\s*class\s+\w+\s*\(|^register\s*\(", re.MULTILINE)
 """Pattern that matches files that define a class or register an environment."""
 
+_MAX_FOLDERS = 1_000
+
+
+def read_file(path: Path) -> bytes:
+    """Read a file of a package.
+
+    Raises:
+        MigrationError: The file cannot be read, is not a regular file, or is too large.
+    """
+    try:
+        return read_limited(path, BUDGETS["robot file"]["bytes"])
+    except OSError as error:
+        raise MigrationError(path, f"cannot be read: {error.strerror}.") from error
+
+
+def _find_python_files(folder: Path) -> list[Path]:
+    found = []
+    for number, (place, folders, names) in enumerate(os.walk(folder)):
+        if number == _MAX_FOLDERS:
+            raise MigrationError(
+                folder, f"this folder has more than {_MAX_FOLDERS:,} subfolders; pass the folder of one ROS package."
+            )
+        folders[:] = [name for name in folders if not name.startswith(".") and name not in ("build", "devel")]
+        found += [Path(place, name) for name in names if name.endswith(".py") and not name.startswith(".")]
+    return sorted(found)
+
 
 def read_python_files(folder: Path) -> PythonFiles:
     """Read all Python files of a package.
 
     Raises:
-        ConfigurationError: A file that defines a class or registers an environment is not valid Python 3.
+        ConfigurationError: A file that defines a class or registers an environment is not valid Python 3, a file
+            cannot be read, or there are too many folders.
     """
     files = PythonFiles([], [], {}, {})
-    for path in sorted(folder.rglob("*.py")):
-        if any(part.startswith(".") or part in ("build", "devel") for part in path.relative_to(folder).parts):
-            continue
+    for path in _find_python_files(folder):
+        source = read_file(path)
         try:
-            source = path.read_text("utf-8")
-            tree = ast.parse(source, path.name)
-        except (SyntaxError, ValueError) as error:  # UnicodeDecodeError is a ValueError
-            if _DEFINES.search(path.read_text("utf-8", "replace")):
+            tree = ast.parse(source.decode("utf-8"), path.name)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:  # UnicodeDecodeError is a ValueError
+            if _DEFINES.search(source.decode("utf-8", "replace")):
                 raise MigrationError(
                     path,
                     f"{error}. The file may contain a part of the environment; fix the error, or convert Python 2 "

@@ -7,8 +7,9 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import CheckpointError
-from frobs_core.files import read_json
+from frobs_core.files import check_regular, read_json
 from frobs_core.plain import to_json
 
 NAME = "checksums.json"
@@ -44,6 +45,8 @@ def verify(folder: Path) -> None:
         if name not in there:  # not opened, because it may be a FIFO or lead outside of the folder
             raise CheckpointError(f"checkpoint {folder}: {name} is missing, or not a regular file.")
         try:
+            if name.endswith(".json"):
+                check_regular(folder / name, BUDGETS["run folder"]["bytes of a JSON file"])
             found = _checksum(folder / name)
         except OSError as error:
             raise CheckpointError(f"checkpoint {folder}: {name} cannot be read: {error.strerror}.") from error

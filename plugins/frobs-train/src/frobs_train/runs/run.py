@@ -243,11 +243,25 @@ def _place(aside: Path, path: Path, on_existing: str) -> Path:
     while not _rename(aside, target):
         if on_existing == "increment":
             target = path.with_name(f"{path.name}_{next(numbers)}")
-        elif on_existing == "overwrite" and is_run(path):
+        elif on_existing == "overwrite" and _is_replaceable(path):
             discard_run(path)
         else:
             raise RunExistsError(path)
     return target
+
+
+def _is_replaceable(path: Path) -> bool:
+    """Return whether a folder is a run, or another process has removed or replaced it in the meantime."""
+    before = _identity(path)
+    return before is None or is_run(path) or _identity(path) != before
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except FileNotFoundError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _rename(aside: Path, target: Path) -> bool:
