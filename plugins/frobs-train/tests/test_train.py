@@ -11,6 +11,7 @@ import pytest
 from frobs_core.errors import ConfigurationError, RunError, UnknownNameError, UnknownParameterError
 from frobs_core.yaml import load_yaml
 from frobs_train import Progress, Run, RunConfig, default_run_dir, resolve_config, train
+from frobs_train.environments import check_environment, make_vector_env
 from frobs_train.errors import RunExistsError
 from frobs_train.logs.progress import STEPS, read_progress
 
@@ -130,6 +131,15 @@ def test_bad_input_leaves_nothing(
     with pytest.raises(error, match=message):
         train(config(**changes), tmp_path / "run")
     assert not list(tmp_path.iterdir())
+
+
+def test_the_time_limit_is_a_keyword_of_each_environment() -> None:
+    check_environment("frobs/Irb120Reach-v0", {"max_episode_steps": 7})
+    env = make_vector_env("frobs/Irb120Reach-v0", 1, {"max_episode_steps": 7})
+    assert getattr(env.unwrapped, "max_episode_steps", None) == 7
+    env.close()
+    with pytest.raises(UnknownParameterError, match="max_steps"):
+        check_environment("frobs/Irb120Reach-v0", {"max_steps": 7})
 
 
 def test_negative_steps_are_refused() -> None:

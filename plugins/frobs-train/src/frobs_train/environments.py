@@ -116,12 +116,17 @@ def check_environment(environment: str, kwargs: Mapping[str, Any]) -> None:
     """
     spec = gym.registry.get(bare_id(environment))
     if spec is not None and spec.entry_point in ("frobs_core.env:RobotEnv", RobotEnv):
+        keywords = {key: value for key, value in {**spec.kwargs, **kwargs}.items() if key not in _OF_GYMNASIUM}
         try:
-            plan(EnvConfig.from_dict({**spec.kwargs, **kwargs}), 1)
+            plan(EnvConfig.from_dict(keywords), 1)
         except FrobsError:
             raise
         except Exception as error:
             raise EnvironmentBuildError(environment, kwargs, error) from error
+
+
+_OF_GYMNASIUM = ("max_episode_steps", "disable_env_checker")
+"""Keywords of ``gymnasium.make`` that an environment does not receive."""
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:
