@@ -37,7 +37,13 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
         "levels of nested lists": 50,
     },
     "mesh": {
-        "parts": 2_000,
+        "bytes with the files that it names": 256 * 2**20,
+        "triangles": 2_000_000,  # MuJoCo would seem to hang with more
+        "triangles to decompose": 20_000,
+        "vertices": 12_000_000,
+        "parts": 2_000,  # shapes with one material, counted each time the scene uses them
+        "levels of nesting": 100,
+        "materials": 1_000,  # the reading time is proportional to the square of this number
     },
     "YAML file": {
         "bytes": 512 * 2**10,

@@ -6,12 +6,13 @@ import logging
 
 import numpy as np
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import MissingDependencyError, ModelFileError
 from frobs_core.models.mesh_cache import MeshCache
 from frobs_core.models.meshes import MeshPart, joined, read_mesh, scaled
 from frobs_core.models.model import Mesh
 
-MAX_FACES = 20_000
+MAX_FACES = BUDGETS["mesh"]["triangles to decompose"]
 """Maximum number of triangles in a mesh to decompose. The decomposition of a larger mesh would take minutes."""
 
 THICKNESS = 1e-3

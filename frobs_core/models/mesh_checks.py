@@ -12,20 +12,14 @@ from pathlib import Path
 from typing import Any, NoReturn
 from xml.parsers import expat
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_files import PIXEL
 
-MAX_PARTS = 2_000
-"""Maximum number of parts in a mesh. A part is a shape with one material, counted each time the scene uses it."""
-
-MAX_DEPTH = 100
-"""Maximum nesting depth of the elements in a COLLADA file."""
-
-MAX_MATERIALS = 1_000
-"""Maximum number of materials in an OBJ file. The reading time is proportional to the square of this number."""
-
-MAX_VERTICES = 12_000_000
-"""Maximum total number of vertices in the parts of a glTF file."""
+MAX_PARTS = BUDGETS["mesh"]["parts"]
+MAX_DEPTH = BUDGETS["mesh"]["levels of nesting"]
+MAX_MATERIALS = BUDGETS["mesh"]["materials"]
+MAX_VERTICES = BUDGETS["mesh"]["vertices"]
 
 _HOLDERS = ("node", "geometry")
 _INSTANCES = ("instance_node", "instance_geometry", "instance_controller")

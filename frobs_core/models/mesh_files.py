@@ -6,10 +6,11 @@ import base64
 import os
 from pathlib import Path
 
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import ModelFileError
 from frobs_core.files import UnsuitableFileError, check_regular, read_limited
 
-MAX_BYTES = 256 * 2**20
+MAX_BYTES = BUDGETS["mesh"]["bytes with the files that it names"]
 """Maximum size of a mesh file, and maximum total size of the files that it refers to [bytes]."""
 
 PIXEL = base64.b64decode(

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from frobs_core.arrays import Floats
+from frobs_core.budgets import BUDGETS
 from frobs_core.errors import ModelFileError
 from frobs_core.models.mesh_cache import MeshCache
 from frobs_core.models.mesh_checks import check_collada, check_gltf, check_obj
@@ -28,8 +29,7 @@ from frobs_core.models.model import Mesh
 FORMATS = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 """Suffixes of supported mesh files."""
 
-MAX_FACES = 2_000_000
-"""Maximum number of triangles in a mesh. Building a model from a larger mesh would appear to hang."""
+MAX_FACES = BUDGETS["mesh"]["triangles"]
 
 _LOOKS = (
     *("bind_material", "instance_camera", "instance_light"),
