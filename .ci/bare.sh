@@ -3,17 +3,19 @@
 #
 #   .ci/bare.sh                        make demo, then make test; in a fresh clone, because the machine makes .venv itself
 #   .ci/bare.sh make test PYTEST_ARGS=tests/docs        another command
+#   FROBS_BARE_DEBIAN=trixie .ci/bare.sh                the same with Debian 13 and Python 3.13
 #
-# The bare machine is a folder (default: ~/.cache/frobs/bare-root, or $FROBS_BARE_ROOT) that debootstrap fills once. A
+# The bare machine is a folder (default: ~/.cache/frobs/bare-bookworm, or $FROBS_BARE_ROOT) that debootstrap fills once. A
 # command sees that folder as /, this checkout at its own path, the network, and the package index that pip is configured
 # to use; it sees neither the programs nor the display of this machine. Afterwards .venv works on this machine, too, if
-# this machine is a Debian 12. Needs root's rights, debootstrap and debian-archive-keyring; 400 MB and a minute.
+# this machine has the same Debian. Needs root's rights, debootstrap and debian-archive-keyring; 400 MB and a minute.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 repository=$PWD
-root=${FROBS_BARE_ROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/frobs/bare-root}
+debian=${FROBS_BARE_DEBIAN:-bookworm}
+root=${FROBS_BARE_ROOT:-${XDG_CACHE_HOME:-$HOME/.cache}/frobs/bare-$debian}
 packages=ca-certificates,git,make,python3,python3-pip,python3-venv
-recipe="1 bookworm $packages"
+recipe="1 $debian $packages"
 
 fail() {
   echo "bare.sh: $*" >&2
@@ -34,7 +36,7 @@ make_root() {
   rm -rf --one-file-system "$partial" "$root"
   mkdir -p "$(dirname "$root")"
   debootstrap --variant=minbase --include="$packages" --keyring=/usr/share/keyrings/debian-archive-keyring.gpg \
-    bookworm "$partial" "$mirror" >"$root.log" 2>&1 || fail "debootstrap failed: $(tail -n 3 "$root.log")"
+    "$debian" "$partial" "$mirror" >"$root.log" 2>&1 || fail "debootstrap failed: $(tail -n 3 "$root.log")"
   rm -rf "$partial"/var/cache/apt/archives/*.deb "$partial"/var/lib/apt/lists/*
   echo "$recipe" >"$partial/etc/frobs-bare-root"
   mv "$partial" "$root"
@@ -46,9 +48,9 @@ flock 9
 [[ -f $root/etc/frobs-bare-root && $(<"$root/etc/frobs-bare-root") == "$recipe" ]] || make_root
 flock -u 9
 
-if [[ -e .venv/bin/python ]] && ! [[ $(readlink -f .venv/bin/python) == /usr/bin/python3.11 ]]; then
-  fail ".venv was made with $(readlink -f .venv/bin/python), which a bare machine does not have; run this in a fresh clone"
-fi
+python=$(sed -n 's/^executable = //p' .venv/pyvenv.cfg 2>/dev/null || true)
+[[ -z $python || -x $root$python ]] ||
+  fail ".venv was made with $python, which a bare machine does not have; run this in a fresh clone"
 
 # The folders of a package index on this machine, the certificates, and pip's cache of downloads.
 folders=$({
