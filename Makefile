@@ -41,7 +41,7 @@ demo: $(VENV)/.installed-demo ## train an arm to reach, evaluate it on 1,000 new
 test: $(VENV)/.installed-dev ## the tests that a change must pass (≤ 10 minutes)
 	@$(PYTEST) -m "not slow" $(PYTEST_ARGS)
 
-test-all: $(VENV)/.installed-dev ## also run the slow tests (≤ 40 minutes; PYTEST_ARGS=--exhaustive: the full parametrized test matrix)
+test-all: $(VENV)/.installed-dev ## also run a third of the slow tests (≤ 25 minutes; PYTEST_ARGS=--exhaustive: all of them)
 	@$(PYTEST) $(PYTEST_ARGS)
 
 lint: $(VENV)/.installed-dev ## ruff check, ruff format and mypy

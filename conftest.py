@@ -1,4 +1,4 @@
-"""What all tests share: the sample of exhaustive tests, a real Gazebo, and environments that are closed at the end."""
+"""What all tests share: the sample of slow tests, a real Gazebo, and environments that are closed at the end."""
 
 from __future__ import annotations
 
@@ -32,11 +32,14 @@ settings.register_profile("frobs", deadline=None, suppress_health_check=[HealthC
 settings.load_profile("frobs")
 
 SAMPLES = 8
+EVERY = {"exhaustive": SAMPLES, "slow": 3}
+"""How many cases of a test function are one sample's, as one of this number, by the function's first mark."""
+
 _SAMPLE = pytest.StashKey[int]()
 
 
 def choose_sample(environment: Mapping[str, str], commit: str) -> int:
-    """Return which eighth of the exhaustive tests to run, in [0, 8).
+    """Return which eighth of the exhaustive tests to run, and so which third of the other slow ones, in [0, 8).
 
     Args:
         environment: Environment variables; ``FROBS_SAMPLE`` has priority over the commit.
@@ -53,17 +56,17 @@ def choose_sample(environment: Mapping[str, str], commit: str) -> int:
     return int(value)
 
 
-def is_sampled(function: str, index: int, sample: int) -> bool:
-    """Return whether a sample contains the exhaustive case ``index`` (0-based) of a test function.
+def is_sampled(function: str, index: int, sample: int, every: int = SAMPLES) -> bool:
+    """Return whether a sample contains the case ``index`` (0-based) of a test function of which it has one in ``every``.
 
     The first cases of the test functions are distributed over the samples, because many functions have a single case.
     """
-    return (crc32(function.encode()) + index + sample) % SAMPLES == 0
+    return (crc32(function.encode()) + index + sample) % every == 0
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add ``--exhaustive``."""
-    parser.addoption("--exhaustive", action="store_true", help="run all tests marked exhaustive instead of an eighth")
+    parser.addoption("--exhaustive", action="store_true", help="run all slow tests instead of a sample")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -86,21 +89,19 @@ def pytest_report_header(config: pytest.Config) -> str | None:
     if config.getoption("--exhaustive"):
         return None
     sample = config.stash[_SAMPLE]
-    return f"sample {sample + 1} of {SAMPLES} of exhaustive tests; FROBS_SAMPLE={sample} repeats it"
+    return f"sample {sample + 1} of {SAMPLES} of slow tests; FROBS_SAMPLE={sample} repeats it, --exhaustive runs all"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect seven eighths of each test function's cases that are marked exhaustive."""
-    if config.getoption("--exhaustive"):
+    """Deselect the slow cases of each test function that are not in the sample, unless tests are named one by one."""
+    if config.getoption("--exhaustive") or any("::" in arg for arg in config.args):
         return
     seen: Counter[str] = Counter()
     selected, deselected = [], []
     for item in items:
-        if item.get_closest_marker("exhaustive") is None:
-            selected.append(item)
-            continue
+        every = next((every for mark, every in EVERY.items() if item.get_closest_marker(mark)), 1)
         function = item.nodeid.partition("[")[0]
-        (selected if is_sampled(function, seen[function], config.stash[_SAMPLE]) else deselected).append(item)
+        (selected if is_sampled(function, seen[function], config.stash[_SAMPLE], every) else deselected).append(item)
         seen[function] += 1
     if deselected:
         config.hook.pytest_deselected(items=deselected)

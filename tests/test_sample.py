@@ -24,6 +24,11 @@ import pytest
 def test_exhaustive(case):
     pass
 
+@pytest.mark.slow
+@pytest.mark.parametrize("case", range(16, 28))
+def test_slow(case):
+    pass
+
 def test_plain():
     pass
 """
@@ -51,9 +56,10 @@ def test_an_unusable_sample_is_an_error_that_names_the_range(value):
         sampling.choose_sample({"FROBS_SAMPLE": value}, "")
 
 
-def test_the_eighths_contain_each_case_once():
+@pytest.mark.parametrize("every", [3, 8])
+def test_the_samples_contain_each_case_once(every):
     for index in range(17):
-        assert sum(sampling.is_sampled("test_a.py::test_b", index, sample) for sample in range(8)) == 1
+        assert sum(sampling.is_sampled("test_a.py::test_b", index, sample, every) for sample in range(every)) == 1
 
 
 def test_functions_with_one_case_are_distributed_over_the_samples():
@@ -62,10 +68,10 @@ def test_functions_with_one_case_are_distributed_over_the_samples():
 
 
 def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str]:
-    """Run sixteen exhaustive cases in a folder outside any repository; return the cases that ran, and the output."""
+    """Run 16 exhaustive and 12 slow cases in a folder outside any repository; return the cases that ran, and the output."""
     (folder / "conftest.py").write_text(CONFTEST.read_text("utf-8"), encoding="utf-8")
     (folder / "test_cases.py").write_text(CASES, encoding="utf-8")
-    (folder / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n", encoding="utf-8")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n  exhaustive\n  slow\n", encoding="utf-8")
     inherited = {key: value for key, value in os.environ.items() if not key.startswith(("PYTEST", "FROBS_SAMPLE"))}
     inherited["PYTHONPATH"] = str(CONFTEST.parent / "tests")
     command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *options]
@@ -81,12 +87,18 @@ def run(folder: Path, *options: str, **environment: str) -> tuple[list[int], str
 )
 def test_a_run_selects_its_sample_and_shows_how_to_repeat_it(tmp_path, options):
     cases, output = run(tmp_path, *options, FROBS_SAMPLE="1")
-    assert cases == [6, 14]
-    assert "sample 2 of 8 of exhaustive tests; FROBS_SAMPLE=1 repeats it" in output
+    assert cases[:2] == [6, 14]
+    assert cases[2:] == [16 + i for i in range(12) if sampling.is_sampled("test_cases.py::test_slow", i, 1, 3)]
+    assert "sample 2 of 8 of slow tests; FROBS_SAMPLE=1 repeats it, --exhaustive runs all" in output
 
 
 def test_an_exhaustive_run_selects_every_case(tmp_path):
-    assert run(tmp_path, "--exhaustive")[0] == list(range(16))
+    assert run(tmp_path, "--exhaustive")[0] == list(range(28))
+
+
+def test_a_test_that_is_named_runs_in_any_sample(tmp_path):
+    for sample in "01":
+        assert run(tmp_path, "test_cases.py::test_slow", FROBS_SAMPLE=sample)[0] == list(range(16, 28))
 
 
 @pytest.mark.slow
@@ -99,4 +111,4 @@ def test_all_workers_use_the_sample_of_the_controller(tmp_path):
     cases, output = run(tmp_path, "-n", "2")
     assert f"FROBS_SAMPLE={sample} " in output
     function = "test_cases.py::test_exhaustive"
-    assert cases == [index for index in range(16) if sampling.is_sampled(function, index, sample)]
+    assert cases[:2] == [index for index in range(16) if sampling.is_sampled(function, index, sample)]
