@@ -96,6 +96,21 @@ def carried(simulation, frame):
     return np.concatenate([quat_rotate(back, force), quat_rotate(back, torque)], axis=1)
 
 
+@pytest.mark.parametrize("simulator", ["mujoco", "pybullet"])
+def test_a_force_on_a_link_without_mass_acts_at_its_origin(simulator):
+    arm, force = replace(place(ARM_WITH_HAND), command_mode=CommandMode.EFFORT), np.array([[3.0, -2.0, 1.0]])
+    load, scene = plugins.get_record("simulator", simulator).load(), Scene(gravity=(0.0, 0.0, 0.0))
+    with closing(load({"robot": arm}, scene, num_envs=2, physics_timestep=0.002)) as simulation:
+        simulation.reset()
+        handle, pushed = simulation.robots["robot"], np.array([True, False])
+        simulation.apply_wrench("robot/hand_tcp", force, np.zeros((1, 3)), pushed)
+        efforts = (handle.frame_jacobian("hand_tcp")[:, :3] * force[:, :, None]).sum(axis=1)  # Jᵀ F
+        handle.command(np.where(pushed[:, None], 0.0, efforts))
+        simulation.step(1)
+        assert np.abs(handle.joint_velocities[0]).max() > 1e-3
+        assert handle.joint_velocities[0] == pytest.approx(handle.joint_velocities[1], rel=1e-6, abs=1e-9)
+
+
 def test_a_sensor_at_the_base_is_refused():
     robot = replace(ARM_WITH_HAND, sensors={"base": ForceTorque(frame="base")})
     with pytest.raises(UnsuitableRobotError, match="no joint above link 'base'"):

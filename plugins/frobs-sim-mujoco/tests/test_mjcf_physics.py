@@ -133,6 +133,16 @@ def test_robots_of_gymnasium_whose_bodies_have_several_joints_make_an_environmen
     env.close()
 
 
+@pytest.mark.parametrize("shape", ["", '<geom type="box" size=".01 .01 .01" mass="0"/>'], ids=["bare", "shape"])
+def test_a_body_without_mass_has_its_center_of_mass_at_its_origin(tmp_path, shape):
+    path = write(tmp_path)
+    tool = f'<body name="tool" pos="0 0 .2">{shape}</body>'
+    path.write_text(path.read_text().replace("</body></body></body>", f"{tool}</body></body></body>"))
+    simulation = build(path)
+    assert simulation.model.body("robot/tool").ipos == pytest.approx(np.zeros(3), abs=1e-12)
+    simulation.close()
+
+
 def test_an_impossible_file_is_a_model_file_error(tmp_path):
     path = write(tmp_path, 'settotalmass="14" balance=""')
     with pytest.raises(ModelFileError, match="MuJoCo rejects"):

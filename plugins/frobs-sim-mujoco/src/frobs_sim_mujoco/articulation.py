@@ -53,9 +53,11 @@ def add_robot(spec: mujoco.MjSpec, name: str, placement: Placement, group: int, 
     while waiting:
         element, link_name = waiting.pop()
         link = links[link_name]
-        element.explicitinertial = link.inertial is not None
         if link.inertial is not None:
+            element.explicitinertial = True
             set_inertia(element, link.inertial)
+        else:
+            remove_mass(element)
         for collision in link.collisions:
             for geom in add_shape(meshes, element, collision.geometry, collision.origin, group, None, collides=True):
                 geom.mass = 0.0  # only the file's inertial elements contribute mass
@@ -104,6 +106,15 @@ def set_inertia(element: mujoco.MjsBody, inertial: Inertial) -> None:
     element.fullinertia = [inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]]
 
 
+def remove_mass(element: mujoco.MjsBody) -> None:
+    """Set the mass of a body to 0, and its center of mass to its origin.
+
+    MuJoCo places an undefined center of mass as far from the origin as the origin is from the parent body. Wrenches
+    would act there.
+    """
+    element.explicitinertial, element.mass, element.ipos = True, 0.0, (0.0, 0.0, 0.0)
+
+
 def add_drives(spec: mujoco.MjSpec, robot: str, placement: Placement) -> None:
     """Add an actuator that implements the drive law, effort = clip(ctrl + b1·q + b2·q̇), for each actuated joint."""
     stiffness, damping, _ = active_gains(placement.command_modes, *placement.drive_gains)
@@ -147,6 +158,9 @@ def attach_mjcf(spec: mujoco.MjSpec, name: str, placement: Placement, group: int
     for joint in roots[0].joints:
         if joint.type == mujoco.mjtJoint.mjJNT_FREE:
             robot.delete(joint)
+    for body in robot.bodies[1:]:
+        if not body.explicitinertial and all(geom.mass == 0.0 for geom in body.geoms):
+            remove_mass(body)
     for geom in robot.geoms:
         geom.group = group if geom.contype or geom.conaffinity else VISUAL_GROUP
     frame = spec.worldbody.add_frame()
