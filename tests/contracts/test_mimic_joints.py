@@ -52,3 +52,5 @@ def test_a_mimic_joint_follows_its_leader(tmp_path: Path, simulator: str, multip
             assert angle() == pytest.approx(expected(), abs=0.01)
         robot.write_joint_state(np.array([[0.7]]))
         assert angle() == pytest.approx(multiplier * 0.7 + offset, abs=1e-6)
+        # The leader turns the finger, and the finger's own joint turns it by the multiple.
+        assert robot.frame_jacobian("finger")[0, 4] == pytest.approx(1.0 + multiplier, abs=1e-6)

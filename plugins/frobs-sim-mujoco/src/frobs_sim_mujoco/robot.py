@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.arrays import Floats, Mask, read_only
 from frobs_core.errors import SimulationError
 from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.models import Joint, moved
+from frobs_core.models import Joint, joint_path, moved
 from frobs_core.rotations import cross
 from frobs_sim_mujoco.body import put_free_twist
 from frobs_sim_mujoco.columns import columns_of, numbers_of, put
@@ -186,7 +186,9 @@ class MujocoRobot(RobotHandle):
         """Return a link's Jacobian, (num_envs, 6, dof): lin_vel_world in rows 0–2 and ang_vel_world in rows 3–5."""
         found = self._motions.get(frame)
         if found is None:
-            if self.frame_name(frame) in self._between:
+            link = self.frame_name(frame)
+            # In MuJoCo, joints that mimic others have their own degrees of freedom.
+            if link in self._between or any(joint.mimic for joint in joint_path(self.model, link)):
                 return super().frame_jacobian(frame)
             # Views of arrays that the batch updates in place: reference points, and dof motions (num_envs, 6, nv).
             centre = self._simulation.derived("subtree_com")[:, self._tree]
