@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, EndEffector, Robot, RobotHandle
-from frobs_core.models.model import Joint, JointLimits, JointType, Link, Pose, RobotModel
+from frobs_core.models.model import Inertial, Joint, JointLimits, JointType, Link, Pose, RobotModel
 
 # The IRB120: joint offset [m], axis, lower, upper [rad], velocity [rad/s].
 IRB120 = [
@@ -23,7 +23,8 @@ HOME = np.array([0.0, 0.2, 0.1, 0.0, 0.8, 0.0])
 
 
 def arm_model() -> RobotModel:
-    links = tuple(Link(name=f"link_{i}") for i in range(7))
+    inertial = Inertial(1.0, Pose((0.0, 0.0, 0.05)), (0.01, 0.0, 0.0, 0.01, 0.0, 0.01))
+    links = tuple(Link(name=f"link_{i}", inertial=inertial) for i in range(7))
     joints = tuple(
         Joint(
             name=f"joint_{i + 1}",
