@@ -10,8 +10,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from frobs_controllers.joint_effort import JointEffort
+from frobs_controllers.tcp_impedance import TcpImpedance
 from frobs_core.capabilities import Level
 from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.rotations import quat_difference
 from frobs_core.specs import ControllerRecord
 from frobs_devkit.testing import CheckFailure, check_controller, pytest_checks, run_checks
 
@@ -207,6 +210,27 @@ class TellsInTurns(Step):
         return {"left" if self.turn else "right": np.ones(len(self.target))}
 
 
+class Explicit(TcpImpedance):
+    """Computes spring and damper from the current state alone, so that light wrists swing ever faster."""
+
+    def update(self) -> Any:
+        joints = self._joints
+        pos, quat_wxyz = joints.frame_pose("tcp")
+        error = np.concatenate([self._target_pos - pos, quat_difference(self._target_quat, quat_wxyz)], axis=1)
+        velocity = np.concatenate(joints.frame_velocity("tcp"), axis=1)
+        wrench = self._stiffness * error - self._damping * velocity
+        efforts = (joints.frame_jacobian("tcp") * wrench[:, :, None]).sum(axis=1)
+        efforts += self._dynamics(self._gravity)[1] - self.joint_damping * joints.joint_velocities
+        return np.clip(efforts, -joints.effort_limit, joints.effort_limit)
+
+
+class Creeps(JointEffort):
+    """Adds an effort that nobody has commanded."""
+
+    def apply(self, action: Any) -> Any:
+        return super().apply(action) + 0.5
+
+
 def record(cls: type, **fields: Any) -> ControllerRecord:
     return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}", **fields)
 
@@ -241,6 +265,8 @@ test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), a
         (ResetsNothing, "reset_honours_the_mask"),
         (MatrixProduct, "rows_equal_singles"),
         (ForgetsTarget, "snapshots_continue"),
+        (Explicit, "installed_robots_rest"),
+        (Creeps, "installed_robots_rest"),
     ],
 )
 def test_the_kit_catches(faulty: type, check: str) -> None:
@@ -269,6 +295,7 @@ SEPARATE = [
     (record(ChangePerSecond), "action_changes_are_followed"),
     (record(OneStepLate), "actions_act_in_their_step"),
     (record(StepsByColumn), "commands_have_the_order_of_the_group"),
+    (record(Explicit), "installed_robots_rest"),
 ]
 """Faults that one check catches, and no other."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.interfaces import CommandMode
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_close
-from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
@@ -68,7 +68,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
 
     If the zero action holds the current position, it must also hold positions reached with other actions.
     """
-    with subject.bind(gravity=(0.0, 0.0, -9.81)) as bound:
+    with subject.bind(gravity=EARTH) as bound:
         space = bound.controller.action_space
         if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
             raise NotApplicable("the controller does not command positions, or its action space does not contain zero")

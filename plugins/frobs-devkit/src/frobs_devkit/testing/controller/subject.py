@@ -22,9 +22,9 @@ from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 
 NUM_ENVS = 3
 
-_PHYSICS_TIMESTEP = 0.002  # [s]
+PHYSICS_TIMESTEP = 0.002  # [s]
 _CONTROL_TIMESTEP = 0.04  # [s], used if the record does not define a control timestep
-_WEIGHTLESS = (0.0, 0.0, 0.0)
+WEIGHTLESS, EARTH = (0.0, 0.0, 0.0), (0.0, 0.0, -9.81)  # [m/s²]
 
 
 @dataclass
@@ -114,7 +114,7 @@ class ControllerUnderTest:
 
     @contextmanager
     def bind(
-        self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = _WEIGHTLESS, *, reverse: bool = False
+        self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = WEIGHTLESS, *, reverse: bool = False
     ) -> Iterator[Bound]:
         """Bind a new controller to a new simulation, which is closed at the end of the ``with`` block.
 
@@ -141,13 +141,13 @@ class ControllerUnderTest:
             pose=Pose(pos=(0.0, 0.0, 0.05)) if robot is ROVER else Pose(),
             command_mode=controller.command_mode,
         )
-        scene = Scene(gravity=(0.0, 0.0, -9.81) if wheeled else gravity)  # wheels need the floor
+        scene = Scene(gravity=EARTH if wheeled else gravity)  # wheels need the floor
         simulation: Simulation = self.simulator.load()(
-            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=_PHYSICS_TIMESTEP
+            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=PHYSICS_TIMESTEP
         )
         try:
             handle = simulation.robots["robot"]
-            decimation = count_physics_steps(self.control_timestep, _PHYSICS_TIMESTEP)
+            decimation = count_physics_steps(self.control_timestep, PHYSICS_TIMESTEP)
             controller.bind_scene(scene, simulation)
             group = handle.group(handle.joint_names[::-1]) if reverse else handle
             controller.bind(group, self.control_timestep, decimation)

@@ -1,0 +1,151 @@
+"""The check that a controller lets every installed robot rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core import plugins
+from frobs_core.arrays import Floats
+from frobs_core.compose import build, count_physics_steps
+from frobs_core.control import RobotControl, joint_groups
+from frobs_core.errors import ConfigurationError, FrobsError
+from frobs_core.interfaces import CommandMode, Controller, JointGroup, Placement, Robot, Scene, Simulation
+from frobs_core.models import Pose, RobotModel, load_model
+from frobs_core.robot_config import RobotConfig
+from frobs_devkit.testing.checks import NotApplicable, after, expect
+from frobs_devkit.testing.controller.subject import EARTH, PHYSICS_TIMESTEP, WEIGHTLESS, ControllerUnderTest
+
+_SECONDS = 2.0
+_AT_REST = 0.05  # [rad/s or m/s]
+
+
+@after("commands_have_their_shape", "actions_matter", "zero_action_rests", "zero_action_does_not_drift")
+def installed_robots_rest(subject: ControllerUnderTest) -> None:
+    """A robot that is commanded to stay does not exceed its velocity limits, and rests after 2 s, on each installed robot.
+
+    An action of 0 commands a robot to stay. If the actions are joint positions (the controller has a
+    ``max_action_change``), the current positions command it to stay.
+
+    Position controllers, and effort controllers that compensate for gravity, are checked under gravity. Other
+    controllers leave an arm's weight to the learner, so arms are weightless for them.
+    """
+    rested = False
+    for robot, model in _robots(subject):
+        for group in joint_groups(robot, model):
+            try:
+                _expect_rest(subject, robot, model, group)
+                rested = True
+            except (ConfigurationError, NotApplicable):
+                continue  # the controller does not suit this group
+    if not rested:
+        raise NotApplicable("no action commands an installed robot to stay")
+
+
+def _robots(subject: ControllerUnderTest) -> Iterator[tuple[Robot, RobotModel]]:
+    """Yield the robot for the checks, or all installed robots with joints, except robots that must balance."""
+    for robot in [subject.robot] if subject.robot else plugins.records("robot"):
+        try:
+            description = RobotConfig(robot=robot).describe()
+            model = load_model(
+                description.model, xacro_args=description.xacro_args, package_paths=description.package_paths
+            )
+        except FrobsError:
+            continue  # a fault of the robot, which is not under test
+        if description.base != "floating" and model.joint_names:
+            yield description, model
+
+
+def _expect_rest(subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str) -> None:
+    """Command a robot to stay, and raise CheckFailure if it does not rest.
+
+    Raises:
+        ConfigurationError: The controller cannot control this group.
+        NotApplicable: No action commands the robot to stay.
+    """
+    gravity = EARTH
+    if robot.base == "fixed" and not _carries_weight(subject, robot, model, group):
+        gravity = WEIGHTLESS
+    with _placed(subject, robot, model, group, gravity) as (simulation, control, joints):
+        [controller] = control.controllers.values()
+        action, handle = _stay(controller, joints, subject.control_timestep), control.robot
+        where = f"robot '{robot.name}', which is commanded to stay"
+        for _ in range(math.ceil(_SECONDS / subject.control_timestep)):
+            handle.command(control.command([action]))
+            if control.physics_rate:
+                decimation = count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP)
+                simulation.step_with(decimation, lambda: handle.command(control.update()))
+            else:
+                simulation.step(count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP))
+            _expect_slow(handle, handle.velocity_limit[0], f"{where}, exceeds a velocity limit")
+        _expect_slow(handle, np.full(handle.dof, _AT_REST), f"{where}, does not rest after {_SECONDS:g} s")
+
+
+def _expect_slow(joints: JointGroup, limit: Floats, problem: str) -> None:
+    speed = np.abs(joints.joint_velocities[0])
+    for name, value, highest in zip(joints.joint_names, speed.tolist(), limit.tolist(), strict=True):
+        expect(
+            value <= highest, f"{problem}: joint '{name}' moves at {value:.3g}, not at most {highest:.3g} per second."
+        )
+
+
+def _carries_weight(subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str) -> bool:
+    """Return whether a controller at rest holds an arm against gravity."""
+    commands = []
+    for gravity in (EARTH, WEIGHTLESS):
+        with _placed(subject, robot, model, group, gravity) as (_, control, joints):
+            [controller] = control.controllers.values()
+            if controller.command_mode is not CommandMode.EFFORT:
+                return controller.command_mode is CommandMode.POSITION
+            commands.append(controller.apply(_stay(controller, joints, subject.control_timestep)).copy())
+    return not np.allclose(commands[0], commands[1])
+
+
+def _stay(controller: Controller, joints: JointGroup, control_timestep: float) -> Floats:
+    """Return the action that commands the robot to stay, (1, size).
+
+    Raises:
+        NotApplicable: There is no such action.
+    """
+    space, change = controller.action_space, controller.max_action_change
+    if not isinstance(space, gym.spaces.Box) or (space.low > 0).any() or (space.high < 0).any():
+        raise NotApplicable("the action space does not contain zero")
+    action = np.zeros((1, *space.shape))
+    if change is not None:
+        ratio = np.nan_to_num(change / (joints.velocity_limit[0] * control_timestep), posinf=0.0)
+        for _ in range(math.ceil(2.0 / np.min(change, initial=1.0))):
+            command = controller.apply(action).reshape(-1, joints.dof)[-1].copy()
+            controller.reset(None)
+            action = np.clip(action + ratio * (joints.joint_positions - command), space.low, space.high)
+    return action
+
+
+@contextmanager
+def _placed(
+    subject: ControllerUnderTest, robot: Robot, model: RobotModel, group: str, gravity: tuple[float, float, float]
+) -> Iterator[tuple[Simulation, RobotControl, JointGroup]]:
+    """Place a robot whose other joints hold their positions in a simulation, which is closed at the end."""
+    controller: Controller = build(f"controller '{subject.record.name}'", subject.record.load(), subject.kwargs)
+    modes = dict.fromkeys(joint_groups(robot, model)[group], controller.command_mode)
+    robot, pose = RobotConfig().place(robot, model, Pose(), on_floor=True)
+    scene = Scene(gravity=gravity)
+    simulation = subject.simulator.load()(
+        {"robot": Placement(robot=robot, model=model, pose=pose, command_mode=modes)},
+        scene,
+        num_envs=1,
+        physics_timestep=PHYSICS_TIMESTEP,
+    )
+    try:
+        handle = simulation.robots["robot"]
+        controller.bind_scene(scene, simulation)
+        decimation = count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP)
+        control = RobotControl(handle, {group: controller}, subject.control_timestep, decimation)
+        simulation.reset()
+        controller.reset(None)
+        yield simulation, control, handle.group(joint_groups(robot, model)[group], robot.tcp_of(group))
+    finally:
+        simulation.close()
