@@ -102,6 +102,19 @@ def test_an_action_of_zero_holds_the_arm(build, name):
 
 
 @pytest.mark.parametrize("name", ["tcp_delta_position", "tcp_delta_pose"])
+@pytest.mark.parametrize(("steps", "dragged"), [(40, 0.0), (1, 0.15)], ids=["slow", "jump"])
+def test_a_moving_base_leaves_the_tool_in_the_world_or_drags_it_along(build, name, steps, dragged):
+    controller, simulation = build(name, max_delta=0.05)
+    stay, robot = np.zeros(controller.action_space.shape), simulation.robots["robot"]
+    drive(controller, simulation, stay, 20)
+    (pos, _), (base, base_quat) = tool(simulation), (part.copy() for part in robot.base_pose)
+    for number in range(60):
+        robot.write_base_pose(base + 0.2 * min((number + 1) / steps, 1.0) * np.eye(3)[1], base_quat)
+        drive(controller, simulation, stay)
+    assert tool(simulation)[0] - pos == pytest.approx(np.array([[0.0, dragged, 0.0]]), abs=0.006)
+
+
+@pytest.mark.parametrize("name", ["tcp_delta_position", "tcp_delta_pose"])
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0)], ids=str)
 def test_pulled_beyond_its_reach_the_arm_is_still_and_comes_back(build, name, direction):
     controller, simulation = build(name)

@@ -21,6 +21,9 @@ class TcpDeltaPosition(Controller):
     arm's curved path), the following steps make up for the difference, so that the tool does not drift. At most
     ``max_delta`` per axis is carried over from earlier steps, so that the target point stays close to the tool.
 
+    The target point is fixed in the world. If the robot's base moves, the arm keeps the tool in its place until the
+    distance per axis reaches ``max_delta``; then the base drags the tool along.
+
     Args:
         max_delta: Step per axis [m] for an action of 1.
         damping: Damping of the least-squares problem [m/rad]. Higher values make motion smoother but slower near
