@@ -32,7 +32,7 @@ class Springs:
         scene = Scene()
         self.num_envs = num_envs
         self.simulation = plugins.get_record("simulator", simulator).load()(
-            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=PHYSICS_TIMESTEP
+            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=PHYSICS_TIMESTEP, num_threads=1
         )
         controller.bind_scene(scene, self.simulation)
         self.robot = self.simulation.robots["robot"]
@@ -72,10 +72,9 @@ def test_an_arm_on_springs_rests_follows_and_yields(arm, simulator):
     forces[2:] = 10.0 * np.eye(3)
     with closing(Springs(arm, simulator, 5)) as springs:
         start = springs.tool_position()
-        for number in range(2 * TWO_SECONDS):
+        for number in range(TWO_SECONDS):
             springs.step(actions if number == 0 else np.zeros((5, 3)), forces)
-            if number == TWO_SECONDS - 1:
-                assert np.abs(springs.robot.joint_velocities[0]).max() < 0.05
+        assert np.abs(springs.robot.joint_velocities).max() < 0.05
         moved = springs.tool_position() - start
         assert (springs.fastest <= springs.robot.velocity_limit).all()
         assert np.abs(moved[0]).max() < 0.005

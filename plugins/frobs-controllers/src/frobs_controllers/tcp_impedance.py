@@ -57,7 +57,7 @@ class TcpImpedance(Controller):
         stiffness: float = 800.0,
         rotational_stiffness: float = 40.0,
         damping: float = 80.0,
-        rotational_damping: float = 2.0,
+        rotational_damping: float = 4.0,
         joint_damping: float = 0.2,
         leash: float = 0.1,
     ) -> None:
