@@ -277,8 +277,8 @@ class Simulation(ABC):
     def apply_wrench(self, body: str, force_world: Floats, torque_world: Floats, mask: Mask | None = None) -> None:
         """Apply a force and a torque at a body's center of mass during the next ``step``.
 
-        On a link without mass, they act at the link's origin. If the method is called several times before a step, the wrenches add up. A snapshot includes the wrenches of
-        the next step, and a reset removes them.
+        On a link without mass, they act at the link's origin. If the method is called several times before a step, the
+        wrenches add up. A snapshot includes the wrenches of the next step, and a reset removes them.
 
         Args:
             body: A scene body, or ``"robot/link"``.
