@@ -157,7 +157,9 @@ def check_gltf(path: Path, data: bytes) -> bytes:
         )
     except ModelFileError:
         raise
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError, struct.error) as error:
+    except RecursionError as error:
+        raise ModelFileError(path, "the mesh is broken: its values are nested too deeply.") from error
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, struct.error) as error:
         raise ModelFileError(path, f"the mesh is broken: {type(error).__name__}: {error}.") from error
 
 

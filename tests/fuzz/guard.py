@@ -82,7 +82,9 @@ def install(folder: Path, writable: Sequence[Path], report: int) -> None:
             if not file.startswith("<") and os.path.realpath(file).startswith(f"{inputs}/"):
                 tell("code", file)
         elif event in NETWORK or (event == "socket.connect" and isinstance(arguments[1], tuple)):
-            host = arguments[1][0] if event == "socket.connect" else arguments[0]
+            host = {"socket.connect": lambda: arguments[1][0], "http.client.connect": lambda: arguments[1]}.get(
+                event, lambda: arguments[0]
+            )()
             if host not in ("127.0.0.1", "localhost", "::1", None):
                 tell("network", host)
 

@@ -105,7 +105,10 @@ def test_an_existing_folder_is_refused_before_anything_is_written(tmp_path: Path
             {"environment": "nowhere:X-v0"}, ConfigurationError, "module 'nowhere' cannot be imported", id="module"
         ),
         pytest.param(
-            {"environment_kwargs": {"wdth": 2}}, ConfigurationError, "cannot be built with wdth=2", id="keyword"
+            {"environment_kwargs": {"wdth": 2}},
+            ConfigurationError,
+            "wdth=2: it does not accept the keyword 'wdth'; remove it",
+            id="keyword",
         ),
         pytest.param({"algorithm": "pppo"}, UnknownNameError, "Did you mean 'ppo'", id="algorithm"),
         pytest.param(

@@ -17,6 +17,7 @@ ConfigurationError          defined in :mod:`frobs_core.errors`
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -130,6 +131,9 @@ class JobsError(RunError):
         super().__init__(f"{len(failed)} of {total} jobs failed. " + "\n  ".join(lines))
 
 
+_UNEXPECTED = re.compile(r"unexpected keyword argument '(\w+)'")
+
+
 class EnvironmentBuildError(ConfigurationError):
     """An environment cannot be built with the given keyword arguments.
 
@@ -143,9 +147,13 @@ class EnvironmentBuildError(ConfigurationError):
         self.environment = environment
         self.keywords = dict(keywords)
         self.cause = cause
-        super().__init__(
-            f"environment '{environment}' cannot be built{_with(keywords)}: {type(cause).__name__}: {cause}"
+        unknown = _UNEXPECTED.search(str(cause)) if isinstance(cause, TypeError) else None
+        reason = (
+            f"it does not accept the keyword '{unknown[1]}'; remove it from the environment's keywords"
+            if unknown is not None and unknown[1] in keywords
+            else f"{type(cause).__name__}: {cause}"
         )
+        super().__init__(f"environment '{environment}' cannot be built{_with(keywords)}: {reason}")
 
 
 class ComponentError(ConfigurationError):
