@@ -26,6 +26,7 @@ class Drift(Algorithm):
     def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
         self.env, self.config = env, dict(config)
         self.observation_space, self.action_space = env.single_observation_space, env.single_action_space
+        self.low, self.high = self.action_space.low, self.action_space.high
         self.rng = np.random.default_rng(seed)
         self.matrix = self.rng.normal(size=(*self.observation_space.shape, 1))
         self.velocity = np.zeros_like(self.matrix)
@@ -43,7 +44,8 @@ class Drift(Algorithm):
             self.env.reset()
         while self.steps < steps:
             for _ in range(self.iteration // self.env.num_envs):
-                self.see(*self.env.step(np.full(self.env.action_space.shape, self.action, np.float32)))
+                noise = 0.01 * self.rng.normal(size=self.env.action_space.shape)
+                self.see(*self.env.step(self.scale(self.action + noise)))
             self.velocity = 0.5 * self.velocity + self.config["rate"] * self.rng.normal(size=self.matrix.shape)
             self.matrix += self.velocity
             self.steps += self.iteration
@@ -59,7 +61,10 @@ class Drift(Algorithm):
         self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = True
     ) -> Any:
         noise = 0.0 if deterministic else np.random.default_rng().normal(size=1)
-        return np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise).astype(np.float32), None
+        return self.scale(np.tanh((observation[:, :, None] * self.matrix).sum(1) + noise)), None
+
+    def scale(self, raw: Any) -> Any:
+        return (0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * raw).astype(np.float32)
 
     def save(self, folder: Path, previous: Path | None = None) -> None:
         told = {
@@ -67,6 +72,7 @@ class Drift(Algorithm):
             "velocity": self.velocity.tolist(),
             "steps": self.steps,
             "config": self.config,
+            "bounds": [self.low.tolist(), self.high.tolist()],
         }
         (folder / "drift.json").write_text(json.dumps({**told, "random": self.rng.bit_generator.state}))
 
@@ -82,6 +88,7 @@ class Drift(Algorithm):
         if "random" in told:
             self.rng.bit_generator.state = told["random"]
         self.matrix = np.array(told["matrix"])
+        self.low, self.high = np.array(told.get("bounds", [[-2.0], [2.0]]))
         self.velocity = np.array(told.get("velocity", 0.0 * self.matrix))
         return self
 
@@ -121,7 +128,7 @@ class SeedIgnored(Drift):
 
 class OneSeed(Drift):
     def __init__(self, env: Any, config: Mapping[str, Any], seed: int) -> None:
-        super().__init__(env, config, 0)
+        super().__init__(env, config, 5)
 
 
 class SavesInFloat16(Drift):
@@ -169,7 +176,9 @@ class CountsOneEnvironment(Drift):
 
 
 class ActsOutside(Drift):
-    action = 3.0
+    @property
+    def action(self) -> float:  # type: ignore[override]
+        return 3.0 if self.low[0] < 0.0 else 0.0
 
 
 class GoesOnSilently(Drift):
@@ -253,23 +262,54 @@ class Discounts(Drift):
         return {"gamma": given.pop("gamma", 0.9), **super().resolve_config(given)}
 
     def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
-        self.velocity += 1e-3 * self.config["gamma"] * reward.sum()
-        self.see_ends(info)
+        after = np.where(terminated[:, None], 0.0, observation)
+        self.bootstrap(np.where(truncated[:, None], 0.0, after))
+        for i in np.flatnonzero(truncated):
+            self.bootstrap(np.asarray(info["final_obs"][i])[None])
 
-    def see_ends(self, info: Any) -> None:
-        for final in info.get("final_obs", ()):
-            if final is not None:
-                self.velocity += 1e-3 * np.asarray(final)[:, None]
+    def bootstrap(self, values: Any) -> None:
+        self.velocity += 1e-3 * self.config["gamma"] * values.sum(0)[:, None]
 
 
 class DiscountsNothing(Discounts):
-    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
-        self.see_ends(info)
+    def bootstrap(self, values: Any) -> None:
+        self.velocity += 1e-3 * values.sum(0)[:, None]
 
 
 class ForgetsTheFinalObservation(Discounts):
-    def see_ends(self, info: Any) -> None:
-        pass
+    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
+        self.bootstrap(np.where(terminated[:, None], 0.0, observation))
+
+
+class BootstrapsThroughTermination(Discounts):
+    def see(self, observation: Any, reward: Any, terminated: Any, truncated: Any, info: Any) -> None:
+        super().see(observation, reward, np.zeros_like(terminated), truncated, info)
+
+
+class IgnoresItsRate(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        self.config["rate"] = 0.1
+        super().train(steps, monitor)
+
+
+class TrainsOnceMore(Drift):
+    def train(self, steps: int, monitor: Any) -> None:
+        super().train(steps if self.steps < steps else self.steps + 1, monitor)
+
+
+class ScalesWithoutTheCenter(Drift):
+    """Right wherever the space is symmetric."""
+
+    def scale(self, raw: Any) -> Any:
+        return (self.high * raw).astype(np.float32)
+
+
+class KeepsTheState(Drift):
+    """Remembers the last observations, and does not forget them where an episode starts."""
+
+    def predict(self, observation: Any, state: Any = None, *arguments: Any, **keywords: Any) -> Any:
+        seen = observation if state is None else 0.5 * (observation + state[0])
+        return super().predict(seen, *arguments, **keywords)[0], (observation,)
 
 
 class DrawsFromItsGenerator(Drift):
@@ -396,6 +436,11 @@ test_a_sound_algorithm_passes = pytest_checks(check_algorithm(record(Drift)), al
         (DrawsFromItsGenerator, "predicting_changes_nothing", "after a training run with"),
         (LearnsFromPredictions, "predicting_changes_nothing", "after a training run with"),
         (SavesObjects, "files_execute_nothing", "an array of Python objects"),
+        (KeepsTheState, "predicts_in_the_space", "with the state of other episodes"),
+        (IgnoresItsRate, "settings_count", "other values of rate"),
+        (TrainsOnceMore, "training_ends_at_its_steps", "takes 100 more steps"),
+        (BootstrapsThroughTermination, "discount_ends_with_an_episode", "every step terminates"),
+        (ScalesWithoutTheCenter, "training_does_not_harm", "scale actions with low and high"),
         (Climbs, "training_does_not_harm", "changes the mean reward"),
         (KeepsHalfOfThePolicy, "policy_alone_predicts", "separately saved"),
         (AnythingGoes, "unknown_settings_refused", "must raise UnknownParameterError"),
@@ -428,6 +473,9 @@ SEPARATE = [
     (PredictsFromItsGenerator, "predicting_changes_nothing"),
     (DiscountsNothing, "discount_counts"),
     (ForgetsTheFinalObservation, "final_observations_count"),
+    (BootstrapsThroughTermination, "discount_ends_with_an_episode"),
+    (IgnoresItsRate, "settings_count"),
+    (TrainsOnceMore, "training_ends_at_its_steps"),
     (Climbs, "training_does_not_harm"),
     (OneSeed, "same_seed_repeats"),
     (ForgetsWithAnEnvironment, "load_equals_save"),

@@ -71,6 +71,10 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
             again = Monitor(copied)
             resumed.train(total, again)
     expect(again.steps == after, f"the resumed algorithm reports the step counts {again.steps} instead of {after}.")
+    expect(
+        told.env.actions == told.copied.actions,
+        "the actions of a resumed training run differ from those of a whole one.",
+    )
     expect_same(whole.predict(seen)[0], resumed.predict(seen)[0], "predictions of a resumed training run")
     for steps, row, found in zip(after, told.rows[len(before) :], again.rows, strict=True):
         expect_same(row, found, f"the metrics at step {steps} of a resumed training run")
