@@ -255,7 +255,7 @@ def gains_suit_the_masses(subject: RobotUnderTest) -> None:
                 "joint moves.",
             )
             continue
-        inertia = moved[name] + joint.armature + subject.robot.armature.get(name, 0.0)
+        inertia = moved[name] + subject.robot.armature.get(name, joint.armature)
         expect(
             kp >= max(_SOFTEST * default_kp, _SLOWEST_OMEGA**2 * inertia),
             f"the stiffness of joint '{name}' is {kp:.3g}, which is too soft for the mass that the joint moves; "

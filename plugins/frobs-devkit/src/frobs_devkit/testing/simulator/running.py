@@ -11,7 +11,6 @@ from frobs_core.interfaces import CommandMode
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.subject import (
-    BALL,
     TIMESTEP,
     SimulatorUnderTest,
     expect_state,
@@ -37,7 +36,7 @@ def motion_repeats(subject: SimulatorUnderTest) -> None:
     """The same commands produce the same motion in a new simulation, after a reset, and with one or two threads."""
     traces = []
     for threads in (1, 2):
-        with subject.build(bodies={"ball": BALL}, num_threads=threads) as (sim, robot):
+        with subject.build(bodies=subject.free_bodies, num_threads=threads) as (sim, robot):
             for _ in range(2):
                 sim.reset()
                 robot.command(robot.home)
@@ -49,11 +48,11 @@ def motion_repeats(subject: SimulatorUnderTest) -> None:
 @verifies("batched")
 def rows_equal_singles(subject: SimulatorUnderTest) -> None:
     """With the same commands, environment i of a batch moves like a simulation with a single environment."""
-    with subject.build(bodies={"ball": BALL}) as (sim, robot):
+    with subject.build(bodies=subject.free_bodies) as (sim, robot):
         n = sim.num_envs
         expected = move(sim, robot, 8)
     for i in range(n):
-        with subject.build(bodies={"ball": BALL}, num_envs=1) as (sim, robot):
+        with subject.build(bodies=subject.free_bodies, num_envs=1) as (sim, robot):
             found = move(sim, robot, 8, rows=n, row=i)
         row = {name: array[[i]] for name, array in expected.items()}
         expect_state(subject, row, found, f"a single simulation compared with environment {i} of {n}")
