@@ -55,14 +55,53 @@ class Aim(gym.Env[Any, Any]):
         return self._shown.copy()
 
 
+class Choice(gym.Env[Any, Any]):
+    """An environment with one choice: a reward of 2.6 at once, or a reward of 1 in each step until the time limit.
+
+    In the first step, the observation is 1, action 0 earns 2.6 and terminates the episode, and action 1 earns 1. In all
+    other steps, the observation is −1, and every action earns 1.
+    """
+
+    observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
+    action_space = gym.spaces.Discrete(2)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Return the observation before the choice."""
+        super().reset(seed=seed)
+        self._is_first = True
+        return np.ones(1, np.float32), {}
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Return the observation after the choice, and the reward."""
+        at_once = self._is_first and int(action) == 0
+        self._is_first = False
+        return -np.ones(1, np.float32), 2.6 if at_once else 1.0, at_once, False, {}
+
+
+def choosing(subject: AlgorithmUnderTest, *, time_limit: int) -> AlgorithmUnderTest:
+    """Return the algorithm to be trained in :class:`Choice` with a time limit [steps].
+
+    Raises:
+        NotApplicable: The user chose the environment, or the algorithm does not support discrete actions.
+    """
+    _require_kit(subject)
+    if "Discrete" not in subject.record.action_spaces:
+        raise NotApplicable("the algorithm does not support discrete actions")
+    return replace(subject, id=EnvSpec("frobs_kit/Choice-v0", f"{__name__}:Choice", max_episode_steps=time_limit))
+
+
+def _require_kit(subject: AlgorithmUnderTest) -> None:
+    if not subject.has_kit_environment:
+        raise NotApplicable("this check requires one of the kit's own environments, whose difficulty is known")
+
+
 def aiming(subject: AlgorithmUnderTest, *, terminates: bool = False) -> AlgorithmUnderTest:
     """Return the algorithm to be trained in :class:`Aim`.
 
     Raises:
         NotApplicable: The user chose the environment, so the algorithm may not support these spaces.
     """
-    if not subject.has_kit_environment:
-        raise NotApplicable("this check requires one of the kit's own environments, whose difficulty is known")
+    _require_kit(subject)
     discrete = not isinstance(subject.untrained.action_space, gym.spaces.Box)
     spec = EnvSpec(
         "frobs_kit/Aim-v0",

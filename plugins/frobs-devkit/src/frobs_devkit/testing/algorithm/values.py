@@ -10,12 +10,14 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_devkit.testing.algorithm.aiming import aiming
+from frobs_devkit.testing.algorithm.aiming import aiming, choosing
 from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 
 _OTHER = 0.5  # a discount that no algorithm uses by default
+_NONE = 0.01  # a discount with which the future does not count
 _EPISODE = 10  # [steps]
+_CHOICE = 5  # training steps for a simple choice, as a multiple of those of other checks
 
 
 class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
@@ -88,6 +90,28 @@ def discount_ends_with_an_episode(subject: AlgorithmUnderTest) -> None:
         text is None,
         f"every step terminates its episode, but another {DISCOUNT} changes the training run: {text}. Neither "
         "bootstrap after a terminated step, nor continue returns or advantages across the end of an episode.",
+    )
+
+
+@after("discount_counts")
+def rewards_are_discounted_per_step(subject: AlgorithmUnderTest) -> None:
+    """A reward that is n steps away counts gamma to the power of n, also if a value is bootstrapped after n steps.
+
+    With a discount of 0.5, a reward of 1 in each step is worth 2, less than a reward of 2.6 at once. A value after n
+    steps that counts gamma instead is worth at least 3.
+    """
+    _require_discount(subject)
+    choice = choosing(subject, time_limit=_EPISODE)
+    impatient = _with_discount(choice, _NONE)
+    first, steps = np.ones((1, 1), np.float32), _CHOICE * subject.steps
+    if _with_discount(choice, _OTHER).train(steps)[0].predict(first)[0][0] == 0:
+        return
+    if impatient.train(steps)[0].predict(first)[0][0] != 0:
+        raise Inconclusive(f"training for {steps} steps does not teach the algorithm to choose the larger reward")
+    expect(
+        False,
+        f"with {DISCOUNT}={_OTHER}, the algorithm prefers a reward of 1 in each step, which is worth 2, to a reward of 2.6 "
+        f"at once; discount a value that is bootstrapped after n steps with {DISCOUNT} to the power of n.",
     )
 
 
