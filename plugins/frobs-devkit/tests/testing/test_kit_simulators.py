@@ -572,7 +572,7 @@ def small_commands_are_off(original: Any, self: Any, values: Any) -> None:
 
 @wrong(MujocoRobot, "command", "drives_saturate")
 def large_commands_are_clipped(original: Any, self: Any, values: Any) -> None:
-    far = self.command_mode == "position" and self.joint_names == ("lift", "turn")
+    far = set(self.command_modes) == {"position"} and self.joint_names == ("lift", "turn")
     original(self, np.minimum(values, [0.35, 2.5]) if far else values)
 
 
@@ -771,6 +771,61 @@ def joint_damping_twice(original: Any, self: Any, robots: Any, scene: Any, **key
 @wrong(MujocoSimulation, "__init__", "joints_coast")
 def joint_friction_ignored(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
     change_joints(original, self, robots, scene, keywords, friction=0.0)
+
+
+def change_robots(original: Any, self: Any, robots: Any, scene: Any, keywords: Any, **fields: Any) -> None:
+    changed = {name: replace(placed, robot=replace(placed.robot, **fields)) for name, placed in robots.items()}
+    original(self, changed, scene, **keywords)
+
+
+@wrong(MujocoSimulation, "__init__", "armatures_resist")
+def motors_without_inertia(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    change_robots(original, self, robots, scene, keywords, armature={})
+
+
+@wrong(MujocoSimulation, "__init__", "links_collide")
+def links_always_collide(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    change_robots(original, self, robots, scene, keywords, self_collision=True)
+
+
+@wrong(MujocoSimulation, "__init__", "links_collide", others=True)
+def links_never_collide(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    change_robots(original, self, robots, scene, keywords, self_collision=False)
+
+
+@wrong(MujocoSimulation, "__init__", "boxes_slide")
+def friction_of_the_scene_ignored(original: Any, self: Any, robots: Any, scene: Any, **keywords: Any) -> None:
+    def rough(name: str, body: Any) -> Any:
+        return replace(body, friction=1.0) if body.twist[0] == (1.0, 0.0, 0.0) else body
+
+    change_bodies(original, self, robots, scene, keywords, rough)
+
+
+@wrong(MujocoSimulation, "step_with", "updates_come_between_steps")
+def updates_after_the_last_step(original: Any, self: Any, decimation: int, update: Any) -> None:
+    original(self, decimation, update)
+    update()
+
+
+@wrong(MujocoSimulation, "write_body_poses", "bodies_are_placed")
+def mask_of_several_bodies_ignored(
+    original: Any, self: Any, names: Any, pos: Any, quat_wxyz: Any = None, mask: Any = None
+) -> None:
+    original(self, names, pos, quat_wxyz)
+
+
+@wrong(MujocoRobot, "joint_efforts", "drives_saturate", others=True)
+def efforts_are_read_before_they_saturate(original: Any, self: Any) -> Any:
+    efforts = original.fget(self)
+    return np.where(np.isclose(np.abs(efforts), self.effort_limit), 1.1 * efforts, efforts)
+
+
+@wrong(MujocoRobot, "frame_pose", "given_joints_leave_the_state")
+def given_joints_are_seen_from_the_moved_base(original: Any, self: Any, frame: str, joint_positions: Any = None) -> Any:
+    pos, quat = original(self, frame, joint_positions)
+    if joint_positions is None:
+        return pos, quat
+    return pos + self.base_pose[0][0] - np.array(self._start.pos), quat
 
 
 @wrong(MujocoRobot, "joint_efforts", "joints_carry_their_weight")

@@ -97,6 +97,20 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("drive")
+@after("drives_apply_efforts")
+def armatures_resist(subject: SimulatorUnderTest) -> None:
+    """The inertia of a rotating motor, from the robot's description, adds to the inertia of its joint."""
+    steps, effort, inertia = 50, 0.2, LIFT_INERTIA[1]
+    motor = replace(LIFT, armature={"turn": inertia})
+    with subject.build(motor, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
+        robot.command(np.tile([0.0, effort], (sim.num_envs, 1)))
+        sim.step(steps)
+        wanted = np.full(sim.num_envs, effort * steps * TIMESTEP / (2.0 * inertia))
+        what = f"velocity of a joint whose motor doubles its inertia, after an effort of {effort} N·m [rad/s]"
+        expect_close(wanted, robot.joint_velocities[:, 1], subject.tolerance("drive", exact=1e-6), what)
+
+
+@verifies("drive")
 @after("frames_are_current")
 def joints_carry_their_weight(subject: SimulatorUnderTest) -> None:
     """In any gravity and any pose of the base, the drives' efforts at rest support the weight of the links."""

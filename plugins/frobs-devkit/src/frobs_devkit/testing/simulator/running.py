@@ -7,9 +7,10 @@ import time
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
+from frobs_core.interfaces import CommandMode, RobotHandle, Simulation
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import (
     TIMESTEP,
     SimulatorUnderTest,
@@ -29,6 +30,33 @@ def time_counts_steps(subject: SimulatorUnderTest) -> None:
         sim.step(3)
         sim.step(7)
         expect_close(np.full(sim.num_envs, 10 * TIMESTEP), sim.time, 1e-9, "time after 10 steps [s]")
+
+
+@after("command_rows_are_steps")
+def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
+    """``step_with`` calls its function before each physics step except the first, and new commands act at once."""
+    if subject.record.is_paced:
+        raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
+    efforts = np.array([[5.0, 0.1], [-9.0, 0.3], [20.0, -0.2], [1.0, 0.4]])  # (decimation, dof)
+    found, times = [], []
+    for rows in (True, False):
+        with subject.build(LIFT, mode=CommandMode.EFFORT, num_threads=1) as (sim, robot):
+            n = sim.num_envs
+            if rows:
+                robot.command(np.tile(efforts, (n, 1, 1)))
+                sim.step(4)
+            else:
+
+                def update(sim: Simulation = sim, robot: RobotHandle = robot) -> None:
+                    times.append(sim.time.copy())
+                    robot.command(np.tile(efforts[min(len(times), 3)], (sim.num_envs, 1)))
+
+                robot.command(np.tile(efforts[0], (n, 1)))
+                sim.step_with(4, update)
+            found.append(robot.joint_velocities.copy())
+    wanted = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
+    expect_close(wanted, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
+    expect_close(*found, 1e-9, "velocities after commands in step_with, compared with one command with a row per step")
 
 
 @verifies("determinism")

@@ -46,6 +46,14 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
         bar.write_pose(np.array([[0.0, -2.0, 1.0]]))
         sim.step(10)
         expect_close(np.tile([0.0, -2.0, 1.0], (n, 1)), bar.pose[0], 1e-9, "written position of a kinematic body [m]")
+        places = np.array([[[0.1, -2.5, 1.5], [0.4, 0.5, 1.2]]])
+        before = {name: body.pose[0].copy() for name, body in sim.bodies.items()}
+        sim.write_body_poses(("bar", "ball"), places, np.tile(_QUARTER_TURN, (1, 2, 1)), mask)
+        for number, name in enumerate(("bar", "ball")):
+            what = f"position of body '{name}', after write_body_poses in environment 0 [m]"
+            expect_close(np.where(mask[:, None], places[:, number], before[name]), sim.bodies[name].pose[0], 1e-9, what)
+            what = f"quat_wxyz of body '{name}' in environment 0, after write_body_poses"
+            expect_close(_QUARTER_TURN[0], sim.bodies[name].pose[1][0], 1e-9, what)
 
 
 @verifies("rays")
