@@ -347,6 +347,24 @@ class ExportsUnscaled(Drift):
         return linear(self.matrix)
 
 
+class Adapts(Drift):
+    """Continues with other settings."""
+
+    @classmethod
+    def load_with(cls, folder: Path, env: Any, config: Mapping[str, Any]) -> Any:
+        self = cls.load(folder, env)
+        self.config = dict(config)
+        return self
+
+
+class KeepsItsSettings(Drift):
+    """Continues with the settings of the checkpoint."""
+
+    @classmethod
+    def load_with(cls, folder: Path, env: Any, config: Mapping[str, Any]) -> Any:
+        return cls.load(folder, env)
+
+
 class SharesAnOldFile(Drift):
     """Believes that a file of the previous checkpoint has not changed."""
 
@@ -505,6 +523,10 @@ def test_several_steps_may_be_summed() -> None:
     find(ManySteps, "rewards_are_discounted_per_step").run()
 
 
+def test_settings_may_change_during_training() -> None:
+    find(Adapts, "settings_can_change").run()
+
+
 @pytest.mark.parametrize(
     ("faulty", "check", "told"),
     [
@@ -538,6 +560,7 @@ def test_several_steps_may_be_summed() -> None:
         (DiscountsOnce, "rewards_are_discounted_per_step", "gamma to the power of n"),
         (SharesAnOldFile, "continues_exactly", "report"),
         (ExportsUnscaled, "exported_policy_predicts", "actions of the exported policy"),
+        (KeepsItsSettings, "settings_can_change", "other values of rate"),
         (ScalesWithoutTheCenter, "training_does_not_harm", "scale actions with low and high"),
         (Climbs, "training_does_not_harm", "changes the mean reward"),
         (KeepsHalfOfThePolicy, "policy_alone_predicts", "separately saved"),
@@ -575,6 +598,7 @@ SEPARATE = [
     (TrainsOnceMore, "training_ends_at_its_steps"),
     (Climbs, "training_does_not_harm"),
     (ExportsUnscaled, "exported_policy_predicts"),
+    (KeepsItsSettings, "settings_can_change"),
     (OneSeed, "same_seed_repeats"),
     (ForgetsWithAnEnvironment, "load_equals_save"),
     (ForgetsItsGenerator, "continues_exactly"),

@@ -84,6 +84,20 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "soft": ("gains_suit_the_masses", {"gains": DriveGains(stiffness=40.0, damping=2.0)}),
     "creeping": ("gains_suit_the_masses", {"gains": DriveGains(stiffness=2000.0, damping=2000.0)}),
     "unknown_base": ("parts_exist", {"base": "flying"}),
+    "a_joint_in_two_groups": (
+        "groups_and_tools_are_valid",
+        {"groups": {"arm": ("joint_0", "joint_1"), "wrist": ("joint_1", "joint_2")}},
+    ),
+    "controller_of_no_group": ("groups_and_tools_are_valid", {"default_controllers": {"arm": "joint_position"}}),
+    "unknown_controller": ("groups_and_tools_are_valid", {"default_controllers": {"all": "joint_postion"}}),
+    "tool_of_no_group": (
+        "groups_and_tools_are_valid",
+        {"end_effectors": {"hand": EndEffector(tcp="link_3", group="fingers")}},
+    ),
+    "tool_opens_in_degrees": (
+        "groups_and_tools_are_valid",
+        {"end_effectors": {"hand": EndEffector(tcp="link_3", open={"joint_2": 60.0}, closed={"joint_2": 0.0})}},
+    ),
     "lidar_on_no_link": (
         "sensors_are_fixed",
         {"sensors": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
@@ -204,6 +218,7 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
         "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
         "gains_suit_the_masses": {"gains": DriveGains(stiffness=2000.0, damping={**KD, "joint_2": 1.0})},
         "parts_exist": {"base": "flying"},
+        "groups_and_tools_are_valid": {"default_controllers": {"arm": "joint_position"}},
         "sensors_are_fixed": {"sensors": {"imu": Imu(frame="mast")}},
         "mujoco.sensors_read": {"sensors": {"scan": BLIND}},
         "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},

@@ -95,6 +95,34 @@ def continues_exactly(subject: AlgorithmUnderTest) -> None:
         expect_same(row, found, f"the metrics at step {steps} of a resumed training run")
 
 
+@after("same_seed_repeats", "load_equals_save")
+def settings_can_change(subject: AlgorithmUnderTest) -> None:
+    """If the algorithm implements ``load_with``, training continues from a checkpoint with the new settings."""
+    trained, cls, seen = subject.trained[0], subject.record.load(), subject.observations(8)
+    if cls.load_with.__func__ is Algorithm.load_with.__func__:  # type: ignore[attr-defined]
+        raise NotApplicable("the algorithm does not implement load_with")
+    if not subject.record.reproducible:
+        raise NotApplicable("the algorithm's record declares reproducible=False")
+    config = cls.resolve_config(subject.config)
+    rates = [name for name, value in config.items() if isinstance(value, float) and 0.0 < value < 1.0]
+    if not rates:
+        raise Inconclusive("no setting is a number between 0 and 1, so the check does not know a setting to change")
+    runs = []
+    with tempfile.TemporaryDirectory() as folder:
+        trained.save(Path(folder))
+        for factor in (1.0, 0.5):
+            with closing(subject.make_env()) as env:
+                changed = {**config, **{name: factor * config[name] for name in rates}}
+                algorithm, monitor = cls.load_with(Path(folder), env, changed), Monitor(env)
+                expect_same(trained.predict(seen)[0], algorithm.predict(seen)[0], "predictions after load_with")
+                algorithm.train(2 * subject.enough, monitor)
+                runs.append((algorithm, monitor))
+    expect(
+        subject.different(*runs),
+        f"training that continues after load_with gives the same result with other values of {', '.join(rates)}.",
+    )
+
+
 def exported_policy_predicts(subject: AlgorithmUnderTest) -> None:
     """The graph that ``export_onnx`` returns predicts the same actions, if the algorithm can be exported."""
     algorithm, seen = subject.trained[0], subject.observations(8)

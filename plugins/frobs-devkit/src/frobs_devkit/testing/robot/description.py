@@ -8,7 +8,9 @@ from itertools import combinations
 
 import numpy as np
 
+from frobs_core import plugins
 from frobs_core.arrays import Floats
+from frobs_core.control import joint_groups
 from frobs_core.interfaces import Robot
 from frobs_core.models import (
     JointType,
@@ -318,6 +320,28 @@ def parts_exist(subject: RobotUnderTest) -> None:
                 needed <= 1.05 * fastest,
                 f"{what} needs wheels that roll at {needed:.3g} m/s, but their velocity limit allows {fastest:.3g} m/s.",
             )
+
+
+def groups_and_tools_are_valid(subject: RobotUnderTest) -> None:
+    """Joint groups do not overlap, and default controllers and end effectors refer to existing groups, links and joints."""
+    robot, model = subject.robot, subject.model
+    groups, limits = joint_groups(robot, model), {joint.name: joint.limits for joint in model.actuated_joints}
+    for group, controller in robot.default_controllers.items():
+        expect(group in groups, f"default_controllers contains '{group}', but the groups are {', '.join(groups)}.")
+        plugins.get_record("controller", controller)
+    for name, tool in robot.end_effectors.items():
+        what = f"end effector '{name}'"
+        links = [link.name for link in model.links]
+        expect(tool.tcp in links, f"the tcp '{tool.tcp}' of {what} is not a link; available: {', '.join(links)}.")
+        for group in {tool.arm, tool.group} - {""}:
+            expect(group in groups, f"{what} refers to the group '{group}', but the groups are {', '.join(groups)}.")
+        own = groups[tool.group] if tool.group else model.joint_names
+        for state in ("open", "closed"):
+            for joint, position in getattr(tool, state).items():
+                where = f"the {state} position of joint '{joint}' of {what}"
+                expect(joint in own, f"{where} is not that of a joint of the tool; available: {', '.join(own)}.")
+                low, high = limits[joint].lower, limits[joint].upper
+                expect(low - 1e-9 <= position <= high + 1e-9, f"{where} is {position}, outside of [{low}, {high}].")
 
 
 def fingers_close(subject: RobotUnderTest) -> None:
