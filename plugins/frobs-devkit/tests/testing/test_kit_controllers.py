@@ -316,6 +316,16 @@ class BeginsAtHome(Step):
         self.target[rows] = self.robot.home[rows]
 
 
+class FastInShortSteps(Step):
+    """Believes that every control step lasts 40 ms."""
+
+    def apply(self, action: Any) -> Any:
+        goal = self.robot.home + 2.0 * np.clip(action, -1.0, 1.0)
+        fastest = 0.04 * self.robot.velocity_limit
+        self.target = self.clip(self.target + np.clip(goal - self.target, -fastest, fastest))
+        return self.target
+
+
 class OneCommandForTheRobot(Step):
     """Always commands two joints."""
 
@@ -362,6 +372,7 @@ test_a_sound_controller_at_physics_rate_passes = pytest_checks(
         (NeverRests, "zero_action_rests"),
         (FromTheMeasured, "zero_action_does_not_drift"),
         (LimitIgnored, "commands_stay_in_limits"),
+        (FastInShortSteps, "commands_stay_in_limits"),
         (NotClipped, "actions_are_clipped"),
         (WritesActions, "apply_reads_only"),
         (MovesTheRobot, "apply_reads_only"),

@@ -197,7 +197,7 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
     )
 
 
-@verifies("teleport")
+@verifies("contacts")
 def boxes_slide(subject: SimulatorUnderTest) -> None:
     """A box that slides on a floor with the same friction loses speed at the rate of friction times gravity."""
     time = 0.2  # [s]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from frobs_core.arrays import Floats
+from frobs_core.capabilities import Level
 from frobs_core.interfaces import Body, CommandMode, RobotHandle
 from frobs_core.models import Box, Inertial, Treatment, inertia_matrix
 from frobs_core.rotations import matrix_from_quat, quat_from_axis_angle, quat_multiply, quat_rotate
@@ -99,7 +100,12 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
 @verifies("drive")
 @after("drives_apply_efforts")
 def armatures_resist(subject: SimulatorUnderTest) -> None:
-    """The inertia of a rotating motor, from the robot's description, adds to the inertia of its joint."""
+    """The inertia of a rotating motor, from the robot's description, adds to the inertia of its joint.
+
+    This is part of the drive law, so it applies to simulators that follow the law exactly.
+    """
+    if subject.level("drive") < Level.EXACT:
+        raise NotApplicable("the simulator follows the drive law only approximately")
     steps, effort, inertia = 50, 0.2, LIFT_INERTIA[1]
     motor = replace(LIFT, armature={"turn": inertia})
     with subject.build(motor, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
