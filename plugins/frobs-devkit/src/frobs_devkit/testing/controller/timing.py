@@ -38,7 +38,7 @@ def updates_read_the_state(subject: ControllerUnderTest) -> None:
                 bound.displace(offset * position, offset * velocity)
                 updated.append(np.array(bound.controller.update()))
             expect(
-                np.array_equal(*applied) or not np.array_equal(*updated),
+                np.array_equal(applied[0], applied[1]) or not np.array_equal(updated[0], updated[1]),
                 f"update() returns the same command whether the joint {what} have changed since apply() or not; "
                 "compute each command from the state after the latest physics step.",
             )

@@ -85,9 +85,10 @@ def success_belongs_to_its_step(subject: EnvUnderTest) -> None:
     flips: dict[bool, list[_Step]] = {True: [], False: []}  # last steps before success begins (False) or ends (True)
     with closing(subject.make(reward_type="sparse") if sparse else subject.make()) as env:
         for episode in _visits(env):
-            for step, following in pairwise([*episode, None]):
+            for step in episode:
                 rewards[step.success].append(step.reward)
-                if following is not None and following.success != step.success:
+            for step, following in pairwise(episode):
+                if following.success != step.success:
                     flips[step.success].append(step)
             expect(
                 not (episode[-1].terminated and episode[-1].is_late),

@@ -219,10 +219,11 @@ def _readings(sim: Simulation, robot: RobotHandle) -> list[tuple[str, Callable[[
         ("frame_pose('tcp')[1]", lambda: robot.frame_pose("tcp")[1], (n, 4)),
         ("frame_velocity('tcp')[1]", lambda: robot.frame_velocity("tcp")[1], (n, 3)),
     ]
-    for ball in sim.bodies.values():
+    if "ball" in sim.bodies:
+        ball = sim.bodies["ball"]
         readings += [
-            ("the ball's pose[0]", lambda ball=ball: ball.pose[0], (n, 3)),
-            ("the ball's pose[1]", lambda ball=ball: ball.pose[1], (n, 4)),
-            ("the ball's twist[0]", lambda ball=ball: ball.twist[0], (n, 3)),
+            ("the ball's pose[0]", lambda: ball.pose[0], (n, 3)),
+            ("the ball's pose[1]", lambda: ball.pose[1], (n, 4)),
+            ("the ball's twist[0]", lambda: ball.twist[0], (n, 3)),
         ]
     return readings

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
         tolerance = _TOLERANCES.get(treatments.get(element, Treatment.DROPPED))
         if tolerance is None:
             continue  # the simulator says that it ignores this element
-        options = {"mode": CommandMode.EFFORT, "gravity": _WEIGHTLESS, "floor": False, "model": changed}
+        options: dict[str, Any] = {"mode": CommandMode.EFFORT, "gravity": _WEIGHTLESS, "floor": False, "model": changed}
         with subject.build(LIFT, **options) as (sim, robot):
             n = sim.num_envs
             robot.write_joint_state(np.zeros((n, 2)), _FAST.repeat(n, axis=0))
@@ -165,7 +166,7 @@ def _free_spin(inertial: Inertial, quat: Floats, spin: Floats, seconds: float) -
     momentum = turn @ inertia @ turn.T @ spin
     for _ in range(steps):
         turn = matrix_from_quat(quat)
-        spin = np.linalg.solve(turn @ inertia @ turn.T, momentum)
+        spin = np.asarray(np.linalg.solve(turn @ inertia @ turn.T, momentum), np.float64)
         speed = float(np.linalg.norm(spin))
         quat = quat_multiply(quat_from_axis_angle(spin / speed, np.array(speed * seconds / steps)), quat)
     return quat, spin

@@ -56,7 +56,12 @@ def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
             found.append(robot.joint_velocities.copy())
     wanted = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
     expect_close(wanted, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
-    expect_close(*found, 1e-9, "velocities after commands in step_with, compared with one command with a row per step")
+    expect_close(
+        found[0],
+        found[1],
+        1e-9,
+        "velocities after commands in step_with, compared with one command with a row per step",
+    )
 
 
 @verifies("determinism")
