@@ -27,8 +27,6 @@ from frobs_devkit.testing import check_task, run_checks
 class CopyPosture(Task):
     """Move all joints to a random posture. Every array has one row for each environment."""
 
-    reset_options = ()  # reset() accepts no options
-
     def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
         """Store the robot, and allocate the goals."""
         self.robot = simulation.robots["robot"]

@@ -118,7 +118,8 @@ class JointRobot(RobotHandle):
         self._q = self.home.copy()
         self._v, self._efforts = np.zeros((2, *self._q.shape))
         carried = composite_inertia(self.model, self.home[0])  # inertia moved by each joint at home [kg·m² or kg]
-        self._inertia = self.expand([carried[joint.name] + joint.armature for joint in self.model.actuated_joints])
+        motors = placement.armatures
+        self._inertia = self.expand([carried[joint] + motors[joint] for joint in self.joint_names])
         own = {"q": self._q, "v": self._v, "efforts": self._efforts, "command": self._command}
         self.arrays: Snapshot = {**own, **self._root.arrays}  # the complete state
 

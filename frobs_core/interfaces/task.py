@@ -54,7 +54,7 @@ class Task(ABC):
     """
 
     reward_types: ClassVar[Sequence[str]] = ("dense",)
-    reset_options: ClassVar[Sequence[str]] = ("joint_positions",)
+    reset_options: ClassVar[Sequence[str]] = ()
     control_timestep: ClassVar[float] = 0.04
     physics_timestep: ClassVar[float] = 0.002
     success_rule: ClassVar[str] = ""

@@ -79,6 +79,11 @@ class LargeActions(Point):
 
 
 class Warns(Point):
+    def reset(self, *, seed: int | None = -1, options: Any = None) -> Any:
+        return super().reset(seed=None if seed == -1 else seed, options=options)
+
+
+class Unbounded(Point):
     def __init__(self, **keywords: Any) -> None:
         super().__init__(**keywords)
         self.observation_space = gym.spaces.Box(-np.inf, np.inf, (3,), np.float32)

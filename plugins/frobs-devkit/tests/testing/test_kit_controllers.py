@@ -168,6 +168,9 @@ class OneStepLate(Step):
 class ChangePerSecond(Step):
     """Goes where an action says, as fast as the joints can; and states how far an action may change in a second."""
 
+    def __init__(self) -> None:
+        super().__init__()
+
     def bind(self, robot: Any, control_timestep: float, decimation: int) -> None:
         super().bind(robot, control_timestep, decimation)
         self.fastest = robot.velocity_limit * control_timestep
@@ -231,6 +234,116 @@ class Creeps(JointEffort):
         return super().apply(action) + 0.5
 
 
+class Spring(Controller):
+    """Moves the setpoints of springs with dampers and integrals, one per joint, which act at each physics step."""
+
+    command_mode = CommandMode.EFFORT
+    rate = "physics"
+
+    def __init__(self, *, stiffness: float = 20.0, damping: float = 5.0, integral: float = 2.0) -> None:
+        self.stiffness, self.damping, self.integral = stiffness, damping, integral
+
+    def bind(self, joints: Any, control_timestep: float, decimation: int) -> None:
+        self.joints, self.timestep = joints, control_timestep / decimation
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (joints.dof,), np.float32)
+        self.target, self.sum = joints.home.copy(), np.zeros((joints.num_envs, joints.dof))
+
+    def reset(self, mask: Any) -> None:
+        rows = slice(None) if mask is None else mask
+        self.target[rows], self.sum[rows] = self.joints.joint_positions[rows], 0.0
+
+    def apply(self, action: Any) -> Any:
+        target = self.target + 0.05 * np.clip(action, -1.0, 1.0)
+        self.target = np.clip(target, self.joints.position_lower, self.joints.position_upper)
+        return self.update()
+
+    def update(self) -> Any:
+        error = self.target - self.joints.joint_positions
+        self.sum = self.sum + error * self.timestep
+        effort = self.stiffness * error + self.integral * self.sum - self.damping * self.joints.joint_velocities
+        return np.clip(effort, -self.joints.effort_limit, self.joints.effort_limit)
+
+    def snapshot(self) -> Any:
+        return {"target": self.target.copy(), "sum": self.sum.copy()}
+
+    def restore(self, snapshot: Any) -> None:
+        self.target, self.sum = snapshot["target"].copy(), snapshot["sum"].copy()
+
+
+class RepeatsTheCommand(Spring):
+    """Computes a command in ``apply``, and repeats it at each physics step."""
+
+    def apply(self, action: Any) -> Any:
+        super().apply(action)
+        self.last = Spring.update(self)
+        return self.last
+
+    def update(self) -> Any:
+        return getattr(self, "last", np.zeros_like(self.sum))
+
+
+class DampsTheVelocityBefore(Spring):
+    """Measures velocities in ``apply`` only."""
+
+    def apply(self, action: Any) -> Any:
+        self.measured = self.joints.joint_velocities.copy()
+        return super().apply(action)
+
+    def update(self) -> Any:
+        effort = super().update() + self.damping * (self.joints.joint_velocities - self.measured)
+        return np.clip(effort, -self.joints.effort_limit, self.joints.effort_limit)
+
+
+class IntegratesSteps(Spring):
+    """Adds up errors without the time in which they last."""
+
+    def bind(self, *arguments: Any) -> None:
+        super().bind(*arguments)
+        self.timestep = 0.002
+
+
+class IntegratesControlSteps(Spring):
+    """Multiplies each physics step's error by the duration of a control step."""
+
+    def bind(self, joints: Any, control_timestep: float, decimation: int) -> None:
+        super().bind(joints, control_timestep, decimation)
+        self.timestep = control_timestep
+
+
+class BeginsAtHome(Step):
+    def reset(self, mask: Any) -> None:
+        rows = slice(None) if mask is None else mask
+        self.target[rows] = self.robot.home[rows]
+
+
+class FastInShortSteps(Step):
+    """Believes that every control step lasts 40 ms."""
+
+    def apply(self, action: Any) -> Any:
+        goal = self.robot.home + 2.0 * np.clip(action, -1.0, 1.0)
+        fastest = 0.04 * self.robot.velocity_limit
+        self.target = self.clip(self.target + np.clip(goal - self.target, -fastest, fastest))
+        return self.target
+
+
+class OneCommandForTheRobot(Step):
+    """Always commands two joints."""
+
+    def apply(self, action: Any) -> Any:
+        target = super().apply(action)
+        return np.broadcast_to(target[:, :1], (len(target), 2)) if target.shape[1] == 1 else target
+
+
+class DefaultStep(Step):
+    def __init__(self, *, step: float = 0.05) -> None:
+        super().__init__()
+
+
+class OneJointReversed(Step):
+    def apply(self, action: Any) -> Any:
+        return super().apply(action * np.where(np.array(self.robot.joint_names) == "elbow", -1.0, 1.0))
+
+
 def record(cls: type, **fields: Any) -> ControllerRecord:
     return ControllerRecord(name="mine", summary="", entry_point=f"{__name__}:{cls.__name__}", **fields)
 
@@ -241,6 +354,9 @@ def importable() -> None:
 
 
 test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), allow_inconclusive=False)
+test_a_sound_controller_at_physics_rate_passes = pytest_checks(
+    check_controller(record(Spring)), allow_inconclusive=False
+)
 
 
 @pytest.mark.parametrize(
@@ -256,6 +372,7 @@ test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), a
         (NeverRests, "zero_action_rests"),
         (FromTheMeasured, "zero_action_does_not_drift"),
         (LimitIgnored, "commands_stay_in_limits"),
+        (FastInShortSteps, "commands_stay_in_limits"),
         (NotClipped, "actions_are_clipped"),
         (WritesActions, "apply_reads_only"),
         (MovesTheRobot, "apply_reads_only"),
@@ -267,6 +384,14 @@ test_a_sound_controller_passes = pytest_checks(check_controller(record(Step)), a
         (ForgetsTarget, "snapshots_continue"),
         (Explicit, "installed_robots_rest"),
         (Creeps, "installed_robots_rest"),
+        (RepeatsTheCommand, "updates_read_the_state"),
+        (DampsTheVelocityBefore, "updates_read_the_state"),
+        (IntegratesSteps, "commands_depend_on_time"),
+        (IntegratesControlSteps, "commands_depend_on_time"),
+        (BeginsAtHome, "resets_start_where_the_robot_is"),
+        (OneCommandForTheRobot, "parts_of_a_robot_are_controlled"),
+        (DefaultStep, "parameters_count"),
+        (OneJointReversed, "actions_have_the_order_of_the_group"),
     ],
 )
 def test_the_kit_catches(faulty: type, check: str) -> None:
@@ -296,6 +421,11 @@ SEPARATE = [
     (record(OneStepLate), "actions_act_in_their_step"),
     (record(StepsByColumn), "commands_have_the_order_of_the_group"),
     (record(Explicit), "installed_robots_rest"),
+    (record(RepeatsTheCommand), "updates_read_the_state"),
+    (record(IntegratesSteps), "commands_depend_on_time"),
+    (record(BeginsAtHome), "resets_start_where_the_robot_is"),
+    (record(OneCommandForTheRobot), "parts_of_a_robot_are_controlled"),
+    (record(DefaultStep), "parameters_count"),
 ]
 """Faults that one check catches, and no other."""
 

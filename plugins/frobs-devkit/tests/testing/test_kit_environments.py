@@ -21,7 +21,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
 @pytest.mark.parametrize(
     ("fault", "check", "told"),
     [
-        ("Warns", "gymnasium_checker", "minimum value is -infinity"),
+        ("Warns", "gymnasium_checker", "default seed argument in reset should be `None`"),
         ("LargeActions", "stable_baselines3_checker", "symmetric and normalized"),
         ("ClosesOnce", "close_twice", "closed already"),
         ("DependsOnProcess", "fresh_process", "in a fresh process"),
@@ -60,6 +60,10 @@ test_a_sound_goal_environment_passes = pytest_checks(
 def test_the_kit_catches(fault: str, check: str, told: str) -> None:
     with pytest.raises(CheckFailure, match=told):
         find(fault, check).run()
+
+
+def test_observations_may_be_unbounded() -> None:
+    find("Unbounded", "gymnasium_checker").run()
 
 
 def test_goals_may_be_constant_in_an_element_that_varies_in_what_is_achieved() -> None:

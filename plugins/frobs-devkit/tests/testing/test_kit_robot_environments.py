@@ -144,6 +144,15 @@ class ObservationOfTheStepBefore(RobotEnv):
         return observation, *result
 
 
+class SuccessOfTheStepBefore(RobotEnv):
+    before = 0.0
+
+    def step(self, action: Any) -> Any:
+        *result, info = super().step(action)
+        late, self.before = self.before, info["is_success"]
+        return *result, {**info, "is_success": late}
+
+
 class KeysOfAnybody(RobotEnv):
     def step(self, action: Any) -> Any:
         *result, info = super().step(action)
@@ -160,6 +169,7 @@ FAULTS = {
     "bad_actions_refused": [NanPasses, AnyShapePasses, RefusalMoves],
     "reset_options_hold": [OptionIgnored, UnknownOptionPasses],
     "success_in_every_step": [SuccessMissing],
+    "success_belongs_to_its_step": [SuccessOfTheStepBefore],
     "terms_sum_to_reward": [RewardOffTerms],
     "render_draws": [DrawsSmall],
     "snapshot_continues": [ForgetsElapsed, ForgetsRandomState],
@@ -267,7 +277,12 @@ def test_every_check_has_a_fault_that_no_other_catches() -> None:
     from test_kit_environments import SEPARATE as OF_OTHERS
 
     elsewhere = {"sensors_may_be_bad"}  # see tests/sensors
-    elsewhere |= {"success_comes_and_goes", "options_hold_by_row", "approaching_pays"}  # see test_kit_tasks
+    elsewhere |= {
+        "success_comes_and_goes",
+        "options_hold_by_row",
+        "approaching_pays",
+        "success_belongs_to_its_step",
+    }  # see test_kit_tasks
     elsewhere |= {"actions_move_their_joints", "terms_fill_their_columns"}  # see tests/planted_faults
     caught = {check for _, check in OF_OTHERS} | SEPARATE.keys() | elsewhere
     assert not caught & INSEPARABLE.keys()

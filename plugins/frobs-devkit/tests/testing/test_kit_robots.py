@@ -14,24 +14,32 @@ from frobs_core.errors import FrobsError
 from frobs_core.interfaces import Bumper, DriveGains, EndEffector, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
 from frobs_core.specs import RobotRecord
-from frobs_devkit.testing import check_robot, pytest_checks, run_checks
+from frobs_devkit.testing import check_robot, pytest_checks, run_checks, simulator
 from frobs_devkit.testing.checks import CheckFailure, NotApplicable
 from frobs_devkit.testing.robot import subject
+from frobs_devkit.testing.simulator.robots import ROVER
 from frobs_sim_mujoco.robot import MujocoRobot
 
 LINK = """<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>
-<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="{izz}"/></inertial>
+<inertia ixx="{ixx}" ixy="0" ixz="0" iyy="{ixx}" iyz="0" izz="{izz}"/></inertial>
 <collision><origin xyz="{x} 0 0"/><geometry><box size="0.1 0.05 0.05"/></geometry></collision></link>"""
 JOINT = """<joint name="{name}" type="{type}"><parent link="{parent}"/><child link="{child}"/>
 <origin xyz="0.25 0 0.1"/><axis xyz="0 1 0"/>{limit}</joint>"""
 LIMIT = '<limit lower="-2.9" upper="2.9" velocity="3" effort="50"/>'
 
 
-def arm(folder: Path, *, mass: float = 1.0, izz: float = 0.01, type: str = "revolute", limit: str = LIMIT) -> Robot:
-    links = [
-        LINK.format(name=f"link_{i}", mass=mass if i == 2 else 1.0, izz=izz if i == 2 else 0.01, x=0.1)
-        for i in range(4)
-    ]
+def arm(
+    folder: Path,
+    *,
+    mass: float = 1.0,
+    ixx: float = 0.01,
+    izz: float = 0.01,
+    type: str = "revolute",
+    limit: str = LIMIT,
+) -> Robot:
+    usual = {"mass": 1.0, "ixx": 0.01, "izz": 0.01}
+    special = {"mass": mass, "ixx": ixx, "izz": izz}
+    links = [LINK.format(name=f"link_{i}", x=0.1, **(special if i == 2 else usual)) for i in range(4)]
     joints = [
         JOINT.format(name=f"joint_{i}", type=type, parent=f"link_{i}", child=f"link_{i + 1}", limit=limit)
         for i in range(3)
@@ -73,7 +81,23 @@ DESCRIPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "no_damping": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})}),
     "no_stiffness": ("gains_are_positive", {"gains": DriveGains(stiffness=0.0, damping=30.0)}),
     "gains_of_no_joint": ("gains_are_positive", {"gains": DriveGains(stiffness=300.0, damping={"elbow": 3.0})}),
+    "soft": ("gains_suit_the_masses", {"gains": DriveGains(stiffness=40.0, damping=2.0)}),
+    "creeping": ("gains_suit_the_masses", {"gains": DriveGains(stiffness=2000.0, damping=2000.0)}),
     "unknown_base": ("parts_exist", {"base": "flying"}),
+    "a_joint_in_two_groups": (
+        "groups_and_tools_are_valid",
+        {"groups": {"arm": ("joint_0", "joint_1"), "wrist": ("joint_1", "joint_2")}},
+    ),
+    "controller_of_no_group": ("groups_and_tools_are_valid", {"default_controllers": {"arm": "joint_position"}}),
+    "unknown_controller": ("groups_and_tools_are_valid", {"default_controllers": {"all": "joint_postion"}}),
+    "tool_of_no_group": (
+        "groups_and_tools_are_valid",
+        {"end_effectors": {"hand": EndEffector(tcp="link_3", group="fingers")}},
+    ),
+    "tool_opens_in_degrees": (
+        "groups_and_tools_are_valid",
+        {"end_effectors": {"hand": EndEffector(tcp="link_3", open={"joint_2": 60.0}, closed={"joint_2": 0.0})}},
+    ),
     "lidar_on_no_link": (
         "sensors_are_fixed",
         {"sensors": {"scan": Lidar(frame="mast", rays=8, angle_min=-1, angle_max=1, range_min=0.1, range_max=5)}},
@@ -110,6 +134,10 @@ MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "no_joint": ("model_has_joints", {"type": "fixed", "limit": ""}),
     "limits_upside_down": ("notes_are_none", {"limit": LIMIT.replace('upper="2.9"', 'upper="-2.95"')}),
     "limits_in_degrees": ("limits_are_in_radians", {"limit": LIMIT.replace("2.9", "165")}),
+    "velocity_in_degrees": ("limits_are_in_radians", {"limit": LIMIT.replace('"3"', '"172"')}),
+    "millimeters": ("limits_are_in_radians", {"type": "prismatic", "limit": LIMIT.replace("2.9", "290")}),
+    "gram_square_millimeters": ("inertias_fit_sizes", {"izz": 1e7, "ixx": 0.9e7}),
+    "squared_twice": ("inertias_fit_sizes", {"izz": 1e-8, "ixx": 1e-8}),
     "no_effort": ("notes_are_none", {"limit": LIMIT.replace('effort="50"', 'effort="0"')}),
     "impossible_inertia": ("notes_are_none", {"izz": 0.5}),
     "negative_mass": ("notes_are_none", {"mass": -1.0}),
@@ -122,13 +150,14 @@ def test_the_kit_catches_a_model(tmp_path: Path, check: str, change: dict[str, A
         run(arm(tmp_path, **change), check)
 
 
-LINK_3 = LINK.format(name="link_3", mass=1.0, izz=0.01, x=0.1)
+LINK_3 = LINK.format(name="link_3", mass=1.0, ixx=0.01, izz=0.01, x=0.1)
 FIXED = """<joint name="{child}_mount" type="fixed"><parent link="{parent}"/><child link="{child}"/>
 <origin xyz="0.2 0 0"/></joint>"""
 FINGER = """<link name="finger_{name}"><inertial><mass value="0.1"/>
 <inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial></link>
 <joint name="{name}" type="prismatic"><parent link="link_3"/><child link="finger_{name}"/>
 <origin xyz="0.25 {y} 0"/><axis xyz="0 1 0"/><limit lower="-0.06" upper="0.06" velocity="1" effort="50"/></joint>"""
+KD = {"joint_0": 100.0, "joint_1": 100.0}
 DEGREES = Lidar(frame="link_3", rays=8, angle_min=-90.0, angle_max=90.0, range_min=0.01, range_max=5.0)
 
 
@@ -187,16 +216,39 @@ def separate(tmp_path: Path, patch: pytest.MonkeyPatch, check: str) -> Robot:
         "lidars_look_around_once": {"sensors": {"scan": DEGREES}},
         "tcp_moves": {"tcp": "link_0"},
         "gains_are_positive": {"gains": DriveGains(stiffness=300.0, damping={"joint_0": 30.0})},
+        "gains_suit_the_masses": {"gains": DriveGains(stiffness=2000.0, damping={**KD, "joint_2": 1.0})},
         "parts_exist": {"base": "flying"},
+        "groups_and_tools_are_valid": {"default_controllers": {"arm": "joint_position"}},
         "sensors_are_fixed": {"sensors": {"imu": Imu(frame="mast")}},
         "mujoco.sensors_read": {"sensors": {"scan": BLIND}},
         "mujoco.home_is_free": {"home": {"joint_0": -1.2, "joint_1": 2.4, "joint_2": 2.4}},
     }
+    if check == "inertias_fit_sizes":
+        return arm(tmp_path, ixx=1e-8, izz=1e-8)
     if check == "notes_are_none":
         return arm(tmp_path, izz=0.5)
     if check == "limits_are_in_radians":
         return arm(tmp_path, limit=LIMIT.replace("2.9", "165"))
     return replace(sound, **changes.get(check, {}))
+
+
+WHEELED_FINGER = """<link name="finger"><inertial><mass value="0.1"/>
+<inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial></link>
+<joint name="grip" type="prismatic"><parent link="hull"/><child link="finger"/>
+<origin xyz="0.2 0 0.1"/><axis xyz="0 1 0"/><limit lower="0" upper="0.05" velocity="1" effort="50"/></joint>"""
+
+
+def test_a_wheeled_robot_may_have_a_finger(tmp_path: Path) -> None:
+    path = tmp_path / "rover.urdf"
+    path.write_text((Path(simulator.__file__).parent / "urdf" / "kit_rover.urdf").read_text())
+    gains = DriveGains(
+        stiffness={"left": 0.0, "right": 0.0, "grip": 400.0}, damping={"left": 1, "right": 1, "grip": 13}
+    )
+    rover = added(replace(ROVER, model=str(path), gains=gains), WHEELED_FINGER)
+    run(rover, "mujoco.joints_follow")
+    stuck = replace(rover, gains=replace(gains, stiffness={"left": 0.0, "right": 0.0, "grip": 1e-3}))
+    with pytest.raises(CheckFailure, match="'grip'"):
+        run(stuck, "mujoco.joints_follow")
 
 
 def test_an_entry_point_that_does_not_exist_is_one_failure() -> None:

@@ -97,6 +97,29 @@ def success_always(original: Any, self: Any) -> Any:
     return np.ones_like(original(self))
 
 
+def success_before(task: Any, original: Any, context: Any) -> None:
+    before = Reach.is_success(task)
+    original(task, context)
+    task.is_success = lambda: before
+
+
+@wrong("advance", "success_belongs_to_its_step")
+def success_one_step_late(original: Any, self: Any, context: Any) -> None:
+    success_before(self, original, context)
+
+
+@wrong("advance", "success_belongs_to_its_step")
+def success_after_the_end(original: Any, self: Any, context: Any) -> None:
+    success_before(self, original, context)
+    self.is_terminated = lambda: Reach.is_success(self)
+
+
+@wrong("reward", "success_belongs_to_its_step")
+def sparse_reward_for_failure(original: Any, self: Any, context: Any) -> Any:
+    reward = original(self, context)
+    return -1.0 - reward if self.reward_type == "sparse" else reward
+
+
 @wrong("is_terminated", "ends_have_their_reason")
 def terminated_by_the_clock(original: Any, self: Any) -> Any:
     return self._simulation.time >= 99.5 * 0.04

@@ -29,7 +29,7 @@ from frobs_devkit.testing.checks import (
     expect_raises,
 )
 from frobs_devkit.testing.compare import expect_array, expect_same
-from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, vector
+from frobs_devkit.testing.environment import api, data, honesty, life, rewards, seeding, state, success, vector
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play
 from frobs_devkit.testing.environment.subject import EnvUnderTest, achieved_goal, inside
 
@@ -208,7 +208,7 @@ CHECKS = (
     reading_changes_nothing,
     default_timestep_is_a_default,
     api.unknown_keyword_refused,
-    *checks_of(data, seeding, rewards, state),
+    *checks_of(data, seeding, rewards, state, success),
     life.reset_options_hold,
     life.options_hold_by_row,
     honesty.step_shows_its_action,

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.errors import UnknownParameterError
+from frobs_core.errors import FrobsError, UnknownParameterError
 from frobs_core.interfaces import Algorithm
 from frobs_core.plain import is_plain
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_same
 
+_RESOURCES = {"threads", "workers", "runners", "cpus", "gpus", "processes"}  # words of settings of speed only
 _FARTHEST = 10.0  # largest absolute observation to test, even if the space allows larger values
 
 
@@ -29,15 +32,19 @@ class _Impatient(Monitor):
 
 
 class _Curious(Monitor):
-    """A monitor that requests deterministic and stochastic predictions at each progress report."""
+    """A monitor that requests predictions before training and at each progress report, in both modes."""
 
     algorithm: Algorithm
     seen: Any
 
-    def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
-        """Request predictions and continue training."""
+    def predict(self) -> None:
+        """Request predictions."""
         for deterministic in (True, False):
             self.algorithm.predict(self.seen, deterministic=deterministic)
+
+    def on_progress(self, steps: int, metrics: Mapping[str, float]) -> bool:
+        """Request predictions and continue training."""
+        self.predict()
         return super().on_progress(steps, metrics)
 
 
@@ -91,7 +98,8 @@ def stops_when_told(subject: AlgorithmUnderTest) -> None:
 def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
     """Predictions are in the action space, and deterministic predictions are repeatable.
 
-    The deterministic prediction for one row of a batch does not depend on the other rows.
+    The deterministic prediction for one row of a batch does not depend on the other rows. A row whose episode starts
+    does not depend on the given state of a recurrent policy.
     """
     extreme = _extreme_observations(subject.untrained.observation_space)
     for algorithm in (subject.untrained, subject.trained[0]):
@@ -105,23 +113,41 @@ def predicts_in_the_space(subject: AlgorithmUnderTest) -> None:
         expect_same(actions, algorithm.predict(seen)[0], "a repeated deterministic prediction")
         alone = algorithm.predict(seen[2:3])[0]
         expect(np.allclose(actions[2:3], alone, atol=1e-5), "row 2 alone gives a different action.")
+        state = algorithm.predict(seen[::-1])[1]
+        if state is not None:
+            again = algorithm.predict(seen, state, np.ones(5, np.bool_))[0]
+            expect_same(actions, again, "predictions for episodes that start, with the state of other episodes")
 
 
 def same_seed_repeats(subject: AlgorithmUnderTest) -> None:
     """Training gives the same result with the same seed and a different result with another seed."""
     if not subject.record.reproducible:
         raise NotApplicable("the algorithm's record declares reproducible=False")
-    seen = subject.observations(8)
-    expected, again, other = (
-        algorithm.predict(seen)[0]
-        for algorithm, _ in (subject.trained, *(subject.train(subject.steps, s) for s in (5, 6)))
+    again, other = (subject.train(subject.steps, seed) for seed in (5, 6))
+    text = subject.different(subject.trained, again)
+    expect(text is None, f"training again with the same seed gives another result: {text}.")
+    expect(
+        subject.different(subject.trained, other),
+        "training runs with two different seeds give bit-identical results; the seed has no effect.",
     )
-    expect_same(expected, again, "predictions after training again with the same seed")
-    if expected.dtype.kind == "f":
+
+
+def training_ends_at_its_steps(subject: AlgorithmUnderTest) -> None:
+    """Training ends in the iteration that reaches the requested steps, and then has nothing more to do."""
+    with closing(subject.make_env()) as env:
+        algorithm, monitor = subject.make(env), Monitor(env)
+        algorithm.train(subject.steps, monitor)
+        taken = env.taken
+        longest = max(b - a for a, b in pairwise([0, *monitor.steps, taken]))
         expect(
-            difference(expected, other),
-            "training runs with two different seeds give bit-identical results; the seed has no effect.",
+            taken < subject.steps + longest,
+            f"train({subject.steps}) takes {taken} steps, although its iterations have at most {longest} steps.",
         )
+        algorithm.train(subject.steps, monitor)
+    expect(
+        env.taken == taken,
+        f"a second train({subject.steps}) takes {env.taken - taken} more steps; the number includes all earlier steps.",
+    )
 
 
 def resets_without_a_seed(subject: AlgorithmUnderTest) -> None:
@@ -135,17 +161,79 @@ def predicting_changes_nothing(subject: AlgorithmUnderTest) -> None:
     """Predictions during training do not affect the weights or the random number generators."""
     if not subject.record.reproducible:
         raise NotApplicable("the algorithm's record declares reproducible=False")
-    seen, (trained, told) = subject.observations(8), subject.trained
-    total = subject.steps
-    if len(told.steps) < 2:  # with only one report, no training would follow the predictions
+    expected, total = subject.trained, subject.steps
+    if len(expected[1].steps) < 2:  # with only one report, no training would follow the predictions
         total = subject.enough
-        trained = subject.train(total)[0]
+        expected = subject.train(total)
     with closing(subject.make_env()) as env:
         algorithm, monitor = subject.make(env), _Curious(env)
-        monitor.algorithm, monitor.seen = algorithm, seen
+        monitor.algorithm, monitor.seen = algorithm, subject.observations(8)
+        monitor.predict()
         algorithm.train(total, monitor)
-    expected = trained.predict(seen)[0]
-    expect_same(expected, algorithm.predict(seen)[0], "predictions after a training run with additional predictions")
+    text = subject.different(expected, (algorithm, monitor))
+    expect(text is None, f"after a training run with additional predictions, {text}.")
+
+
+@after("same_seed_repeats")
+def settings_count(subject: AlgorithmUnderTest) -> None:
+    """Every numeric setting affects training, unless it belongs to a feature that is switched off."""
+    if not subject.record.reproducible:
+        raise NotApplicable("the algorithm's record declares reproducible=False")
+    seen = subject.observations(8)
+    if difference(subject.untrained.predict(seen)[0], subject.trained[0].predict(seen)[0]) is None:
+        raise Inconclusive(f"{subject.steps} steps changed no prediction")
+    resolve = subject.record.load().resolve_config
+    # an interval that is longer than the training run would hide other settings, such as those of a target network
+    often = {
+        name: max(1, subject.steps // 4)
+        for name, value in resolve(subject.config).items()
+        if "interval" in name and isinstance(value, int) and value > subject.steps
+    }
+    if often:
+        subject = replace(subject, config={**subject.config, **often})
+    resolved = resolve(subject.config)
+    off = {word for name, value in resolved.items() if not value for word in _words(name)}
+    silent = [
+        name
+        for name, value in resolved.items()
+        if isinstance(value, int | float) and value > 0 and not isinstance(value, bool)
+        if name != DISCOUNT and not _words(name) & (off | _RESOURCES) and _changes_nothing(subject, name, value)
+    ]
+    if silent:  # settings may have no effect in the first iteration, or in the second half of a training run
+        longer = replace(subject, steps=subject.enough)
+        silent = [name for name in silent if _changes_nothing(longer, name, resolved[name])]
+    expect(
+        not silent,
+        f"training gives bit-identical results with other values of {', '.join(silent)}; check whether the algorithm "
+        "uses these settings.",
+    )
+
+
+def _words(name: str) -> set[str]:
+    """Return the words of a setting's name, except short ones."""
+    return {word for word in name.split("_") if len(word) > 2}
+
+
+def _changes_nothing(subject: AlgorithmUnderTest, name: str, value: float) -> bool:
+    """Return whether several values of a setting give the same training run. False if no other value is accepted."""
+    others = [0.5 * value, 2.0 * value, 0.01 * value]
+    if isinstance(value, int):
+        # A size that is larger than the training run could not have an effect. An interval of 1 may count steps of
+        # a loop that takes a single step.
+        others = [subject.steps // 4] if value > subject.steps else [max(1, value // 2), 2 * value]
+    accepted = False
+    for other in others:
+        if other == value or (value == 1 and "interval" in name):
+            continue
+        changed = replace(subject, config={**subject.config, name: type(value)(other)})
+        try:
+            run = changed.trained
+        except FrobsError:  # out of range, or in conflict with another setting
+            continue
+        accepted = True
+        if subject.different(subject.trained, run):
+            return False
+    return accepted
 
 
 def unknown_settings_refused(subject: AlgorithmUnderTest) -> None:

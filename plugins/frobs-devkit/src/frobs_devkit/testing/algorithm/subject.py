@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import gymnasium as gym
 import numpy as np
@@ -16,21 +17,31 @@ from gymnasium.vector import AutoresetMode
 
 from frobs_core.interfaces import Algorithm
 from frobs_core.specs import AlgorithmRecord
+from frobs_devkit.testing.compare import difference
 
 ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}
 """Default environment ID for each type of action space."""
+
+DISCOUNT = "gamma"
+"""Name of the setting that is the discount factor."""
 
 _NUM_ENVS = 2
 
 
 class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
-    """A vector wrapper that counts steps, and stores reset seeds and the first actions outside the action space."""
+    """A vector wrapper that counts steps, and stores reset seeds and the first actions outside the action space.
+
+    Attributes:
+        actions: Checksum of all actions. Two training runs with the same checksum explore in the same way, so they have
+            the same weights and random numbers. Predictions alone would not show this for discrete actions.
+    """
 
     def __init__(self, env: gym.vector.VectorEnv[Any, Any, Any]) -> None:
         super().__init__(env)
         self.taken = 0
         self.outside: Any = None
         self.seeds: list[Any] = []
+        self.actions = 0
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Store the seed, and reset the environments."""
@@ -41,6 +52,7 @@ class Watched(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
         """Count the steps, check the actions, and step the environments."""
         self.taken += self.num_envs
+        self.actions = zlib.crc32(np.ascontiguousarray(actions).tobytes(), self.actions)
         if self.outside is None and not self.action_space.contains(np.asarray(actions, self.action_space.dtype)):
             self.outside = np.array(actions)
         return super().step(actions)
@@ -75,6 +87,10 @@ class Monitor:
         self.offers.append(steps)
 
 
+Run: TypeAlias = tuple[Algorithm, Monitor]
+"""A trained algorithm and the monitor of its training run."""
+
+
 @dataclass(frozen=True, eq=False)
 class AlgorithmUnderTest:
     """The record of an algorithm, with the environment ID and the settings for its checks."""
@@ -107,9 +123,7 @@ class AlgorithmUnderTest:
         cls: type[Algorithm] = self.record.load()
         return cls(env, cls.resolve_config(self.config), seed)
 
-    def train(
-        self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor
-    ) -> tuple[Algorithm, Monitor]:
+    def train(self, steps: int, seed: int = 5, monitor: Callable[[Watched], Monitor] = Monitor) -> Run:
         """Train a new algorithm, and return the algorithm and its monitor."""
         with closing(self.make_env()) as env:
             algorithm, told = self.make(env, seed), monitor(env)
@@ -123,7 +137,7 @@ class AlgorithmUnderTest:
             return self.make(env)
 
     @cached_property
-    def trained(self) -> tuple[Algorithm, Monitor]:
+    def trained(self) -> Run:
         """The algorithm after training for :attr:`steps` steps, and its monitor.
 
         Several checks share this training run.
@@ -135,6 +149,18 @@ class AlgorithmUnderTest:
         """Number of environment steps needed for at least four iterations, estimated from a first training run."""
         told = [0, *self.trained[1].steps]
         return max(self.steps, 4 * max(b - a for a, b in zip(told, told[1:] or told, strict=False)))
+
+    def different(self, one: Run, other: Run) -> str | None:
+        """Return how two training runs differ in actions, metrics or predictions, or None if they are identical."""
+        if one[1].env.actions != other[1].env.actions:
+            return "the actions during training differ"
+        for steps, expected, found in zip(one[1].steps, one[1].rows, other[1].rows, strict=False):
+            text = difference(expected, found)
+            if text:
+                return f"the metrics at step {steps} differ: {text}"
+        seen = self.observations(8)
+        text = difference(one[0].predict(seen)[0], other[0].predict(seen)[0])
+        return f"the predictions differ: {text}" if text else None
 
     def observations(self, count: int) -> Any:
         """Return the first observations of ``count`` episodes, (count, …)."""

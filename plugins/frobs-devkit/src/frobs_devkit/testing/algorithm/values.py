@@ -10,13 +10,14 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor
+from frobs_devkit.testing.algorithm.aiming import aiming, choosing
+from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
-from frobs_devkit.testing.compare import difference
 
-_DISCOUNT = "gamma"
 _OTHER = 0.5  # a discount that no algorithm uses by default
+_NONE = 0.01  # a discount with which the future does not count
 _EPISODE = 10  # [steps]
+_CHOICE = 5  # training steps for a simple choice, as a multiple of those of other checks
 
 
 class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
@@ -40,11 +41,10 @@ class _OtherEnds(gym.vector.VectorWrapper[Any, Any, Any, Any, Any]):
 def discount_counts(subject: AlgorithmUnderTest) -> None:
     """Training with a different discount ``gamma`` gives a different result."""
     _require_discount(subject)
-    other = replace(subject, config={**subject.config, _DISCOUNT: _OTHER})
     expect(
-        _differs(subject, subject.trained, other.trained),
-        f"training with {_DISCOUNT}={_OTHER} gives the same result as with {_DISCOUNT}="
-        f"{_settings(subject)[_DISCOUNT]}; the setting has no effect.",
+        subject.different(subject.trained, _with_discount(subject, _OTHER).trained),
+        f"training with {DISCOUNT}={_OTHER} gives the same result as with {DISCOUNT}="
+        f"{_settings(subject)[DISCOUNT]}; the setting has no effect.",
     )
 
 
@@ -69,10 +69,54 @@ def final_observations_count(subject: AlgorithmUnderTest) -> None:
     if not ends:
         raise Inconclusive(f"no episode was truncated in {subject.steps} steps")
     expect(
-        _differs(subject, *told),
+        subject.different(*told),
         f"{ends} episodes were truncated, but changing their final observations does not affect training; bootstrap "
         "from info['final_obs'], because step() returns the first observation of the next episode.",
     )
+
+
+@after("discount_counts")
+def discount_ends_with_an_episode(subject: AlgorithmUnderTest) -> None:
+    """If every step terminates its episode, no step has a future, so the discount has no effect.
+
+    A discount that counts reveals a value that is bootstrapped after a termination, or returns that continue in the
+    next episode.
+    """
+    _require_discount(subject)
+    single = aiming(subject, terminates=True)
+    told = [_with_discount(single, discount).trained for discount in (_settings(subject)[DISCOUNT], _OTHER)]
+    text = single.different(*told)
+    expect(
+        text is None,
+        f"every step terminates its episode, but another {DISCOUNT} changes the training run: {text}. Neither "
+        "bootstrap after a terminated step, nor continue returns or advantages across the end of an episode.",
+    )
+
+
+@after("discount_counts")
+def rewards_are_discounted_per_step(subject: AlgorithmUnderTest) -> None:
+    """A reward that is n steps away counts gamma to the power of n, also if a value is bootstrapped after n steps.
+
+    With a discount of 0.5, a reward of 1 in each step is worth 2, less than a reward of 2.6 at once. A value after n
+    steps that counts gamma instead is worth at least 3.
+    """
+    _require_discount(subject)
+    choice = choosing(subject, time_limit=_EPISODE)
+    impatient = _with_discount(choice, _NONE)
+    first, steps = np.ones((1, 1), np.float32), _CHOICE * subject.steps
+    if _with_discount(choice, _OTHER).train(steps)[0].predict(first)[0][0] == 0:
+        return
+    if impatient.train(steps)[0].predict(first)[0][0] != 0:
+        raise Inconclusive(f"training for {steps} steps does not teach the algorithm to choose the larger reward")
+    expect(
+        False,
+        f"with {DISCOUNT}={_OTHER}, the algorithm prefers a reward of 1 in each step, which is worth 2, to a reward of 2.6 "
+        f"at once; discount a value that is bootstrapped after n steps with {DISCOUNT} to the power of n.",
+    )
+
+
+def _with_discount(subject: AlgorithmUnderTest, discount: float) -> AlgorithmUnderTest:
+    return replace(subject, config={**subject.config, DISCOUNT: discount})
 
 
 def _settings(subject: AlgorithmUnderTest) -> Mapping[str, Any]:
@@ -81,12 +125,5 @@ def _settings(subject: AlgorithmUnderTest) -> Mapping[str, Any]:
 
 
 def _require_discount(subject: AlgorithmUnderTest) -> None:
-    if _DISCOUNT not in _settings(subject):
-        raise NotApplicable(f"the algorithm has no setting '{_DISCOUNT}'")
-
-
-def _differs(subject: AlgorithmUnderTest, one: tuple[Any, Monitor], other: tuple[Any, Monitor]) -> bool:
-    """Return whether two training runs differ in their predictions or in their reported metrics."""
-    seen = subject.observations(8)
-    learned = [algorithm.predict(seen)[0] for algorithm, _ in (one, other)]
-    return one[1].rows != other[1].rows or difference(*learned) is not None
+    if DISCOUNT not in _settings(subject):
+        raise NotApplicable(f"the algorithm has no setting '{DISCOUNT}'")

@@ -8,10 +8,10 @@ from frobs_core import plugins
 from frobs_core.interfaces import Robot
 from frobs_core.specs import ControllerRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
-from frobs_devkit.testing.controller import contract, motion, rest
+from frobs_devkit.testing.controller import contract, motion, rest, timing
 from frobs_devkit.testing.controller.subject import ControllerUnderTest
 
-CHECKS = checks_of(contract, motion, rest)
+CHECKS = checks_of(contract, motion, timing, rest)
 """All controller checks, in the order in which they run."""
 
 

@@ -7,6 +7,7 @@ from copy import deepcopy
 import gymnasium as gym
 import numpy as np
 
+from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level, abilities
 from frobs_core.errors import ConfigurationError
 from frobs_core.interfaces import CommandMode, Controller
@@ -60,7 +61,10 @@ def commands_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
 
 
 def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
-    """If each action element moves a single joint, element i moves joint i of the group, regardless of joint names."""
+    """If each action element moves a single joint, element i moves joint i of the group, regardless of joint names.
+
+    All elements have the same sign: either larger elements move all joints forward, or all joints backward.
+    """
     for reverse in (False, True):
         try:
             with subject.bind(reverse=reverse) as bound:
@@ -71,24 +75,31 @@ def actions_have_the_order_of_the_group(subject: ControllerUnderTest) -> None:
                     raise NotApplicable(
                         "all joints are prismatic, so action elements may refer to Cartesian axes instead of joints"
                     )
-                moved = [_moved_columns(bound, number) for number in range(len(names))]
+                changes = np.array([_change(bound, number) for number in range(len(names))])
         except ConfigurationError as error:
             raise NotApplicable(f"the controller does not support this joint group: {error}") from error
-        if sorted(moved) != [[column] for column in range(len(names))]:
+        moved = changes != 0.0
+        if (moved.sum(axis=0) != 1).any() or (moved.sum(axis=1) != 1).any():
             raise NotApplicable("the elements of an action do not correspond one-to-one to the joints")
-        for number, [column] in enumerate(moved):
+        for number, column in enumerate(moved.argmax(axis=1)):
             expect(
                 number == column,
                 f"element {number} of an action moves joint '{names[column]}' of the group {', '.join(names)}, but "
                 f"it must move '{names[number]}'; use the joint order of JointGroup.joint_names.",
             )
+        signs = np.sign(changes.diagonal())
+        expect(
+            (signs == signs[0]).all(),
+            f"larger actions move some joints forward and others backward: the signs are {signs} for the joints "
+            f"{', '.join(names)}.",
+        )
 
 
-def _moved_columns(bound: Bound, number: int) -> list[int]:
-    """Return the indices of the command columns that depend on one element of the action."""
+def _change(bound: Bound, number: int) -> Floats:
+    """Return how much the commands increase from the minimum to the maximum of one element of the action, (dof,)."""
     commands = [bound.controller.apply(action).copy() for action in bound.extremes(number)]
-    changed = (commands[0] != commands[1]).reshape(-1, bound.robot.dof).any(axis=0)
-    return np.flatnonzero(changed).tolist()
+    change: Floats = (commands[1] - commands[0]).reshape(-1, bound.robot.dof).sum(axis=0)
+    return change
 
 
 def commands_have_their_shape(subject: ControllerUnderTest) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -10,7 +11,7 @@ import numpy as np
 from frobs_core.interfaces import CommandMode
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_close
-from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest
+from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero
 
 
 def actions_matter(subject: ControllerUnderTest) -> None:
@@ -55,7 +56,7 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
 def zero_action_rests(subject: ControllerUnderTest) -> None:
     """Without gravity, zero actions bring the robot to rest and keep it there."""
     with subject.bind() as bound:
-        if not _has_zero(bound):
+        if not has_zero(bound):
             raise NotApplicable("the action space does not contain zero")
         for _ in range(subject.count(75)):
             bound.step(bound.constant(0.0))
@@ -70,7 +71,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     """
     with subject.bind(gravity=EARTH) as bound:
         space = bound.controller.action_space
-        if not _has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
+        if not has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
             raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
         assert isinstance(space, gym.spaces.Box)
         for _ in range(subject.count(50)):
@@ -99,11 +100,21 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
             )
 
 
+@after("zero_action_does_not_drift")
 def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
     """For any action, the commands and the joint positions stay within the joint limits.
 
-    In each control step, a position command changes by no more than the joint's velocity limit allows.
+    In each control step, a position command changes by no more than the joint's velocity limit allows. If the limit
+    determines the change, this also holds for half the time between two actions.
     """
+    limited = _expect_limits(subject)
+    if limited and subject.decimation % 2 == 0:
+        _expect_limits(replace(subject, timestep=0.5 * subject.control_timestep))
+
+
+def _expect_limits(subject: ControllerUnderTest) -> bool:
+    """Check the limits, and return whether a velocity limit determined the change of a command."""
+    limited = False
     with subject.bind() as bound:
         space, robot = bound.controller.action_space, bound.robot
         mode = bound.controller.command_mode
@@ -131,12 +142,9 @@ def commands_stay_in_limits(subject: ControllerUnderTest) -> None:
                     "a position command differs from the previous command by more than the velocity limit allows in "
                     "one control step.",
                 )
+                limited |= bool((np.abs(command[:, -1] - before) > 0.99 * reach).any())
                 before = command[:, -1]
                 q = robot.joint_positions
                 over = np.maximum(robot.position_lower - q, q - robot.position_upper)
                 expect(over.max() < 0.1, f"the robot exceeds its joint limits by {over.max():.3g}.")
-
-
-def _has_zero(bound: Bound) -> bool:
-    space = bound.controller.action_space
-    return isinstance(space, gym.spaces.Box) and bool(((space.low <= 0) & (space.high >= 0)).all())
+    return limited

@@ -11,20 +11,27 @@ import numpy as np
 
 from frobs_core import plugins
 from frobs_core.arrays import Floats
-from frobs_core.compose import build, count_physics_steps
+from frobs_core.compose import build
 from frobs_core.control import RobotControl, joint_groups
 from frobs_core.errors import ConfigurationError, FrobsError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Placement, Robot, Scene, Simulation
 from frobs_core.models import Pose, RobotModel, load_model
 from frobs_core.robot_config import RobotConfig
 from frobs_devkit.testing.checks import NotApplicable, after, expect
-from frobs_devkit.testing.controller.subject import EARTH, PHYSICS_TIMESTEP, WEIGHTLESS, ControllerUnderTest
+from frobs_devkit.testing.controller.subject import EARTH, WEIGHTLESS, ControllerUnderTest
 
 _SECONDS = 2.0
 _AT_REST = 0.05  # [rad/s or m/s]
 
 
-@after("commands_have_their_shape", "actions_matter", "zero_action_rests", "zero_action_does_not_drift")
+@after(
+    "commands_have_their_shape",
+    "action_changes_are_followed",
+    "actions_matter",
+    "zero_action_rests",
+    "zero_action_does_not_drift",
+    "parts_of_a_robot_are_controlled",
+)
 def installed_robots_rest(subject: ControllerUnderTest) -> None:
     """A robot that is commanded to stay does not exceed its velocity limits, and rests after 2 s, on each installed robot.
 
@@ -77,10 +84,9 @@ def _expect_rest(subject: ControllerUnderTest, robot: Robot, model: RobotModel, 
         for _ in range(math.ceil(_SECONDS / subject.control_timestep)):
             handle.command(control.command([action]))
             if control.physics_rate:
-                decimation = count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP)
-                simulation.step_with(decimation, lambda: handle.command(control.update()))
+                simulation.step_with(subject.decimation, lambda: handle.command(control.update()))
             else:
-                simulation.step(count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP))
+                simulation.step(subject.decimation)
             _expect_slow(handle, handle.velocity_limit[0], f"{where}, exceeds a velocity limit")
         _expect_slow(handle, np.full(handle.dof, _AT_REST), f"{where}, does not rest after {_SECONDS:g} s")
 
@@ -137,13 +143,12 @@ def _placed(
         {"robot": Placement(robot=robot, model=model, pose=pose, command_mode=modes)},
         scene,
         num_envs=1,
-        physics_timestep=PHYSICS_TIMESTEP,
+        physics_timestep=subject.physics_timestep,
     )
     try:
         handle = simulation.robots["robot"]
         controller.bind_scene(scene, simulation)
-        decimation = count_physics_steps(subject.control_timestep, PHYSICS_TIMESTEP)
-        control = RobotControl(handle, {group: controller}, subject.control_timestep, decimation)
+        control = RobotControl(handle, {group: controller}, subject.control_timestep, subject.decimation)
         simulation.reset()
         controller.reset(None)
         yield simulation, control, handle.group(joint_groups(robot, model)[group], robot.tcp_of(group))

@@ -22,7 +22,6 @@ from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
 
 NUM_ENVS = 3
 
-PHYSICS_TIMESTEP = 0.002  # [s]
 _CONTROL_TIMESTEP = 0.04  # [s], used if the record does not define a control timestep
 WEIGHTLESS, EARTH = (0.0, 0.0, 0.0), (0.0, 0.0, -9.81)  # [m/s²]
 
@@ -67,6 +66,19 @@ class Bound:
         shape = (self.simulation.num_envs, *(self.controller.action_space.shape or ()))
         return np.broadcast_to(np.asarray(value, np.float64), shape).copy()
 
+    def middle(self) -> Any:
+        """Return the action in the middle of a Box space, or a random action of another space."""
+        space = self.controller.action_space
+        if not isinstance(space, gym.spaces.Box):
+            return self.actions(1, seed=0)[0]
+        return self.constant((space.low.astype(np.float64) + space.high) / 2.0)
+
+    def displace(self, offset: float, velocity: float = 0.0) -> None:
+        """Move all joints by an offset [rad or m] within their limits, without the controller's knowledge."""
+        robot = self.robot
+        positions = np.clip(robot.joint_positions + offset, robot.position_lower, robot.position_upper)
+        robot.write_joint_state(positions, np.full_like(positions, velocity))
+
     def extremes(self, number: int) -> Iterator[Floats]:
         """Begin two episodes, and yield an action for each, with one element at its minimum and then at its maximum."""
         space = self.controller.action_space
@@ -96,17 +108,29 @@ class Bound:
 
 @dataclass(frozen=True)
 class ControllerUnderTest:
-    """The record of a controller, with the simulator, the robot and the keyword arguments for its checks."""
+    """The record of a controller, with the simulator, the robot and the keyword arguments for its checks.
+
+    Attributes:
+        timestep: Time between two actions, or None for the record's [s].
+        physics_timestep: Duration of a physics step [s].
+    """
 
     record: ControllerRecord
     simulator: SimulatorRecord
     robot: Robot | None = None
     kwargs: Mapping[str, Any] = field(default_factory=dict)
+    timestep: float | None = None
+    physics_timestep: float = 0.002  # [s]
 
     @property
     def control_timestep(self) -> float:
         """Time between two actions [s]."""
-        return self.record.control_timestep or _CONTROL_TIMESTEP
+        return self.timestep or self.record.control_timestep or _CONTROL_TIMESTEP
+
+    @property
+    def decimation(self) -> int:
+        """Physics steps per control step."""
+        return count_physics_steps(self.control_timestep, self.physics_timestep)
 
     def count(self, steps: int) -> int:
         """Return ``steps``, or a smaller number of at least 3 if the control timestep is longer than the default."""
@@ -114,25 +138,38 @@ class ControllerUnderTest:
 
     @contextmanager
     def bind(
-        self, num_envs: int = NUM_ENVS, gravity: tuple[float, float, float] = WEIGHTLESS, *, reverse: bool = False
+        self,
+        num_envs: int = NUM_ENVS,
+        gravity: tuple[float, float, float] = WEIGHTLESS,
+        *,
+        reverse: bool = False,
+        joints: tuple[str, ...] = (),
     ) -> Iterator[Bound]:
         """Bind a new controller to a new simulation, which is closed at the end of the ``with`` block.
 
-        If ``reverse`` is True, the controller is bound to a group of all joints in reverse order.
+        If ``reverse`` is True, the controller is bound to a group of all joints in reverse order. If ``joints`` are
+        given, it is bound to a group of these joints.
 
         Raises:
             ConfigurationError: The controller cannot control the robot.
         """
         try:
-            bound = self._bind(self.robot or ARM, num_envs, gravity, reverse)
+            bound = self._bind(self.robot or ARM, num_envs, gravity, reverse, joints)
         except ConfigurationError:
             if self.robot is not None:
                 raise
-            bound = self._bind(ROVER, num_envs, gravity, reverse)
+            bound = self._bind(ROVER, num_envs, gravity, reverse, joints)
         with closing(bound.simulation):
             yield bound
 
-    def _bind(self, robot: Robot, num_envs: int, gravity: tuple[float, float, float], reverse: bool) -> Bound:
+    def _bind(
+        self,
+        robot: Robot,
+        num_envs: int,
+        gravity: tuple[float, float, float],
+        reverse: bool,
+        joints: tuple[str, ...],
+    ) -> Bound:
         controller: Controller = build(f"controller '{self.record.name}'", self.record.load(), self.kwargs)
         wheeled = robot.base == "wheeled"
         placement = Placement(
@@ -143,18 +180,17 @@ class ControllerUnderTest:
         )
         scene = Scene(gravity=EARTH if wheeled else gravity)  # wheels need the floor
         simulation: Simulation = self.simulator.load()(
-            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=PHYSICS_TIMESTEP
+            {"robot": placement}, scene, num_envs=num_envs, physics_timestep=self.physics_timestep
         )
         try:
             handle = simulation.robots["robot"]
-            decimation = count_physics_steps(self.control_timestep, PHYSICS_TIMESTEP)
             controller.bind_scene(scene, simulation)
-            group = handle.group(handle.joint_names[::-1]) if reverse else handle
-            controller.bind(group, self.control_timestep, decimation)
+            group = handle.group(joints or handle.joint_names[::-1]) if reverse or joints else handle
+            controller.bind(group, self.control_timestep, self.decimation)
         except BaseException:
             simulation.close()
             raise
-        bound = Bound(simulation, handle, controller, decimation)
+        bound = Bound(simulation, handle, controller, self.decimation)
         bound.begin()
         return bound
 
@@ -163,3 +199,9 @@ class ControllerUnderTest:
         if robot in (ARM, ROVER):
             return model_of(robot.model)
         return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
+
+
+def has_zero(bound: Bound) -> bool:
+    """Return whether the action space contains zero."""
+    space = bound.controller.action_space
+    return isinstance(space, gym.spaces.Box) and bool(((space.low <= 0) & (space.high >= 0)).all())

@@ -20,11 +20,12 @@ from frobs_devkit.testing.environment import (
     rewards,
     seeding,
     state,
+    success,
     vector,
 )
 from frobs_devkit.testing.environment.subject import EnvUnderTest
 
-CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, vector, randomization, pictures)
+CHECKS = checks_of(data, seeding, api, life, honesty, parts, rewards, state, success, vector, randomization, pictures)
 """All environment checks, in the order in which they run."""
 
 SKELETON = re.compile(r"Skeleton-v[0-9]+$")

@@ -8,11 +8,15 @@ from itertools import combinations
 
 import numpy as np
 
+from frobs_core import plugins
 from frobs_core.arrays import Floats
+from frobs_core.control import joint_groups
 from frobs_core.interfaces import Robot
 from frobs_core.models import (
     JointType,
     RobotModel,
+    composite_inertia,
+    default_gains,
     default_tcp,
     home_positions,
     inertia_matrix,
@@ -23,14 +27,21 @@ from frobs_core.models import (
 )
 from frobs_core.rotations import quat_rotate
 from frobs_devkit.doctor.bodies import body_findings
-from frobs_devkit.doctor.joints import joint_facts, joint_findings
+from frobs_devkit.doctor.joints import gravity_efforts, joint_facts, joint_findings
 from frobs_devkit.doctor.report import Finding, Severity
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
 _LIGHT = 0.02  # fraction of the robot's mass below which a link needs no collision shape
+_FARTHEST = 20.0  # [m] maximum plausible position of a prismatic joint
+_FASTEST = (50.0, "rad/s"), (20.0, "m/s")  # maximum plausible velocity limits of arms: of revolute, prismatic joints
+_GYRATION = 1.0 / 45.0, 7.0  # range of plausible radii of gyration, as fractions of half a link's diagonal
+_SOFTEST, _DAMPING = 0.1, (0.04, 25.0)  # minimum stiffness and range of damping, as fractions of the default gains
+_SLOWEST = 0.5  # [s] maximum time constant Kd / Kp
+_SLOWEST_OMEGA, _SAG, _POSTURES = 8.0, 0.1, 16  # [rad/s], [rad or m], number of postures in which joints carry weight
+_RINGING = 0.2  # minimum damping ratio
 _NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
 
 
@@ -61,9 +72,23 @@ def limits_are_stated(subject: RobotUnderTest) -> None:
 
 
 def limits_are_in_radians(subject: RobotUnderTest) -> None:
-    """Position limits are plausible in radians. The command 'frobs doctor robot' shows the details."""
+    """Position and velocity limits are plausible in radians and meters. 'frobs doctor robot' shows the details."""
     facts = joint_facts(subject.model, home_positions(subject.model, {}))
     _expect_none(joint_findings(subject.model, facts), "limits-in-degrees")
+    for joint in subject.model.actuated_joints:
+        limits, prismatic = joint.limits, joint.type is JointType.PRISMATIC
+        if joint.type is JointType.CONTINUOUS:
+            continue  # wheels and rotors
+        span = max(abs(limits.lower), abs(limits.upper))
+        expect(
+            not prismatic or not _FARTHEST < span < np.inf,
+            f"the position limits of joint '{joint.name}' reach {span:.3g} m; specify limits in meters.",
+        )
+        fastest, unit = _FASTEST[prismatic]
+        expect(
+            not fastest < limits.velocity < np.inf,
+            f"joint '{joint.name}' has a velocity limit of {limits.velocity:.3g} {unit}; specify limits in {unit}.",
+        )
 
 
 def home_is_inside_limits(subject: RobotUnderTest) -> None:
@@ -146,6 +171,27 @@ def inertias_are_possible(subject: RobotUnderTest) -> None:
         )
 
 
+def inertias_fit_sizes(subject: RobotUnderTest) -> None:
+    """Moments of inertia have the order of magnitude of the link's mass and size, so they are in kg·m²."""
+    model = subject.model
+    lengths = [float(np.linalg.norm(joint.origin.pos)) for joint in model.joints]
+    for link in model.links:
+        if link.inertial is None or link.inertial.mass <= 0.0:
+            continue  # the check inertias_are_possible reports masses that are not positive
+        bounds = link_bounds(link)
+        # without a shape, a link is at most as large as the robot, and nothing limits how small it is
+        size = sum(lengths) + 1.0 if bounds is None else 0.5 * float(np.linalg.norm(bounds[1] - bounds[0]))
+        low, high = 0.0 if bounds is None else _GYRATION[0] * size, _GYRATION[1] * max(size, 1e-3)
+        moment = float(np.linalg.eigvalsh(inertia_matrix(link.inertial))[-1])
+        radius = np.sqrt(max(moment, 0.0) / link.inertial.mass)
+        expect(
+            low <= radius <= high,
+            f"link '{link.name}' has a moment of inertia of {moment:.3g} kg·m² and a mass of {link.inertial.mass:.3g} "
+            f"kg, as if its mass were {radius:.3g} m away from its center; the link's size is about {2 * size:.3g} m. "
+            "Specify inertias in kg·m² (1 g·mm² is 1e-9 kg·m²).",
+        )
+
+
 def masses_fit_shapes(subject: RobotUnderTest) -> None:
     """Masses and inertias are plausible for the links' shapes. The command 'frobs doctor robot' shows the details."""
     _expect_none(body_findings(subject.model), "absurd-mass", "far-center", "too-large", "turned-inertia")
@@ -190,6 +236,52 @@ def gains_are_positive(subject: RobotUnderTest) -> None:
         )
 
 
+@after("gains_are_positive")
+def gains_suit_the_masses(subject: RobotUnderTest) -> None:
+    """The drives are stiff enough to follow commands, are damped, and do not creep."""
+    model = subject.model
+    home = home_positions(model, subject.robot.home)
+    usual, moved = default_gains(model, home), composite_inertia(model, home)
+    low = np.maximum([joint.limits.lower for joint in model.actuated_joints], -np.pi)
+    high = np.minimum([joint.limits.upper for joint in model.actuated_joints], np.pi)
+    postures = [home, *np.random.default_rng(0).uniform(low, high, (_POSTURES, len(home)))]
+    weights = np.abs([gravity_efforts(model, posture) for posture in postures]).max(axis=0)
+    for joint in model.actuated_joints:
+        name, (kp, kd) = joint.name, subject.gains.of(joint.name)
+        default_kp, default_kd = usual.of(name)
+        low, high = (share * default_kd for share in _DAMPING)
+        if kp == 0.0:  # a wheel
+            expect(
+                low <= kd <= high,
+                f"the damping gain of joint '{name}' is {kd:.3g}, but {default_kd:.3g} would suit the mass that the "
+                "joint moves.",
+            )
+            continue
+        inertia = moved[name] + subject.robot.armature.get(name, joint.armature)
+        expect(
+            kp >= max(_SOFTEST * default_kp, _SLOWEST_OMEGA**2 * inertia),
+            f"the stiffness of joint '{name}' is {kp:.3g}, which is too soft for the mass that the joint moves; "
+            f"{default_kp:.3g} would suit it.",
+        )
+        sag = weights[model.joint_names.index(name)] / kp
+        expect(
+            subject.robot.base != "fixed" or sag <= _SAG,
+            f"the weight that joint '{name}' carries bends it by up to {sag:.3g} rad or m, because its stiffness is only "
+            f"{kp:.3g}.",
+        )
+        ratio = kd / (2.0 * np.sqrt(kp * inertia))
+        expect(
+            ratio >= _RINGING,
+            f"joint '{name}' oscillates: its damping ratio is {ratio:.2g} with a damping gain of {kd:.3g}; "
+            f"{2.0 * np.sqrt(kp * inertia):.3g} damps it critically.",
+        )
+        expect(
+            kd <= _SLOWEST * kp,
+            f"joint '{name}' creeps to its target with a time constant of {kd / kp:.3g} s; reduce its damping gain of "
+            f"{kd:.3g} or increase its stiffness of {kp:.3g}.",
+        )
+
+
 def parts_exist(subject: RobotUnderTest) -> None:
     """The base, friction, armature and differential drive settings are valid and refer to existing links and joints."""
     robot, model = subject.robot, subject.model
@@ -218,6 +310,38 @@ def parts_exist(subject: RobotUnderTest) -> None:
         expect(
             min(*numbers, *accelerations) > 0, f"differential_drive contains a number that is not positive: {drive}."
         )
+        wheels = [joint.limits.velocity for joint in model.joints if joint.name in (*drive.left, *drive.right)]
+        fastest = min(wheels) * drive.wheel_radius  # [m/s]
+        for what, needed in (
+            ("max_linear_velocity", drive.max_linear_velocity),
+            ("max_angular_velocity", 0.5 * drive.separation * drive.max_angular_velocity),
+        ):
+            expect(
+                needed <= 1.05 * fastest,
+                f"{what} needs wheels that roll at {needed:.3g} m/s, but their velocity limit allows {fastest:.3g} m/s.",
+            )
+
+
+def groups_and_tools_are_valid(subject: RobotUnderTest) -> None:
+    """Joint groups do not overlap, and default controllers and end effectors refer to existing groups, links and joints."""
+    robot, model = subject.robot, subject.model
+    groups, limits = joint_groups(robot, model), {joint.name: joint.limits for joint in model.actuated_joints}
+    for group, controller in robot.default_controllers.items():
+        expect(group in groups, f"default_controllers contains '{group}', but the groups are {', '.join(groups)}.")
+        plugins.get_record("controller", controller)
+    for name, tool in robot.end_effectors.items():
+        what = f"end effector '{name}'"
+        links = [link.name for link in model.links]
+        expect(tool.tcp in links, f"the tcp '{tool.tcp}' of {what} is not a link; available: {', '.join(links)}.")
+        for group in {tool.arm, tool.group} - {""}:
+            expect(group in groups, f"{what} refers to the group '{group}', but the groups are {', '.join(groups)}.")
+        own = groups[tool.group] if tool.group else model.joint_names
+        for state in ("open", "closed"):
+            for joint, position in getattr(tool, state).items():
+                where = f"the {state} position of joint '{joint}' of {what}"
+                expect(joint in own, f"{where} is not that of a joint of the tool; available: {', '.join(own)}.")
+                low, high = limits[joint].lower, limits[joint].upper
+                expect(low - 1e-9 <= position <= high + 1e-9, f"{where} is {position}, outside of [{low}, {high}].")
 
 
 def fingers_close(subject: RobotUnderTest) -> None:

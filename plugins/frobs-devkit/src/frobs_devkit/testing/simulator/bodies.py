@@ -198,6 +198,25 @@ def every_shape_is_met(subject: SimulatorUnderTest) -> None:
 
 
 @verifies("contacts")
+def boxes_slide(subject: SimulatorUnderTest) -> None:
+    """A box that slides on a floor with the same friction loses speed at the rate of friction times gravity."""
+    time = 0.2  # [s]
+    for friction in (0.2, 0.4):
+        box = Body(
+            geometry=Box((0.2, 0.2, 0.1)),
+            pose=Pose((0.0, 2.0, 0.05)),
+            twist=((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)),
+            mass=1.0,
+            friction=friction,
+        )
+        with subject.build(bodies={"box": box}, floor_friction=friction, num_threads=1) as (sim, _):
+            sim.step(round(time / TIMESTEP))
+            lost = np.full(sim.num_envs, friction * 9.81 * time)
+            what = f"speed that a sliding box with a friction of {friction} loses in {time} s [m/s]"
+            expect_close(lost, 1.0 - sim.bodies["box"].twist[0][:, 0], 0.2 * float(lost[0]), what)
+
+
+@verifies("contacts")
 def frictions_brake(subject: SimulatorUnderTest) -> None:
     """Torsional and rolling friction slow down a ball on the floor, unless the simulator rejects such friction."""
     lying = replace(BALL, pose=Pose((0.0, 2.0, 0.05)))

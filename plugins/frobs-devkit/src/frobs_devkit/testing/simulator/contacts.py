@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from frobs_core.interfaces import Body, CommandMode, Contact, RobotHandle, Simulation
-from frobs_core.models import Box, Pose
+from frobs_core.models import Box, JointType, Pose
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
-from frobs_devkit.testing.simulator.robots import ROVER
+from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
@@ -136,6 +136,30 @@ def resultants_are_forces_on_the_first_side(subject: SimulatorUnderTest) -> None
             not sim.contact_resultant("box").any(),
             "the resultant of a contact from the previous episode is still reported after a reset.",
         )
+
+
+@verifies("contacts")
+@after("drives_follow_positions")
+def links_collide(subject: SimulatorUnderTest) -> None:
+    """Links that are not neighbors stop each other, unless the robot's description disables self-collision."""
+    model, reach, gap = model_of(PILE.model), 0.3, 0.18  # [m]
+    [turning, sliding] = model.joints
+    down = replace(
+        sliding,
+        type=JointType.PRISMATIC,
+        origin=Pose((0.0, 0.0, 0.19)),
+        axis=(0.0, 0.0, -1.0),
+        limits=replace(sliding.limits, lower=0.0, upper=reach),
+    )
+    apart = replace(model, joints=(turning, down))
+    for collides in (True, False):
+        pile = replace(PILE, self_collision=collides)
+        with subject.build(pile, model=apart, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
+            robot.command(np.tile([0.0, reach], (sim.num_envs, 1)))
+            sim.step(1000)
+            wanted = np.full(sim.num_envs, gap if collides else reach)
+            what = f"way of a ball toward another link of a robot with self_collision={collides} [m]"
+            expect_close(wanted, robot.joint_positions[:, 1], 0.03, what)
 
 
 def _standing_rover(

@@ -49,8 +49,8 @@ def abilities_are_declared(subject: SimulatorUnderTest) -> None:
 
 def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
     """Arrays are float64 of shape (num_envs, …), contacts are bool, and changing a returned array has no effect."""
-    contacts = {"ball": Contact(first="ball")} if subject.level("contacts") else {}
-    with subject.build(bodies={"ball": BALL}, contacts=contacts, num_threads=1) as (sim, robot):
+    contacts = {"ball": Contact(first="ball")} if subject.level("contacts") and subject.free_bodies else {}
+    with subject.build(bodies=subject.free_bodies, contacts=contacts, num_threads=1) as (sim, robot):
         n, dof = sim.num_envs, robot.dof
         robot.command(robot.home + 0.2)
         sim.step(3)
@@ -79,7 +79,7 @@ def arrays_have_their_shapes(subject: SimulatorUnderTest) -> None:
 @verifies("teleport")
 def writes_broadcast(subject: SimulatorUnderTest) -> None:
     """Written values have one row for each selected environment, in order, or a single row for all environments."""
-    with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
+    with subject.build(bodies=subject.free_bodies, num_threads=1) as (sim, robot):
         n = sim.num_envs
         robot.write_joint_state(np.array([0.2, -0.3]), np.array([[0.1, 0.4]]))
         expect_close(
@@ -97,6 +97,8 @@ def writes_broadcast(subject: SimulatorUnderTest) -> None:
         rows = spread(-1, 1, (n - 1, 2))
         robot.write_joint_state(rows, 0.0, mask)
         expect_close(rows, robot.joint_positions[mask], 1e-12, "joint_positions written to environments 0 and 2")
+        if not sim.bodies:
+            return
         places = spread(1, 2, (n - 1, 3))
         sim.bodies["ball"].write_pose(places, mask=mask)
         expect_close(places, sim.bodies["ball"].pose[0][mask], 1e-9, "the ball's positions in environments 0 and 2 [m]")
@@ -143,7 +145,7 @@ def static_bodies_stay(subject: SimulatorUnderTest) -> None:
 
 def unknown_targets_refused(subject: SimulatorUnderTest) -> None:
     """Unknown bodies, contacts and targets raise UnknownNameError, and too many command rows raise an error."""
-    with subject.build(bodies={"ball": BALL}, num_threads=1) as (sim, robot):
+    with subject.build(bodies=subject.free_bodies, num_threads=1) as (sim, robot):
         n = sim.num_envs
         if subject.level("contacts"):
             with expect_raises(UnknownNameError, "contact_force('no_such_contact')"):
@@ -195,7 +197,7 @@ def rows_of_a_single(subject: SimulatorUnderTest) -> None:
     """A simulation of one environment returns arrays with one row and accepts masks."""
     if subject.num_envs == 1:
         raise NotApplicable("the simulator supports only one environment, so the other checks already test this case")
-    with subject.build(num_envs=1, bodies={"ball": BALL}, num_threads=1) as (sim, robot):
+    with subject.build(num_envs=1, bodies=subject.free_bodies, num_threads=1) as (sim, robot):
         expect(robot.joint_positions.shape == (1, 2), f"joint_positions is {robot.joint_positions.shape}, not (1, 2).")
         sim.step(2)
         sim.reset(np.array([False]))
@@ -206,8 +208,7 @@ def rows_of_a_single(subject: SimulatorUnderTest) -> None:
 
 def _readings(sim: Simulation, robot: RobotHandle) -> list[tuple[str, Callable[[], Floats], tuple[int, ...]]]:
     n, dof = sim.num_envs, robot.dof
-    ball = sim.bodies["ball"]
-    return [
+    readings: list[tuple[str, Callable[[], Floats], tuple[int, ...]]] = [
         ("joint_positions", lambda: robot.joint_positions, (n, dof)),
         ("joint_velocities", lambda: robot.joint_velocities, (n, dof)),
         ("joint_efforts", lambda: robot.joint_efforts, (n, dof)),
@@ -217,7 +218,12 @@ def _readings(sim: Simulation, robot: RobotHandle) -> list[tuple[str, Callable[[
         ("frame_pose('tcp')[0]", lambda: robot.frame_pose("tcp")[0], (n, 3)),
         ("frame_pose('tcp')[1]", lambda: robot.frame_pose("tcp")[1], (n, 4)),
         ("frame_velocity('tcp')[1]", lambda: robot.frame_velocity("tcp")[1], (n, 3)),
-        ("the ball's pose[0]", lambda: ball.pose[0], (n, 3)),
-        ("the ball's pose[1]", lambda: ball.pose[1], (n, 4)),
-        ("the ball's twist[0]", lambda: ball.twist[0], (n, 3)),
     ]
+    if "ball" in sim.bodies:
+        ball = sim.bodies["ball"]
+        readings += [
+            ("the ball's pose[0]", lambda: ball.pose[0], (n, 3)),
+            ("the ball's pose[1]", lambda: ball.pose[1], (n, 4)),
+            ("the ball's twist[0]", lambda: ball.twist[0], (n, 3)),
+        ]
+    return readings

@@ -71,6 +71,12 @@ def given_joints_leave_the_state(subject: SimulatorUnderTest) -> None:
             expect_same_pose(wanted, robot.frame_pose("tcp", given), _TOLERANCE, f"{count} given vectors")
         after = (robot.joint_positions.copy(), robot.joint_velocities.copy(), sim.time.copy(), _copy(robot, "tcp"))
         expect_same(before, after, "the state after a call of frame_pose(frame, joint_positions)")
+        if subject.level("teleport"):
+            robot.write_base_pose(np.array([[1.0, 2.0, 3.0]]), np.array([[0.0, 1.0, 0.0, 0.0]]))
+            found = robot.frame_pose("tcp", given)
+            expect_same_pose(
+                wanted, found, _TOLERANCE, "5 given vectors after the base has moved from its initial pose"
+            )
 
 
 def jacobian_is_the_derivative(subject: SimulatorUnderTest) -> None:

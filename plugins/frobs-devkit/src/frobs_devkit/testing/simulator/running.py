@@ -7,11 +7,11 @@ import time
 import numpy as np
 
 from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode
-from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
+from frobs_core.interfaces import CommandMode, RobotHandle, Simulation
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
+from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import (
-    BALL,
     TIMESTEP,
     SimulatorUnderTest,
     expect_state,
@@ -32,12 +32,44 @@ def time_counts_steps(subject: SimulatorUnderTest) -> None:
         expect_close(np.full(sim.num_envs, 10 * TIMESTEP), sim.time, 1e-9, "time after 10 steps [s]")
 
 
+@after("command_rows_are_steps")
+def updates_come_between_steps(subject: SimulatorUnderTest) -> None:
+    """``step_with`` calls its function before each physics step except the first, and new commands act at once."""
+    if subject.record.is_paced:
+        raise NotApplicable("the simulator is paced, so its physics steps differ between runs")
+    efforts = np.array([[5.0, 0.1], [-9.0, 0.3], [20.0, -0.2], [1.0, 0.4]])  # (decimation, dof)
+    found, times = [], []
+    for rows in (True, False):
+        with subject.build(LIFT, mode=CommandMode.EFFORT, num_threads=1) as (sim, robot):
+            n = sim.num_envs
+            if rows:
+                robot.command(np.tile(efforts, (n, 1, 1)))
+                sim.step(4)
+            else:
+
+                def update(sim: Simulation = sim, robot: RobotHandle = robot) -> None:
+                    times.append(sim.time.copy())
+                    robot.command(np.tile(efforts[min(len(times), 3)], (sim.num_envs, 1)))
+
+                robot.command(np.tile(efforts[0], (n, 1)))
+                sim.step_with(4, update)
+            found.append(robot.joint_velocities.copy())
+    wanted = TIMESTEP * np.arange(1, 4)[:, None].repeat(n, axis=1)
+    expect_close(wanted, times, 1e-9, "times at which step_with(4, …) calls its function [s]")
+    expect_close(
+        found[0],
+        found[1],
+        1e-9,
+        "velocities after commands in step_with, compared with one command with a row per step",
+    )
+
+
 @verifies("determinism")
 def motion_repeats(subject: SimulatorUnderTest) -> None:
     """The same commands produce the same motion in a new simulation, after a reset, and with one or two threads."""
     traces = []
     for threads in (1, 2):
-        with subject.build(bodies={"ball": BALL}, num_threads=threads) as (sim, robot):
+        with subject.build(bodies=subject.free_bodies, num_threads=threads) as (sim, robot):
             for _ in range(2):
                 sim.reset()
                 robot.command(robot.home)
@@ -49,11 +81,11 @@ def motion_repeats(subject: SimulatorUnderTest) -> None:
 @verifies("batched")
 def rows_equal_singles(subject: SimulatorUnderTest) -> None:
     """With the same commands, environment i of a batch moves like a simulation with a single environment."""
-    with subject.build(bodies={"ball": BALL}) as (sim, robot):
+    with subject.build(bodies=subject.free_bodies) as (sim, robot):
         n = sim.num_envs
         expected = move(sim, robot, 8)
     for i in range(n):
-        with subject.build(bodies={"ball": BALL}, num_envs=1) as (sim, robot):
+        with subject.build(bodies=subject.free_bodies, num_envs=1) as (sim, robot):
             found = move(sim, robot, 8, rows=n, row=i)
         row = {name: array[[i]] for name, array in expected.items()}
         expect_state(subject, row, found, f"a single simulation compared with environment {i} of {n}")

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from functools import wraps
+from functools import cached_property, wraps
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from frobs_core.arrays import Floats
 from frobs_core.capabilities import Level
+from frobs_core.errors import ConfigurationError, SceneError
 from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle, Scene, Simulation
-from frobs_core.models import Box, Pose, Sphere
+from frobs_core.models import Box, Pose, RobotModel, Sphere
 from frobs_core.specs import SimulatorRecord
 from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.compare import expect_close, expect_same
@@ -62,6 +63,20 @@ class SimulatorUnderTest:
         """Number of environments for the checks: 3, or 1 if the simulator does not support batches."""
         return 3 if self.level("batched") else 1
 
+    @cached_property
+    def free_bodies(self) -> Mapping[str, Body]:
+        """A free ball for scenes in which anything may move, or nothing if the simulator rejects free bodies.
+
+        No capability says whether a simulator has free bodies: it rejects them with a SceneError.
+        """
+        ball = {"ball": BALL}
+        placement = Placement(robot=ARM, model=model_of(ARM.model), command_mode=CommandMode.POSITION)
+        try:
+            self.record.load()({"robot": placement}, Scene(bodies=ball), num_envs=1, physics_timestep=TIMESTEP).close()
+        except SceneError:
+            return {}
+        return ball
+
     @contextmanager
     def build(
         self,
@@ -72,18 +87,30 @@ class SimulatorUnderTest:
         pose: Pose | None = None,
         bodies: Mapping[str, Body] | None = None,
         num_threads: int = 0,
+        timestep: float = TIMESTEP,
+        model: RobotModel | None = None,
         **scene: Any,
     ) -> Iterator[tuple[Simulation, RobotHandle]]:
-        """Build and reset a simulation of one robot, and close the simulation at the end of the ``with`` block."""
-        placement = Placement(robot=robot, model=model_of(robot.model), pose=pose or Pose(), command_mode=mode)
+        """Build and reset a simulation of one robot, and close the simulation at the end of the ``with`` block.
+
+        Raises:
+            NotApplicable: The simulator rejects a scene with free bodies, or a robot whose base moves.
+        """
+        placement = Placement(robot=robot, model=model or model_of(robot.model), pose=pose or Pose(), command_mode=mode)
         whole = Scene(bodies=bodies or {}, **scene)
-        made: Simulation = self.record.load()(
-            whole.all_robots({"robot": placement}),
-            whole,
-            num_envs=self.num_envs if num_envs is None else num_envs,
-            physics_timestep=TIMESTEP,
-            num_threads=num_threads,
-        )
+        try:
+            made: Simulation = self.record.load()(
+                whole.all_robots({"robot": placement}),
+                whole,
+                num_envs=self.num_envs if num_envs is None else num_envs,
+                physics_timestep=timestep,
+                num_threads=num_threads,
+            )
+        except ConfigurationError as error:
+            free = any(body.is_free for body in whole.bodies.values())
+            if robot.base != "fixed" or (free and isinstance(error, SceneError) and not self.free_bodies):
+                raise NotApplicable(f"the simulator rejects what this check needs: {error}") from error
+            raise
         with closing(made) as simulation:
             simulation.reset()
             yield simulation, simulation.robots["robot"]

@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.errors import ConfigurationError, RenderingUnavailableError, UnknownNameError
 from frobs_core.interfaces import Camera, CommandMode, Contact, Lidar, Marker
 from frobs_core.models import Pose
-from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
+from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, WALL, SimulatorUnderTest, verifies
@@ -46,6 +46,14 @@ def bodies_are_placed(subject: SimulatorUnderTest) -> None:
         bar.write_pose(np.array([[0.0, -2.0, 1.0]]))
         sim.step(10)
         expect_close(np.tile([0.0, -2.0, 1.0], (n, 1)), bar.pose[0], 1e-9, "written position of a kinematic body [m]")
+        places = np.array([[[0.1, -2.5, 1.5], [0.4, 0.5, 1.2]]])
+        before = {name: body.pose[0].copy() for name, body in sim.bodies.items()}
+        sim.write_body_poses(("bar", "ball"), places, np.tile(_QUARTER_TURN, (1, 2, 1)), mask)
+        for number, name in enumerate(("bar", "ball")):
+            what = f"position of body '{name}', after write_body_poses in environment 0 [m]"
+            expect_close(np.where(mask[:, None], places[:, number], before[name]), sim.bodies[name].pose[0], 1e-9, what)
+            what = f"quat_wxyz of body '{name}' in environment 0, after write_body_poses"
+            expect_close(_QUARTER_TURN[0], sim.bodies[name].pose[1][0], 1e-9, what)
 
 
 @verifies("rays")
@@ -242,5 +250,7 @@ def contradictions_are_refused(subject: SimulatorUnderTest) -> None:
         "a camera whose up vector is parallel to its viewing direction": {"cameras": {"c": upright}},
     }
     for what, scene in scenes.items():
-        with expect_raises(ConfigurationError, f"a scene with {what}"), subject.build(**scene):
+        # a simulator that rejects every free body rejects this scene too
+        refusals = (ConfigurationError, NotApplicable)
+        with expect_raises(refusals, f"a scene with {what}"), subject.build(**scene):
             pass
