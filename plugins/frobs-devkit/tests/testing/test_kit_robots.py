@@ -251,6 +251,16 @@ def test_a_wheeled_robot_may_have_a_finger(tmp_path: Path) -> None:
         run(stuck, "mujoco.joints_follow")
 
 
+def test_fingers_that_move_in_the_same_direction_never_close(tmp_path: Path) -> None:
+    fingers = "".join(FINGER.format(name=name, y=y) for name, y in (("left", 0.1), ("right", -0.1)))
+    tool = EndEffector(
+        tcp="link_3", group="hand", open={"left": 0.05, "right": 0.05}, closed={"left": 0.0, "right": 0.0}
+    )
+    groups = {"arm": ("joint_0", "joint_1", "joint_2"), "hand": ("left", "right")}
+    with pytest.raises(CheckFailure, match="move in the same direction"):
+        run(replace(added(arm(tmp_path), fingers), groups=groups, end_effectors={"hand": tool}), "fingers_close")
+
+
 def test_an_entry_point_that_does_not_exist_is_one_failure() -> None:
     broken = RobotRecord(name="broken", summary="a robot", entry_point="frobs_core.errors:NO_SUCH_ROBOT")
     results = run_checks(check_robot(broken, ["mujoco"])).results

@@ -42,6 +42,7 @@ _SOFTEST, _DAMPING = 0.1, (0.04, 25.0)  # minimum stiffness and range of damping
 _SLOWEST = 0.5  # [s] maximum time constant Kd / Kp
 _SLOWEST_OMEGA, _SAG, _POSTURES = 8.0, 0.1, 16  # [rad/s], [rad or m], number of postures in which joints carry weight
 _RINGING = 0.2  # minimum damping ratio
+_STILL = 1e-4  # [m] change of a distance that is none
 _NEAR = 0.01  # [m], maximum distance between the tcp's and the tool's origins
 
 
@@ -351,9 +352,14 @@ def fingers_close(subject: RobotUnderTest) -> None:
     for name, tool in robot.end_effectors.items():
         joints = robot.groups.get(tool.group, () if tool.group else model.joint_names)
         gaps = [_gap(model, joints, home_positions(model, {**robot.home, **at})) for at in (tool.closed, tool.open)]
-        if not tool.open or gaps[0] is None or gaps[1] is None or gaps[0] == gaps[1]:
+        if not tool.open or tool.open == tool.closed or gaps[0] is None or gaps[1] is None:
             continue
         compared = True
+        expect(
+            abs(gaps[1] - gaps[0]) > _STILL,
+            f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart when closed and when open, because they move "
+            "in the same direction; turn the axis of one joint, or change the sign of its multiplier.",
+        )
         expect(
             gaps[0] < gaps[1],
             f"the fingers of end effector '{name}' are {gaps[0]:.3g} m apart when closed and {gaps[1]:.3g} m apart "

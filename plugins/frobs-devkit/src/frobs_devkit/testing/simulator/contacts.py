@@ -16,6 +16,7 @@ from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
+_FALL = 60  # physics steps in which a ball falls by 1 cm and bounces
 _MASS = 2.0  # [kg]
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=_MASS)
 _TURNED = replace(_BOX, pose=Pose(pos=(0.0, 3.0, 0.1), quat_wxyz=(0.5**0.5, 0.5**0.5, 0.0, 0.0)))
@@ -98,6 +99,20 @@ def contacts_are_those_of_all_steps(subject: SimulatorUnderTest) -> None:
         expect_close(
             force, sim.contact_force("ball"), 0.1 * force.max(), "force of a contact in the first of two steps [N]"
         )
+
+        def drop() -> None:
+            sim.bodies["ball"].write_pose(np.tile([0.0, 2.0, 0.06], (n, 1)))
+
+        drop()
+        forces = []
+        for _ in range(_FALL):
+            sim.step(1)
+            forces.append(sim.contact_force("ball").copy())
+        drop()
+        sim.step(_FALL)
+        largest = np.max(forces, axis=0)
+        what = "largest force of a ball that bounces during a step [N]"
+        expect_close(largest, sim.contact_force("ball"), 0.1 * largest.max(), what)
 
 
 @verifies("contacts")
