@@ -1,4 +1,4 @@
-"""Faults of an author who had read the templates and the interfaces, and not the kit: eight plugins of each kind."""
+"""Faulty plugins of authors who had read the templates and the interfaces, and not the kit."""
 
 from __future__ import annotations
 
@@ -6,18 +6,22 @@ import ast
 import importlib
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from planting import ROOT, Fault, source_of
 
+from frobs_core import plugins
 from frobs_core.capabilities import Level
 from frobs_core.specs import AlgorithmRecord, ControllerRecord, SimulatorRecord, TaskRecord
 from frobs_devkit.testing import Check, check_algorithm, check_controller, check_robot, check_simulator, check_task
 
 sys.path.append(str(ROOT / "tests" / "contracts"))  # for the arm with a gripper
+sys.path.append(str(ROOT / "tests" / "conformance"))  # for the settings of short trainings
 
-PACKAGE = "by_outsider"
+PACKAGES = ("by_outsider", "by_strangers")
+"""Folders of faults: of one author before version 0.2, and of three authors before version 0.3."""
+
 KINDS = ("task", "controller", "robot", "simulator", "algorithm")
 
 FIRST_TRY = frozenset(
@@ -47,7 +51,41 @@ FIRST_TRY = frozenset(
         "trains_so_many_more",
     ]
 )
-"""Faults that the kit caught when they were written; it was improved for the others."""
+"""Faults of the first author that the kit caught when they were written; it was improved for the others."""
+
+FIRST_TRY_OF_STRANGERS = frozenset(
+    [
+        "compound_inertia",
+        "cross_entropy_checkpoint_before_learning",
+        "dqn_values_beyond_terminal_states",
+        "efforts_before_the_gears",
+        "goes_on_when_told_to_stop",
+        "gripping_casters",
+        "half_separation",
+        "joint_position_change_in_radians",
+        "last_joint_without_gains",
+        "late_clip",
+        "memory_survives_episodes",
+        "mujoco_link_velocity_at_the_mass_center",
+        "mujoco_mass_without_inertia",
+        "mujoco_wrench_at_the_origin",
+        "ppo_time_limit_is_terminal",
+        "redraw_all",
+        "relabels_with_sparse_reward",
+        "resultant_on_second_side",
+        "starts_from_home",
+        "tcp_impedance_mass_center_unrotated",
+        "td3_loads_no_target_networks",
+        "template_body_keeps_its_velocity",
+        "time_includes_homing",
+        "time_limit_terminates",
+        "velocity_from_last_reading",
+        "weight_at_link_frames",
+        "wraps_angles",
+        "wrench_in_body_frame",
+    ]
+)
+"""Faults of the three authors that the kit caught when they were written."""
 
 NOTES: Mapping[str, str] = {
     "action_change_per_second": (
@@ -84,25 +122,14 @@ SOUND: Mapping[str, str] = {
 }
 """Plugins without a fault, in which nothing may be caught: name of a module, and its source."""
 
-_SHORT: Mapping[str, Mapping[str, Any]] = {
-    "PPO": {"n_steps": 64, "batch_size": 32, "n_epochs": 2},
-    "TD3": {
-        "learning_starts": 60,
-        "batch_size": 16,
-        "buffer_size": 1000,
-        "policy_kwargs": {"net_arch": [64, 64]},
-    },
-}
-"""Settings with which a training of a few hundred steps has several iterations, by the class that was edited."""
 
-
-def faults() -> Iterator[Fault]:
-    """Yield the forty faults; the name of each is the first sentence of its module."""
-    folder = Path(__file__).with_name(PACKAGE)
+def faults(package: str) -> Iterator[Fault]:
+    """Yield the faults of a folder; the name of each is the first sentence of its module."""
+    folder = Path(__file__).with_name(package)
     for kind in KINDS:
         for path in sorted((folder / kind).glob("*.py")):
             if path.stem != "edited":
-                module = f"{PACKAGE}.{kind}.{path.stem}"
+                module = f"{package}.{kind}.{path.stem}"
                 name = (ast.get_docstring(ast.parse(source_of(module))) or "").rstrip(".")
                 yield Fault(name, module, source_of(module), path.stem)
 
@@ -110,23 +137,30 @@ def faults() -> Iterator[Fault]:
 def sound() -> Iterator[Fault]:
     """Yield plugins without a fault."""
     for name, source in SOUND.items():
-        yield Fault("nothing", f"{PACKAGE}.{name}", source, name)
+        yield Fault("nothing", f"{PACKAGES[0]}.{name}", source, name)
 
 
 def checks_for(module: str) -> Iterator[Check]:
     """Yield what ``frobs check`` asks of a plugin, on MuJoCo: the quick first."""
     kind, planted = module.split(".")[1], importlib.import_module(module)
-    common = {"name": "planted", "summary": planted.__doc__ or "", "entry_point": f"{module}:Faulty"}
     if kind == "robot":
         yield from check_robot(planted.FAULTY, ["mujoco"])
-    elif kind == "controller":
+        return
+    common = {"name": "planted", "summary": planted.__doc__ or "", "entry_point": f"{module}:Faulty"}
+    extended = _extended(kind, planted.Faulty)
+    if kind == "controller":
         controller = ControllerRecord(**common)
         yield from check_controller(controller)
-        yield from check_controller(controller, robot="irb120")
+        yield from check_controller(controller, robot="kobuki" if extended == "differential_drive" else "irb120")
     elif kind == "simulator":
         levels = {Level.EXACT: planted.EXACT, Level.APPROXIMATE: planted.APPROXIMATE}
         capabilities = {name: level for level, names in levels.items() for name in names.split()}
         yield from check_simulator(SimulatorRecord(capabilities=capabilities, **common))
+    elif kind == "task" and extended:
+        task = replace(plugins.records("task")[extended], **common)
+        yield from check_task(task)
+        if hasattr(planted.Faulty, "compute_reward"):
+            yield from check_task(task, reward_type="dense")
     elif kind == "task":
         from templates.my_drive import MyDrive
         from templates.my_rover import MY_ROVER
@@ -139,6 +173,17 @@ def checks_for(module: str) -> Iterator[Check]:
             controller="differential_drive" if drives else "joint_delta_position",
         )
     else:
-        edited = next((name for name in (cls.__name__ for cls in planted.Faulty.__mro__) if name in _SHORT), "")
-        spaces = ("Box",) if edited else ("Box", "Discrete")
-        yield from check_algorithm(AlgorithmRecord(action_spaces=spaces, **common), _SHORT.get(edited))
+        from test_records import SHORT
+
+        spaces = ("Discrete", "Box") if extended == "dqn" else ("Box",) if extended else ("Box", "Discrete")
+        yield from check_algorithm(AlgorithmRecord(action_spaces=spaces, **common), SHORT.get(extended))
+
+
+def _extended(kind: str, faulty: type) -> str:
+    """Return the name of the shipped part that a class extends, or an empty string for a template."""
+    for cls in faulty.__mro__[1:]:
+        for name, record in plugins.records(kind).items():
+            module, _, attribute = record.entry_point.partition(":")
+            if attribute == cls.__name__ and cls.__module__.startswith(module):
+                return name
+    return ""

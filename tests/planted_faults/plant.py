@@ -6,7 +6,7 @@ import importlib
 import json
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -20,6 +20,7 @@ from planting import ROOT, Fault, ask, source_of
 PAGE = ROOT / "docs" / "reference" / "planted-faults.md"
 SEED, DRAWN = 6, 45
 FOREIGN = "## Written without reading the kit"
+STRANGERS = "## Written by three authors who had not read the kit"
 
 Row = tuple[Fault, str | None]
 
@@ -36,7 +37,7 @@ def measure(faults: Iterable[Fault]) -> list[Row]:
 
 def serve() -> None:
     """Answer each line of stdin, a part of a module's or a fault's name, with JSON: a list of (fault, what catches it)."""
-    written = [*by_hand.faults(), *outsider.faults()]
+    written = [*by_hand.faults(), *(fault for package in outsider.PACKAGES for fault in outsider.faults(package))]
     for line in sys.stdin:
         faults = [fault for fault in written if line.strip() in f"{fault.module} {fault.name}"]
         if any(".algorithm." in fault.module for fault in faults):  # import others' large libraries before the fork
@@ -49,13 +50,13 @@ def serve() -> None:
 def expect_sound(faults: Iterable[Fault]) -> None:
     """Plant nothing in a module of each package, and see that nothing is caught: else every fault would be."""
     modules = {fault.module.partition(".")[0]: fault.module for fault in faults}
-    foreign = outsider.sound() if modules.pop(outsider.PACKAGE, None) else ()
+    foreign = outsider.sound() if [modules.pop(package, None) for package in outsider.PACKAGES] != [None, None] else ()
     for nothing in (*foreign, *(Fault("nothing", module, source_of(module), "") for module in modules.values())):
         caught = ask(nothing)
         assert caught is None, f"{nothing.module}: '{caught}' fails without a fault"
 
 
-def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> str:
+def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row], strangers: Sequence[Row]) -> str:
     """Return the page."""
     rows = [*hand, *drawn]
     caught = sum(found is not None for _, found in rows)
@@ -86,6 +87,7 @@ def page(hand: Sequence[Row], drawn: Sequence[Row], foreign: Sequence[Row]) -> s
         *(f"| {fault.where.replace('|', chr(92) + '|')} | `{fault.module}` | {_by(found)} |" for fault, found in drawn),
         "",
         *foreign_lines(foreign),
+        *strangers_lines(strangers),
         "## Survivors",
         "",
         "| change | module | why |",
@@ -111,19 +113,42 @@ def foreign_lines(rows: Sequence[Row]) -> list[str]:
         f"improved; now **{caught} of {len(rows)}** are caught. Each plugin is one file in "
         "`tests/planted_faults/by_outsider/`.",
         "",
-        "| fault | file | at first | caught first by |",
-        "|---|---|---|---|",
-        *(
-            f"| {fault.name} | `{'/'.join(fault.module.split('.')[1:])}.py` | "
-            f"{'caught' if fault.where in outsider.FIRST_TRY else 'survived'} | {_by(found)} |"
-            for fault, found in rows
-        ),
+        *_table(rows, outsider.FIRST_TRY),
         "",
         "No plugin was caught because it crashed or could not be imported. Three plugins were at first caught for a reason "
         "other than the mistake that their author intended:",
         "",
         *(f"- `{file}`: {note}." for file, note in outsider.NOTES.items()),
         "",
+    ]
+
+
+def strangers_lines(rows: Sequence[Row]) -> list[str]:
+    """Return the section of the page about faults by three authors who had not read the kit."""
+    caught = sum(found is not None for _, found in rows)
+    return [
+        STRANGERS,
+        "",
+        f"For version 0.3, three authors wrote {len(rows)} faulty plugins, most of them extensions of shipped parts. They "
+        "knew the tutorials, the interfaces and the shipped parts, but no check, and no check was written for their "
+        f"faults before the first try. **{len(outsider.FIRST_TRY_OF_STRANGERS)} of {len(rows)}** were caught at the first "
+        f"try, and **{caught} of {len(rows)}** are caught now. The files are in `tests/planted_faults/by_strangers/`.",
+        "",
+        *_table(rows, outsider.FIRST_TRY_OF_STRANGERS),
+        "",
+    ]
+
+
+def _table(rows: Sequence[Row], at_first: Collection[str]) -> list[str]:
+    return [
+        "| fault | file | at first | caught first by |",
+        "|---|---|---|---|",
+        *(
+            f"| {fault.name} | `{'/'.join(fault.module.split('.')[1:])}.py` | "
+            f"{'caught' if fault.where in at_first else 'survived'} | "
+            f"{_by(found) if found else f'**survives**: {survivors.reason(fault)}'} |"
+            for fault, found in rows
+        ),
     ]
 
 
@@ -141,7 +166,7 @@ def main() -> None:
     )
     parser.add_argument("--seed", type=int, default=SEED, help="of the faults that are drawn")
     parser.add_argument("--drawn", type=int, default=DRAWN, help="how many are drawn")
-    parser.add_argument("--foreign", action="store_true", help="measure and write that section of the page only")
+    parser.add_argument("--foreign", action="store_true", help="measure and write the sections of other authors only")
     parser.add_argument("--quick", action="store_true", help="do not make sure first that sound modules pass")
     parser.add_argument("--serve", action="store_true", help="measure what each line of stdin names")
     options = parser.parse_args()
@@ -151,7 +176,7 @@ def main() -> None:
     chosen = [[fault for fault in faults if options.only in f"{fault.module} {fault.name}"]
               for faults in (() if options.foreign else by_hand.faults(),
                              () if options.foreign else mutator.draw(options.drawn, options.seed),
-                             outsider.faults())]  # fmt: skip
+                             *map(outsider.faults, outsider.PACKAGES))]  # fmt: skip
     if not options.quick:
         expect_sound(fault for faults in chosen for fault in faults)
     rows = [measure(faults) for faults in chosen]
@@ -160,7 +185,8 @@ def main() -> None:
     if options.foreign:
         before, _, after = PAGE.read_text("utf-8").partition(f"{FOREIGN}\n")
         before, survivors = before.split("## Survivors") if not after else (before, after.split("## Survivors")[1])
-        PAGE.write_text(before + "\n".join(foreign_lines(rows[2])) + "\n## Survivors" + survivors, "utf-8")
+        sections = [*foreign_lines(rows[2]), *strangers_lines(rows[3])]
+        PAGE.write_text(before + "\n".join(sections) + "\n## Survivors" + survivors, "utf-8")
     else:
         PAGE.write_text(page(*rows), "utf-8")
 

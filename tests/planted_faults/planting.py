@@ -110,7 +110,7 @@ def path_of(module: str) -> Path:
     folder = f"plugins/{top.replace('_', '-')}/src"
     if top in ("frobs_core", "templates"):
         folder = ""
-    elif top == "by_outsider":
+    elif top.startswith("by_"):
         folder = "tests/planted_faults"
     return ROOT / folder / package.replace(".", "/") / f"{name}.py"
 
@@ -126,7 +126,7 @@ def replaced(name: str, module: str, old: str, new: str) -> Fault:
 def checks_for(module: str) -> Iterator[Check]:
     """Yield what the kit asks of what a module is part of: the quick first, and what needs no picture."""
     package, _, name = module.rpartition(".")
-    if package.startswith("by_outsider"):
+    if package.startswith("by_"):
         import outsider  # which imports this module
 
         yield from outsider.checks_for(module)

@@ -14,12 +14,15 @@ import by_hand
 import mutator
 import outsider
 import pytest
-from plant import DRAWN, FOREIGN, PAGE, SEED
+import survivors
+from plant import DRAWN, FOREIGN, PAGE, SEED, STRANGERS
 from planting import source_of
 
 MEASURE = Path(__file__).with_name("plant.py")
 BY_HAND = list(by_hand.faults())
-FOREIGN_FAULTS = list(outsider.faults())
+FOREIGN_FAULTS = list(outsider.faults("by_outsider"))
+STRANGERS_FAULTS = list(outsider.faults("by_strangers"))
+STRANGERS_CAUGHT = [fault for fault in STRANGERS_FAULTS if survivors.reason(fault) == survivors.NONE]
 FOREIGN_SAMPLE = ("tcp_at_the_elbow", "joints_by_alphabet")
 SAMPLE = ("joints commanded in reverse order", "a joint limit ignored")
 """Caught within seconds, each by a check of another kind."""
@@ -87,6 +90,20 @@ def test_the_page_lists_every_fault_that_was_written_without_reading_the_kit() -
         assert f"| {fault.name} |" in section
 
 
+def test_the_page_lists_every_fault_of_the_three_authors() -> None:
+    section = PAGE.read_text("utf-8").split(STRANGERS)[1].split("\n## ")[0]
+    first, total, caught, again = map(
+        int, re.search(r"\*\*(\d+) of (\d+)\*\* .* \*\*(\d+) of (\d+)\*\*", section).groups()
+    )
+    assert first == len(outsider.FIRST_TRY_OF_STRANGERS)
+    assert total == again == len(STRANGERS_FAULTS) == 45
+    assert caught == len(STRANGERS_CAUGHT)
+    assert {fault.where for fault in STRANGERS_FAULTS} >= outsider.FIRST_TRY_OF_STRANGERS
+    assert "not looked at yet" not in section
+    for fault in STRANGERS_FAULTS:
+        assert f"| {fault.name} |" in section
+
+
 def test_there_are_eight_foreign_faults_of_each_kind() -> None:
     kinds = [fault.module.split(".")[1] for fault in FOREIGN_FAULTS]
     assert {kind: kinds.count(kind) for kind in kinds} == dict.fromkeys(outsider.KINDS, 8)
@@ -117,7 +134,9 @@ def test_a_planted_fault_is_caught(name: str, plant: Callable[[str], dict[str, s
 
 @pytest.mark.slow
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("name", [*(fault.name for fault in BY_HAND), *(fault.where for fault in FOREIGN_FAULTS)])
+@pytest.mark.parametrize(
+    "name", [*(fault.name for fault in BY_HAND), *(fault.where for fault in (*FOREIGN_FAULTS, *STRANGERS_CAUGHT))]
+)
 def test_every_fault_that_somebody_wrote_is_caught(name: str, plant: Callable[[str], dict[str, str | None]]) -> None:
     assert_caught(plant(name))
 

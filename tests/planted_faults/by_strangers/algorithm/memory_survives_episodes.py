@@ -1,0 +1,22 @@
+"""The recurrent policy ignores the starts of episodes when it predicts, so that its memory goes on into the next one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_algos_sb3.recurrent_ppo import RecurrentPPO
+from frobs_core.arrays import Action, Mask
+from frobs_core.interfaces import Observation
+
+
+class Faulty(RecurrentPPO):
+    def predict(
+        self,
+        observation: Observation,
+        state: tuple[np.ndarray[Any, Any], ...] | None = None,
+        episode_start: Mask | None = None,
+        deterministic: bool = True,
+    ) -> tuple[Action, tuple[np.ndarray[Any, Any], ...] | None]:
+        return super().predict(observation, state, deterministic=deterministic)
