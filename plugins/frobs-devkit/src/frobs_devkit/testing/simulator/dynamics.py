@@ -38,7 +38,7 @@ def bodies_fall_and_spin(subject: SimulatorUnderTest) -> None:
     steps, twist = 200, np.array(_TWIST)
     t, turn = steps * _HALF, np.array(_TWIST[1])
     scene = {"ball": replace(BALL, pose=TILTED, twist=_TWIST)}
-    with subject.build(bodies=scene, gravity=_GRAVITY, floor=False, timestep=_HALF) as (sim, _):
+    with subject.build(bodies=scene, gravity=_GRAVITY, floor=False, timestep=_HALF, num_threads=1) as (sim, _):
         n, ball = sim.num_envs, sim.bodies["ball"]
         sim.step(steps)
         expect_close(np.full(n, t), sim.time, 1e-9, f"time after {steps} steps of {_HALF} s [s]")
@@ -60,7 +60,7 @@ def plates_precess(subject: SimulatorUnderTest) -> None:
     assert inertial is not None
     steps = 100
     quat, spin = _free_spin(inertial, np.array(TILTED.quat_wxyz), np.array(_PLATE.twist[1]), steps * TIMESTEP)
-    with subject.build(bodies={"plate": _PLATE}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+    with subject.build(bodies={"plate": _PLATE}, gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, _):
         n, plate = sim.num_envs, sim.bodies["plate"]
         sim.step(steps)
         expect_close(np.tile(spin, (n, 1)), plate.twist[1], 0.1, "ang_vel_world of a plate that spins freely")
@@ -81,7 +81,13 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
         tolerance = _TOLERANCES.get(treatments.get(element, Treatment.DROPPED))
         if tolerance is None:
             continue  # the simulator says that it ignores this element
-        options: dict[str, Any] = {"mode": CommandMode.EFFORT, "gravity": _WEIGHTLESS, "floor": False, "model": changed}
+        options: dict[str, Any] = {
+            "mode": CommandMode.EFFORT,
+            "gravity": _WEIGHTLESS,
+            "floor": False,
+            "model": changed,
+            "num_threads": 1,
+        }
         with subject.build(LIFT, **options) as (sim, robot):
             n = sim.num_envs
             robot.write_joint_state(np.zeros((n, 2)), _FAST.repeat(n, axis=0))
@@ -123,7 +129,7 @@ def joints_carry_their_weight(subject: SimulatorUnderTest) -> None:
     """In any gravity and any pose of the base, the drives' efforts at rest support the weight of the links."""
     if subject.record.is_paced:
         raise NotApplicable("the simulator is paced, so its world has its own gravity")
-    with subject.build(pose=TILTED, gravity=_GRAVITY, floor=False) as (sim, robot):
+    with subject.build(pose=TILTED, gravity=_GRAVITY, floor=False, num_threads=1) as (sim, robot):
         robot.command(robot.home + np.array([[0.4, -0.7]]) * np.arange(sim.num_envs)[:, None])
         for _ in range(100):  # long enough for the robot to come to rest
             sim.step(20)
@@ -135,7 +141,7 @@ def joints_carry_their_weight(subject: SimulatorUnderTest) -> None:
 @verifies("drive")
 def limits_stop_joints(subject: SimulatorUnderTest) -> None:
     """A joint does not move beyond its position limits, even if a target is beyond them."""
-    with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
+    with subject.build(gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
         for limits, side in ((robot.position_upper, 1.0), (robot.position_lower, -1.0)):
             robot.command(limits - 0.2 * side)
             sim.step(600)
@@ -149,7 +155,7 @@ def limits_stop_joints(subject: SimulatorUnderTest) -> None:
 def command_modes_mix(subject: SimulatorUnderTest) -> None:
     """If joints have different command modes, one joint follows a velocity while the other one holds a position."""
     modes = (CommandMode.VELOCITY, CommandMode.POSITION)
-    with subject.build(LIFT, gravity=_WEIGHTLESS) as (sim, robot):
+    with subject.build(LIFT, gravity=_WEIGHTLESS, num_threads=1) as (sim, robot):
         robot.set_command_mode(modes)
         expect(tuple(robot.command_modes) == modes, f"command_modes is {robot.command_modes}, not {modes}.")
         command = np.array([[0.2, 0.5]]).repeat(sim.num_envs, axis=0)
