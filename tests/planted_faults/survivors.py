@@ -77,6 +77,10 @@ REASONS: dict[tuple[str, str], str] = {
     ): "a term may be 0 in all steps of random episodes, such as a bonus for success",
     ("by_strangers.task.push_held_in_total", ""): "when a condition counts as held is the task's own",
     ("by_strangers.task.unwrapped_bearing", ""): "an observation may jump, for example when the goal changes",
+    (
+        "by_strangers.algorithm.cross_entropy_mixes_episodes",
+        "",
+    ): "with the default of one episode per sample, nothing is mixed",
 }
 """By module, and a part of the change."""
 
