@@ -15,7 +15,7 @@ from frobs_cli.group import _reported
 from frobs_cli.program import program
 from frobs_core.errors import CheckpointError, FrobsError, RunError
 from frobs_core.files import read_json
-from frobs_train import Run
+from frobs_train import Run, resume
 from frobs_train.comparison.compare import compare
 from frobs_train.configuration.config import RunConfig
 from frobs_train.export.export_facts import learning_curve
@@ -272,6 +272,19 @@ def test_nothing_is_written_through_a_link_out_of_the_run(intact: Path, tmp_path
     assert Run.open(run).output("plots", "a.png") == run / "plots" / "a.png"
     (tmp_path / "link").symlink_to("run")
     assert Run.open(tmp_path / "link").output("plots", "a.png")
+
+
+@pytest.mark.parametrize("name", ["checkpoints", "tensorboard", "evaluations", "progress.csv", "video.mp4"])
+def test_a_training_does_not_go_on_through_a_link_out_of_the_run(intact: Path, tmp_path: Path, name: str) -> None:
+    run, other = tmp_path / "run", tmp_path / "other"
+    shutil.copytree(intact, run)
+    if (run / name).exists():
+        (run / name).rename(other)
+    (run / name).symlink_to(other)
+    before = sorted(other.rglob("*"))
+    with pytest.raises(RunError, match=f"{name} is a link to .* outside of the run folder"):
+        Run.open(run).output(name) if name == "video.mp4" else resume(run)
+    assert sorted(other.rglob("*")) == before
 
 
 def test_the_lock_does_not_follow_a_link(intact: Path, tmp_path: Path) -> None:

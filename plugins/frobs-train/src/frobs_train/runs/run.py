@@ -229,11 +229,13 @@ class Run:
             RunError: A symbolic link in the run folder would lead the write to another folder.
         """
         target = self.path.joinpath(*names)
-        if not target.parent.resolve().is_relative_to(self.path.resolve()):
-            raise RunError(
-                f"{target} is not written, because {target.parent} is a link to {target.parent.resolve()}, outside of the "
-                "run folder; remove the link, or choose another file."
-            )
+        for path in (target.parent, target):
+            real = Path(os.path.realpath(path))  # unlike Path.resolve(), also of a link to itself
+            if not real.is_relative_to(os.path.realpath(self.path)):
+                raise RunError(
+                    f"{target} is not written, because {path} is a link to {real}, outside of the run folder; remove the "
+                    "link, or choose another file."
+                )
         return target
 
 
