@@ -1,4 +1,4 @@
-"""Training goes on to the last step, even if the monitor says that it should end."""
+"""Training continues to the last step, even if the monitor says that it should end."""
 
 from __future__ import annotations
 

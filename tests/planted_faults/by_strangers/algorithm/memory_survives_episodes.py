@@ -1,4 +1,4 @@
-"""The recurrent policy ignores the starts of episodes when it predicts, so that its memory goes on into the next one."""
+"""The recurrent policy ignores the starts of episodes when it predicts, so that its memory continues into the next one."""
 
 from __future__ import annotations
 

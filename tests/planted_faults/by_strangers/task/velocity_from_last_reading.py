@@ -1,4 +1,4 @@
-"""The observed velocity of the tool is its motion since the term was last read, and a reset does not begin it anew."""
+"""The observed velocity of the tool is its motion since the term was last read, and a reset does not begin it again."""
 
 from __future__ import annotations
 
