@@ -76,8 +76,10 @@ for step in range(1, 21):
     observation, reward, terminated, truncated, info = env.step(np.clip(10.0 * observation, -1.0, 1.0))
     if step % 4 == 0:
         print(f"step {step:2}: reward {reward:6.3f}, success {info['is_success']}")
+assert info["is_success"] == 1.0  # actions toward the goal reach it within 20 steps
 env.close()
 
 report = run_checks(check_task(RECORD, robot="irb120", controller="joint_delta_position"))
 for result in report.results:
     print(f"{result.status}: {result.name}")
+assert report.ok
