@@ -524,9 +524,11 @@ def resultants_of_one_corner(original: Any, self: Any, name: str) -> Any:
 
 @wrong(MujocoSimulation, "step_with", "contacts_are_those_of_all_steps")
 def contacts_are_those_of_the_last_step(original: Any, self: Any, decimation: int, update: Any) -> None:
-    self.step(1)
-    for _ in range(1, decimation):
-        update()
+    pushed = {body: wrench.copy() for body, wrench in self._applied.items()}  # during all steps
+    for number in range(decimation):
+        if number:
+            update()
+            self._applied.update({body: wrench.copy() for body, wrench in pushed.items()})
         self.step(1)
 
 

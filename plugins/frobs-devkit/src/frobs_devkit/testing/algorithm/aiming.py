@@ -29,7 +29,7 @@ class Aim(gym.Env[Any, Any]):
         terminates: Whether every step terminates its episode.
     """
 
-    def __init__(self, discrete: bool, terminates: bool) -> None:
+    def __init__(self, discrete: bool, terminates: bool = False) -> None:
         self._terminates = terminates
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.action_space = gym.spaces.Discrete(2) if discrete else gym.spaces.Box(2.0, 6.0, (1,), np.float32)
