@@ -79,8 +79,8 @@ class LargeActions(Point):
 
 
 class Warns(Point):
-    def reset(self, *, seed: int | None = -1, options: Any = None) -> Any:
-        return super().reset(seed=None if seed == -1 else seed, options=options)
+    def seed(self, seed: int | None = None) -> None:
+        """Do nothing; Gymnasium warns of this method."""
 
 
 class Unbounded(Point):

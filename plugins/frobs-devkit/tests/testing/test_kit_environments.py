@@ -21,7 +21,7 @@ test_a_sound_goal_environment_passes = pytest_checks(
 @pytest.mark.parametrize(
     ("fault", "check", "told"),
     [
-        ("Warns", "gymnasium_checker", "default seed argument in reset should be `None`"),
+        ("Warns", "gymnasium_checker", "Official support for the `seed` function is dropped"),
         ("LargeActions", "stable_baselines3_checker", "symmetric and normalized"),
         ("ClosesOnce", "close_twice", "closed already"),
         ("DependsOnProcess", "fresh_process", "in a fresh process"),

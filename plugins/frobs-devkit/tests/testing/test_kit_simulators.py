@@ -146,13 +146,13 @@ def no_saturation(original: Any, self: Any, values: Any) -> None:
 
 @wrong(MujocoRobot, "command", "drives_follow_velocities")
 def velocities_halved(original: Any, self: Any, values: Any) -> None:
-    slow = self.command_mode == "velocity" and self.robot.base == "fixed"
+    slow = set(self.command_modes) == {"velocity"} and self.robot.base == "fixed"
     original(self, 0.5 * values if slow else values)
 
 
 @wrong(MujocoRobot, "joint_efforts", "drives_apply_efforts")
 def efforts_not_read(original: Any, self: Any) -> Any:
-    return np.zeros_like(original.fget(self))
+    return original.fget(self) * (set(self.command_modes) != {"effort"})
 
 
 @wrong(MujocoRobot, "command", "command_rows_are_steps")
@@ -457,7 +457,8 @@ def followers_stay(original: Any, self: Any, positions: Any, velocities: Any = 0
 
 @wrong(MujocoSimulation, "time", "arrays_have_their_shapes")
 def single_precision(original: Any, self: Any) -> Any:
-    return original.fget(self).astype(np.float32)
+    found = original.fget(self)
+    return found.astype(np.float32) if self.scene.floor else found
 
 
 @wrong(MujocoRobot, "write_joint_state", "writes_broadcast")
@@ -567,7 +568,7 @@ def forearm_twice_as_fast(original: Any, self: Any, frame: str) -> Any:
 @wrong(MujocoRobot, "command", "drives_follow_positions")
 def small_commands_are_off(original: Any, self: Any, values: Any) -> None:
     weightless = not self._simulation.parameter("gravity").any()
-    small = self.command_mode == "position" and self.dof == 2 and not weightless and np.abs(values).max() < 0.5
+    small = set(self.command_modes) == {"position"} and self.dof == 2 and not weightless and np.abs(values).max() < 0.5
     alone = small and self.joint_names == ("lift", "turn") and values.ndim == 2
     original(self, values + 1e-6 if alone and values[0, 1] == 0.4 else values)
 
@@ -836,8 +837,8 @@ def efforts_of_an_arm_are_small(original: Any, self: Any) -> Any:
 
 
 @wrong(MujocoSimulation, "_build_model", "limits_stop_joints")
-def no_joint_is_limited(original: Any, self: Any) -> Any:
-    model = original(self)
+def no_joint_is_limited(original: Any, self: Any, **keywords: Any) -> Any:
+    model = original(self, **keywords)
     if self._placements["robot"].model.name == "kit_arm":
         model.jnt_limited[:] = 0
     return model
