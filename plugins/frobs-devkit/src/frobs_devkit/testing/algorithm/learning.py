@@ -210,8 +210,8 @@ def settings_count(subject: AlgorithmUnderTest) -> None:
 
 
 def _words(name: str) -> set[str]:
-    """Return the words of a setting's name, except short ones."""
-    return {word for word in name.split("_") if len(word) > 2}
+    """Return the words of a setting's name, except single letters."""
+    return {word for word in name.split("_") if len(word) > 1}
 
 
 def _changes_nothing(subject: AlgorithmUnderTest, name: str, value: float) -> bool:
