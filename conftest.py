@@ -33,13 +33,13 @@ settings.load_profile("frobs")
 
 SAMPLES = 8
 EVERY = {"exhaustive": SAMPLES, "slow": 3}
-"""How many cases of a test function are one sample's, as one of this number, by the function's first mark."""
+"""A sample contains one in this many cases of a test function. The first mark in this order that the test has counts."""
 
 _SAMPLE = pytest.StashKey[int]()
 
 
 def choose_sample(environment: Mapping[str, str], commit: str) -> int:
-    """Return which eighth of the exhaustive tests to run, and so which third of the other slow ones, in [0, 8).
+    """Return the number of the sample, in [0, 8).
 
     Args:
         environment: Environment variables; ``FROBS_SAMPLE`` has priority over the commit.
@@ -57,7 +57,7 @@ def choose_sample(environment: Mapping[str, str], commit: str) -> int:
 
 
 def is_sampled(function: str, index: int, sample: int, every: int = SAMPLES) -> bool:
-    """Return whether a sample contains the case ``index`` (0-based) of a test function of which it has one in ``every``.
+    """Return whether a sample contains the case ``index`` (0-based) of a test function, if it contains one in ``every``.
 
     The first cases of the test functions are distributed over the samples, because many functions have a single case.
     """

@@ -38,7 +38,7 @@ BUDGETS: Mapping[str, Mapping[str, int]] = {
     },
     "mesh": {
         "bytes with the files that it names": 256 * 2**20,
-        "triangles": 2_000_000,  # MuJoCo would seem to hang with more
+        "triangles": 2_000_000,  # building a model from a larger mesh appears to hang
         "triangles to decompose": 20_000,
         "vertices": 12_000_000,
         "parts": 2_000,  # shapes with one material, counted each time the scene uses them

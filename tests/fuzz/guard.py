@@ -30,7 +30,14 @@ FOLLOWED = {"os.truncate": 0, "sqlite3.connect": 0}
 """Audit events that change the file to which a link leads, and the index of the path."""
 
 PROGRAMS = {"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn"}
-NETWORK = {"socket.getaddrinfo", "urllib.Request", "http.client.connect", "ftplib.connect", "smtplib.connect"}
+NETWORK = {
+    "socket.getaddrinfo": 0,
+    "urllib.Request": 0,
+    "http.client.connect": 1,
+    "ftplib.connect": 1,
+    "smtplib.connect": 1,
+}
+"""Audit events that reach another machine, and the index of its name."""
 
 
 def install(folder: Path, writable: Sequence[Path], report: int) -> None:
@@ -82,9 +89,7 @@ def install(folder: Path, writable: Sequence[Path], report: int) -> None:
             if not file.startswith("<") and os.path.realpath(file).startswith(f"{inputs}/"):
                 tell("code", file)
         elif event in NETWORK or (event == "socket.connect" and isinstance(arguments[1], tuple)):
-            host = {"socket.connect": lambda: arguments[1][0], "http.client.connect": lambda: arguments[1]}.get(
-                event, lambda: arguments[0]
-            )()
+            host = arguments[1][0] if event == "socket.connect" else arguments[NETWORK[event]]
             if host not in ("127.0.0.1", "localhost", "::1", None):
                 tell("network", host)
 

@@ -13,6 +13,9 @@ from cases import Case
 
 TRACEBACK = "Traceback (most recent call last)"
 EXIT_CODES = (0, 1, 2)
+ERRORS: Mapping[int, set[int]] = {1: {0, 1}, 2: {1}}
+"""Allowed numbers of error lines by exit code. With code 1, a check or one of several jobs failed."""
+
 LONGEST = 4_000
 """Maximum length of an error line [characters]."""
 
@@ -90,7 +93,7 @@ def judge(
         found.append(Fault("control", repr(shown), f"{case.command}: {_shape(shown[:60])}"))
     errors = [line for line in err.splitlines() if line.startswith("error: ")]
     if not result["killed"] and TRACEBACK not in err:
-        if len(errors) != (result["code"] == 2) and not (result["code"] == 1 and len(errors) == 1):  # of several jobs
+        if len(errors) not in ERRORS.get(result["code"], {0}):
             found.append(Fault("error line", f"exit code {result['code']}, {len(errors)} error lines", case.command))
         if result["code"] == 1 and not (out + err).strip():
             found.append(Fault("error line", "exit code 1 without a message", case.command))

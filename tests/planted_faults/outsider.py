@@ -175,7 +175,7 @@ def checks_for(module: str) -> Iterator[Check]:
     else:
         from test_records import SHORT
 
-        spaces = ("Discrete", "Box") if extended == "dqn" else ("Box",) if extended else ("Box", "Discrete")
+        spaces = plugins.records("algorithm")[extended].action_spaces if extended else ("Box", "Discrete")
         yield from check_algorithm(AlgorithmRecord(action_spaces=spaces, **common), SHORT.get(extended))
 
 

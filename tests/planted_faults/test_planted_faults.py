@@ -22,7 +22,7 @@ MEASURE = Path(__file__).with_name("plant.py")
 BY_HAND = list(by_hand.faults())
 FOREIGN_FAULTS = list(outsider.faults("by_outsider"))
 STRANGERS_FAULTS = list(outsider.faults("by_strangers"))
-STRANGERS_CAUGHT = [fault for fault in STRANGERS_FAULTS if survivors.reason(fault) == survivors.NONE]
+STRANGERS_CAUGHT = [fault for fault in STRANGERS_FAULTS if fault.where not in survivors.OF_STRANGERS]
 FOREIGN_SAMPLE = ("tcp_at_the_elbow", "joints_by_alphabet")
 SAMPLE = ("joints commanded in reverse order", "a joint limit ignored")
 """Caught within seconds, each by a check of another kind."""
@@ -99,6 +99,7 @@ def test_the_page_lists_every_fault_of_the_three_authors() -> None:
     assert total == again == len(STRANGERS_FAULTS) == 45
     assert caught == len(STRANGERS_CAUGHT)
     assert {fault.where for fault in STRANGERS_FAULTS} >= outsider.FIRST_TRY_OF_STRANGERS
+    assert {fault.where for fault in STRANGERS_FAULTS} >= survivors.OF_STRANGERS.keys()
     assert "not looked at yet" not in section
     for fault in STRANGERS_FAULTS:
         assert f"| {fault.name} |" in section

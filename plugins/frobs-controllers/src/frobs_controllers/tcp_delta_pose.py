@@ -25,8 +25,8 @@ class TcpDeltaPose(TcpDeltaPosition):
     The first three components of an action are a translation along the world's axes. The last three components are a
     rotation vector in the world frame. The controller maintains a target pose, just as
     :class:`~frobs_controllers.tcp_delta_position.TcpDeltaPosition` maintains a target point. An action of 0 holds the
-    tool's position and orientation in the world, even if the robot's base moves, until the target is a full step away
-    in a component; then the base drags the tool along.
+    tool's position and orientation in the world, even if the robot's base moves. If the target is farther away than a
+    full step in a component, the base drags the tool along.
 
     Args:
         max_delta: Translation per axis [m] for an action of 1.

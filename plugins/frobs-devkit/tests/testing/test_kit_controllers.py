@@ -168,7 +168,7 @@ class OneStepLate(Step):
 class ChangePerSecond(Step):
     """Goes where an action says, as fast as the joints can; and states how far an action may change in a second."""
 
-    def __init__(self) -> None:
+    def __init__(self) -> None:  # without the parameter of the base class, which has no effect here
         super().__init__()
 
     def bind(self, robot: Any, control_timestep: float, decimation: int) -> None:

@@ -22,6 +22,9 @@ from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environment_checks import CheckedEnv
 from frobs_train.errors import ComponentError, EnvironmentBuildError
 
+_OF_GYMNASIUM = ("max_episode_steps", "disable_env_checker")
+"""Keywords that ``gymnasium.make`` does not pass on to an environment."""
+
 
 @dataclass(frozen=True)
 class EnvironmentRecipe:
@@ -123,10 +126,6 @@ def check_environment(environment: str, kwargs: Mapping[str, Any]) -> None:
             raise
         except Exception as error:
             raise EnvironmentBuildError(environment, kwargs, error) from error
-
-
-_OF_GYMNASIUM = ("max_episode_steps", "disable_env_checker")
-"""Keywords of ``gymnasium.make`` that an environment does not receive."""
 
 
 def is_paced(simulator: str | SimulatorRecord | None) -> bool:

@@ -73,8 +73,8 @@ def resume(
     Run.open(path)  # check the folder first, so that no lock file is created in a folder that is not a run
     with RunLock(path):
         run = Run.open(path)
-        for names in (("progress.csv",), ("checkpoints", "x"), ("tensorboard", "x"), ("evaluations", "x")):
-            run.output(*names)  # a link must not lead the writes of the training out of the folder
+        for name in ("progress.csv", "checkpoints", "tensorboard", "evaluations"):
+            run.output(name)  # raises RunError if the training run would write through a link to another folder
         checkpoints.clean(run.path / "checkpoints")
         for debris in run.path.glob(".progress.*.csv"):
             debris.unlink(missing_ok=True)

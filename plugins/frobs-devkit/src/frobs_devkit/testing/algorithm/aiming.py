@@ -120,12 +120,12 @@ def training_does_not_harm(subject: AlgorithmUnderTest) -> None:
     aim = aiming(subject)
     shown = np.linspace(-1.0, 1.0, _OBSERVATIONS, dtype=np.float32)[:, None]
     trained, monitor = aim.train(aim.enough)
-    told = [algorithm.predict(shown)[0] for algorithm in (aim.untrained, trained)]
+    predicted = [algorithm.predict(shown)[0] for algorithm in (aim.untrained, trained)]
     with closing(gym.make(aim.id)) as env:
-        space, scores = env.action_space, [env.unwrapped.rewards(shown, actions).mean() for actions in told]  # type: ignore[attr-defined]
+        space, scores = env.action_space, [env.unwrapped.rewards(shown, actions).mean() for actions in predicted]  # type: ignore[attr-defined]
     outside = [
         monitor.env.outside,
-        *(a for actions in told for a in actions if not space.contains(a.astype(space.dtype))),
+        *(a for actions in predicted for a in actions if not space.contains(a.astype(space.dtype))),
     ]
     odd = next((actions for actions in outside if actions is not None), None)
     expect(odd is None, f"an action is outside the action space {space}: {odd}; scale actions with low and high.")

@@ -12,7 +12,7 @@ import numpy as np
 
 from frobs_devkit.testing.algorithm.aiming import aiming, choosing
 from frobs_devkit.testing.algorithm.subject import DISCOUNT, AlgorithmUnderTest, Monitor
-from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
+from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 
 _OTHER = 0.5  # a discount that no algorithm uses by default
 _NONE = 0.01  # a discount with which the future does not count
@@ -84,8 +84,8 @@ def discount_ends_with_an_episode(subject: AlgorithmUnderTest) -> None:
     """
     _require_discount(subject)
     single = aiming(subject, terminates=True)
-    told = [_with_discount(single, discount).trained for discount in (_settings(subject)[DISCOUNT], _OTHER)]
-    text = single.different(*told)
+    runs = [_with_discount(single, discount).trained for discount in (_settings(subject)[DISCOUNT], _OTHER)]
+    text = single.different(*runs)
     expect(
         text is None,
         f"every step terminates its episode, but another {DISCOUNT} changes the training run: {text}. Neither "
@@ -108,8 +108,7 @@ def rewards_are_discounted_per_step(subject: AlgorithmUnderTest) -> None:
         return
     if impatient.train(steps)[0].predict(first)[0][0] != 0:
         raise Inconclusive(f"training for {steps} steps does not teach the algorithm to choose the larger reward")
-    expect(
-        False,
+    raise CheckFailure(
         f"with {DISCOUNT}={_OTHER}, the algorithm prefers a reward of 1 in each step, which is worth 2, to a reward of 2.6 "
         f"at once; discount a value that is bootstrapped after n steps with {DISCOUNT} to the power of n.",
     )

@@ -56,7 +56,7 @@ def actions_act_in_their_step(subject: ControllerUnderTest) -> None:
 def zero_action_rests(subject: ControllerUnderTest) -> None:
     """Without gravity, zero actions bring the robot to rest and keep it there."""
     with subject.bind() as bound:
-        if not has_zero(bound):
+        if not has_zero(bound.controller.action_space):
             raise NotApplicable("the action space does not contain zero")
         for _ in range(subject.count(75)):
             bound.step(bound.constant(0.0))
@@ -71,7 +71,7 @@ def zero_action_does_not_drift(subject: ControllerUnderTest) -> None:
     """
     with subject.bind(gravity=EARTH) as bound:
         space = bound.controller.action_space
-        if not has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
+        if not has_zero(bound.controller.action_space) or bound.controller.command_mode != CommandMode.POSITION:
             raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
         assert isinstance(space, gym.spaces.Box)
         for _ in range(subject.count(50)):

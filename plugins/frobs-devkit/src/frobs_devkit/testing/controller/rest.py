@@ -15,10 +15,11 @@ from frobs_core.compose import build
 from frobs_core.control import RobotControl, joint_groups
 from frobs_core.errors import ConfigurationError, FrobsError
 from frobs_core.interfaces import CommandMode, Controller, JointGroup, Placement, Robot, Scene, Simulation
-from frobs_core.models import Pose, RobotModel, load_model
+from frobs_core.models import Pose, RobotModel
 from frobs_core.robot_config import RobotConfig
 from frobs_devkit.testing.checks import NotApplicable, after, expect
-from frobs_devkit.testing.controller.subject import EARTH, WEIGHTLESS, ControllerUnderTest
+from frobs_devkit.testing.controller.subject import EARTH, ControllerUnderTest, has_zero
+from frobs_devkit.testing.simulator.subject import WEIGHTLESS
 
 _SECONDS = 2.0
 _AT_REST = 0.05  # [rad/s or m/s]
@@ -58,9 +59,7 @@ def _robots(subject: ControllerUnderTest) -> Iterator[tuple[Robot, RobotModel]]:
     for robot in [subject.robot] if subject.robot else plugins.records("robot"):
         try:
             description = RobotConfig(robot=robot).describe()
-            model = load_model(
-                description.model, xacro_args=description.xacro_args, package_paths=description.package_paths
-            )
+            model = subject.model(description)
         except FrobsError:
             continue  # a fault of the robot, which is not under test
         if description.base != "floating" and model.joint_names:
@@ -118,8 +117,9 @@ def _stay(controller: Controller, joints: JointGroup, control_timestep: float) -
         NotApplicable: There is no such action.
     """
     space, change = controller.action_space, controller.max_action_change
-    if not isinstance(space, gym.spaces.Box) or (space.low > 0).any() or (space.high < 0).any():
+    if not has_zero(space):
         raise NotApplicable("the action space does not contain zero")
+    assert isinstance(space, gym.spaces.Box)
     action = np.zeros((1, *space.shape))
     if change is not None:
         ratio = np.nan_to_num(change / (joints.velocity_limit[0] * control_timestep), posinf=0.0)
@@ -136,7 +136,8 @@ def _placed(
 ) -> Iterator[tuple[Simulation, RobotControl, JointGroup]]:
     """Place a robot whose other joints hold their positions in a simulation, which is closed at the end."""
     controller: Controller = build(f"controller '{subject.record.name}'", subject.record.load(), subject.kwargs)
-    modes = dict.fromkeys(joint_groups(robot, model)[group], controller.command_mode)
+    names = joint_groups(robot, model)[group]
+    modes = dict.fromkeys(names, controller.command_mode)
     robot, pose = RobotConfig().place(robot, model, Pose(), on_floor=True)
     scene = Scene(gravity=gravity)
     simulation = subject.simulator.load()(
@@ -151,6 +152,6 @@ def _placed(
         control = RobotControl(handle, {group: controller}, subject.control_timestep, subject.decimation)
         simulation.reset()
         controller.reset(None)
-        yield simulation, control, handle.group(joint_groups(robot, model)[group], robot.tcp_of(group))
+        yield simulation, control, handle.group(names, robot.tcp_of(group))
     finally:
         simulation.close()

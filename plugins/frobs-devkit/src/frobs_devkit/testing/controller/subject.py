@@ -19,11 +19,12 @@ from frobs_core.specs import ControllerRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Inconclusive
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of
+from frobs_devkit.testing.simulator.subject import WEIGHTLESS
 
 NUM_ENVS = 3
 
 _CONTROL_TIMESTEP = 0.04  # [s], used if the record does not define a control timestep
-WEIGHTLESS, EARTH = (0.0, 0.0, 0.0), (0.0, 0.0, -9.81)  # [m/s²]
+EARTH = (0.0, 0.0, -9.81)  # [m/s²]
 
 
 @dataclass
@@ -174,7 +175,7 @@ class ControllerUnderTest:
         wheeled = robot.base == "wheeled"
         placement = Placement(
             robot=robot,
-            model=self._model(robot),
+            model=self.model(robot),
             pose=Pose(pos=(0.0, 0.0, 0.05)) if robot is ROVER else Pose(),
             command_mode=controller.command_mode,
         )
@@ -195,13 +196,13 @@ class ControllerUnderTest:
         return bound
 
     @staticmethod
-    def _model(robot: Robot) -> RobotModel:
+    def model(robot: Robot) -> RobotModel:
+        """Return the model of a robot."""
         if robot in (ARM, ROVER):
             return model_of(robot.model)
         return load_model(robot.model, xacro_args=robot.xacro_args, package_paths=robot.package_paths)
 
 
-def has_zero(bound: Bound) -> bool:
-    """Return whether the action space contains zero."""
-    space = bound.controller.action_space
+def has_zero(space: gym.Space[Any]) -> bool:
+    """Return whether an action space contains an action whose elements are all zero."""
     return isinstance(space, gym.spaces.Box) and bool(((space.low <= 0) & (space.high >= 0)).all())

@@ -42,8 +42,11 @@ def updates_read_the_state(subject: ControllerUnderTest) -> None:
                 f"update() returns the same command whether the joint {what} have changed since apply() or not; "
                 "compute each command from the state after the latest physics step.",
             )
-        if all(np.array_equal(command, update) for command, update in zip(*_commands(subject, bound), strict=True)):
-            expect(False, "every update() returns the last command of apply(); use the rate 'control' instead.")
+        pairs = zip(*_commands(subject, bound), strict=True)
+        expect(
+            not all(np.array_equal(command, update) for command, update in pairs),
+            "every update() returns the last command of apply(); use the rate 'control' instead.",
+        )
 
 
 def _commands(subject: ControllerUnderTest, bound: Bound) -> tuple[list[Floats], list[Floats]]:
@@ -91,7 +94,7 @@ def _changes(subject: ControllerUnderTest, steps: dict[str, float]) -> Floats:
     )
     commands = []
     with replace(subject, **steps).bind() as bound:  # type: ignore[arg-type]
-        if not has_zero(bound):
+        if not has_zero(bound.controller.action_space):
             raise NotApplicable("the action space does not contain zero")
         bound.displace(_APART)
         for k in range(count * per_step):
@@ -109,7 +112,7 @@ def resets_start_where_the_robot_is(subject: ControllerUnderTest) -> None:
     """If a zero action holds the current position, it holds the position in which the task has placed the robot."""
     with subject.bind() as bound:
         space = bound.controller.action_space
-        if not has_zero(bound) or bound.controller.command_mode != CommandMode.POSITION:
+        if not has_zero(bound.controller.action_space) or bound.controller.command_mode != CommandMode.POSITION:
             raise NotApplicable("the controller does not command positions, or its action space does not contain zero")
         assert isinstance(space, gym.spaces.Box)
         home = bound.robot.joint_positions.copy()

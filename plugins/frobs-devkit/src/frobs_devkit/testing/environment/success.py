@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from frobs_core.errors import ConfigurationError, FrobsError
-from frobs_core.interfaces import load_expert
+from frobs_core.interfaces import Expert, load_expert
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.rollout import draw_actions
@@ -178,13 +178,21 @@ def _expert_actions(env: Any) -> Iterator[Any]:
         ConfigurationError: The expert does not support the controllers.
     """
     expert = load_expert(inside(env))
-    assert expert is not None
     env.reset(seed=0)
+    for action in _act(expert):
+        if inside(env).task.is_success()[0]:
+            break
+        yield action
+    yield from draw_actions(env.action_space, RANDOM_STEPS, seed=0)
+
+
+def _act(expert: Expert | None) -> Iterator[Any]:
+    """Yield the actions of a task's expert from the start of an episode on."""
+    assert expert is not None
     begins = np.ones(1, bool)
-    while not inside(env).task.is_success()[0]:
+    while True:
         yield expert.act(begins)[0]
         begins = np.zeros(1, bool)
-    yield from draw_actions(env.action_space, RANDOM_STEPS, seed=0)
 
 
 def _success_of_expert(env: Any) -> float:
@@ -197,13 +205,12 @@ def _success_of_expert(env: Any) -> float:
         expert = load_expert(inside(env))
     except ConfigurationError:
         return 0.0
-    assert expert is not None
     for episode in range(_EXPERT_EPISODES):
         env.reset(seed=episode)
-        begins, ended = np.ones(1, bool), False
-        while not ended:
-            *_, terminated, truncated, info = env.step(expert.act(begins)[0])
-            begins, ended = np.zeros(1, bool), terminated or truncated
+        for action in _act(expert):
+            *_, terminated, truncated, info = env.step(action)
+            if terminated or truncated:
+                break
         if info["is_success"]:
             return 1.0
     raise CheckFailure(

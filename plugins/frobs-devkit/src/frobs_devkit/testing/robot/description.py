@@ -250,10 +250,10 @@ def gains_suit_the_masses(subject: RobotUnderTest) -> None:
     for joint in model.actuated_joints:
         name, (kp, kd) = joint.name, subject.gains.of(joint.name)
         default_kp, default_kd = usual.of(name)
-        low, high = (share * default_kd for share in _DAMPING)
+        least, most = (share * default_kd for share in _DAMPING)
         if kp == 0.0:  # a wheel
             expect(
-                low <= kd <= high,
+                least <= kd <= most,
                 f"the damping gain of joint '{name}' is {kd:.3g}, but {default_kd:.3g} would suit the mass that the "
                 "joint moves.",
             )

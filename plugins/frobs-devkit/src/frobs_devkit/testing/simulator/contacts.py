@@ -13,7 +13,7 @@ from frobs_core.models import Box, JointType, Pose
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import PILE, ROVER, model_of
-from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import BALL, WEIGHTLESS, SimulatorUnderTest, verifies
 
 _KERB = Body(geometry=Box((0.2, 0.02, 0.2)), pose=Pose(pos=(0.0, 0.129, 0.1)))  # overlaps the left wheel by 1 mm
 _FALL = 60  # physics steps in which a ball falls by 1 cm and bounces
@@ -169,7 +169,7 @@ def links_collide(subject: SimulatorUnderTest) -> None:
     apart = replace(model, joints=(turning, down))
     for collides in (True, False):
         pile = replace(PILE, self_collision=collides)
-        with subject.build(pile, model=apart, gravity=(0.0, 0.0, 0.0), floor=False, num_threads=1) as (sim, robot):
+        with subject.build(pile, model=apart, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
             robot.command(np.tile([0.0, reach], (sim.num_envs, 1)))
             sim.step(1000)
             wanted = np.full(sim.num_envs, gap if collides else reach)

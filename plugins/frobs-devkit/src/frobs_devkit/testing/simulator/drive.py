@@ -147,8 +147,13 @@ def _expect_law(
             expect_close(v, robot.joint_velocities, 100 * tolerance, f"{mode} command, velocities of step {k + 1}")
             expect_close(q, robot.joint_positions, tolerance, f"{mode} command, joint positions of step {k + 1}")
             if over.any():
-                told, limits = robot.joint_efforts, np.broadcast_to(effort, over.shape)
-                expect_close(limits[over], told[over], max(tolerance, 1e-6), f"saturated joint_efforts of step {k + 1}")
+                limits = np.broadcast_to(effort, over.shape)
+                expect_close(
+                    limits[over],
+                    robot.joint_efforts[over],
+                    max(tolerance, 1e-6),
+                    f"saturated joint_efforts of step {k + 1}",
+                )
             if reads_effort:
                 expect_close(effort, robot.joint_efforts, max(tolerance, 1e-6), f"joint_efforts of step {k + 1}")
         if np.abs(q - start).max() < 1e-3:

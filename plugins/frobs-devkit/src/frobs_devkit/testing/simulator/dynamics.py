@@ -16,9 +16,8 @@ from frobs_core.rotations import matrix_from_quat, quat_from_axis_angle, quat_mu
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_INERTIA, model_of
-from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import BALL, TILTED, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
-_WEIGHTLESS = (0.0, 0.0, 0.0)
 _GRAVITY = (1.0, -2.0, -5.0)  # [m/s²] differs in direction and size from the usual gravity
 _TWIST = (0.3, -0.2, 0.1), (1.0, 2.0, -3.0)
 _HALF = 0.5 * TIMESTEP  # [s] another physics timestep than that of the other checks
@@ -60,7 +59,7 @@ def plates_precess(subject: SimulatorUnderTest) -> None:
     assert inertial is not None
     steps = 100
     quat, spin = _free_spin(inertial, np.array(TILTED.quat_wxyz), np.array(_PLATE.twist[1]), steps * TIMESTEP)
-    with subject.build(bodies={"plate": _PLATE}, gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, _):
+    with subject.build(bodies={"plate": _PLATE}, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, _):
         n, plate = sim.num_envs, sim.bodies["plate"]
         sim.step(steps)
         expect_close(np.tile(spin, (n, 1)), plate.twist[1], 0.1, "ang_vel_world of a plate that spins freely")
@@ -83,7 +82,7 @@ def joints_coast(subject: SimulatorUnderTest) -> None:
             continue  # the simulator says that it ignores this element
         options: dict[str, Any] = {
             "mode": CommandMode.EFFORT,
-            "gravity": _WEIGHTLESS,
+            "gravity": WEIGHTLESS,
             "floor": False,
             "model": changed,
             "num_threads": 1,
@@ -115,7 +114,7 @@ def armatures_resist(subject: SimulatorUnderTest) -> None:
         raise NotApplicable("the simulator follows the drive law only approximately")
     steps, effort, inertia = 50, 0.2, LIFT_INERTIA[1]
     motor = replace(LIFT, armature={"turn": inertia})
-    with subject.build(motor, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
+    with subject.build(motor, mode=CommandMode.EFFORT, gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
         robot.command(np.tile([0.0, effort], (sim.num_envs, 1)))
         sim.step(steps)
         wanted = np.full(sim.num_envs, effort * steps * TIMESTEP / (2.0 * inertia))
@@ -141,7 +140,7 @@ def joints_carry_their_weight(subject: SimulatorUnderTest) -> None:
 @verifies("drive")
 def limits_stop_joints(subject: SimulatorUnderTest) -> None:
     """A joint does not move beyond its position limits, even if a target is beyond them."""
-    with subject.build(gravity=_WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
+    with subject.build(gravity=WEIGHTLESS, floor=False, num_threads=1) as (sim, robot):
         for limits, side in ((robot.position_upper, 1.0), (robot.position_lower, -1.0)):
             robot.command(limits - 0.2 * side)
             sim.step(600)
@@ -155,7 +154,7 @@ def limits_stop_joints(subject: SimulatorUnderTest) -> None:
 def command_modes_mix(subject: SimulatorUnderTest) -> None:
     """If joints have different command modes, one joint follows a velocity while the other one holds a position."""
     modes = (CommandMode.VELOCITY, CommandMode.POSITION)
-    with subject.build(LIFT, gravity=_WEIGHTLESS, num_threads=1) as (sim, robot):
+    with subject.build(LIFT, gravity=WEIGHTLESS, num_threads=1) as (sim, robot):
         robot.set_command_mode(modes)
         expect(tuple(robot.command_modes) == modes, f"command_modes is {robot.command_modes}, not {modes}.")
         command = np.array([[0.2, 0.5]]).repeat(sim.num_envs, axis=0)

@@ -13,9 +13,8 @@ from frobs_core.models import Box, Pose, Sphere
 from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA
-from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import BALL, TIMESTEP, WEIGHTLESS, SimulatorUnderTest, verifies
 
-_WEIGHTLESS = (0.0, 0.0, 0.0)
 assert isinstance(BALL.geometry, Sphere)
 _RADIUS = BALL.geometry.radius
 _BOX = Body(geometry=Box((0.2, 0.2, 0.2)), pose=Pose(pos=(0.0, 2.0, 0.1)), mass=1.0)
@@ -41,7 +40,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
     if not subject.level("wrench"):
         _only_written(subject, "mass", "ball", np.array([0.5]), np.array([0.8]))
         return
-    with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+    with subject.build(bodies={"ball": BALL}, gravity=WEIGHTLESS, floor=False) as (sim, _):
         n = sim.num_envs
         expect_close(np.full(n, 0.5), sim.parameter("mass", "ball"), 1e-12, "mass of the scene's body [kg]")
         values = 0.8 + 0.3 * np.arange(n, dtype=np.float64)
@@ -60,7 +59,7 @@ def mass_shows(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_gains")
 def gains_show(subject: SimulatorUnderTest) -> None:
     """In each environment, the drives use the stiffness and damping that are set for that environment."""
-    with subject.build(LIFT, gravity=_WEIGHTLESS) as (sim, robot):
+    with subject.build(LIFT, gravity=WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         kp = np.array([1500.0, 3.0]) * (1.0 + 0.3 * np.arange(n)[:, None])  # (num_envs, dof)
         kd = np.array([100.0, 0.2]) * (1.0 + 0.5 * np.arange(n)[:, None])
@@ -81,7 +80,7 @@ def gains_show(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_joint_damping")
 def joint_damping_shows(subject: SimulatorUnderTest) -> None:
     """The joint damping that is set in an environment slows down a freely moving joint in that environment."""
-    with subject.build(LIFT, mode=CommandMode.EFFORT, gravity=_WEIGHTLESS) as (sim, robot):
+    with subject.build(LIFT, mode=CommandMode.EFFORT, gravity=WEIGHTLESS) as (sim, robot):
         n = sim.num_envs
         damping = np.stack([np.zeros(n), 0.05 + 0.05 * np.arange(n)], axis=-1)
         _write(sim, "joint_damping", "robot", damping)
@@ -132,7 +131,7 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         pose=Pose((0.0, 0.0, 0.5)),
         mass=1.0,
     )
-    with subject.build(bodies={"pillar": pillar}, gravity=_WEIGHTLESS) as (sim, _):
+    with subject.build(bodies={"pillar": pillar}, gravity=WEIGHTLESS) as (sim, _):
         n = sim.num_envs
         expect_close(np.ones(n), sim.parameter("size", "pillar"), 1e-12, "initial size")
         values = 0.5 + 0.5 * np.arange(n, dtype=np.float64)
@@ -150,7 +149,7 @@ def sizes_show(subject: SimulatorUnderTest) -> None:
         expect_close(0.3 * values, sim.bodies["pillar"].pose[0][:, 2], 2e-3, "height of a pillar upside down [m]")
     if not subject.level("wrench"):
         return
-    with subject.build(bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False) as (sim, _):
+    with subject.build(bodies={"ball": BALL}, gravity=WEIGHTLESS, floor=False) as (sim, _):
         _write(sim, "size", "ball", values)
         sim.apply_wrench("ball", np.zeros((n, 3)), np.array([[0.0, 0.0, 1e-3]]).repeat(n, axis=0))
         sim.step(10)
@@ -203,7 +202,7 @@ def inertia_follows_mass(subject: SimulatorUnderTest) -> None:
 @verifies("randomize_gains")
 def drives_hold_as_gains_change(subject: SimulatorUnderTest) -> None:
     """Drives keep their targets when their gains change, and hold the home position with new gains after resets."""
-    with subject.build(gravity=_WEIGHTLESS, floor=False) as (sim, robot):
+    with subject.build(gravity=WEIGHTLESS, floor=False) as (sim, robot):
         n = sim.num_envs
         told = robot.home + 0.2
         robot.command(told)

@@ -20,6 +20,7 @@ from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 
+WEIGHTLESS = (0.0, 0.0, 0.0)  # [m/s²]
 TIMESTEP = 0.002
 """Duration of one physics step [s]."""
 

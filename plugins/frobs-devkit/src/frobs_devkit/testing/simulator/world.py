@@ -13,9 +13,17 @@ from frobs_core.models import Pose
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER
-from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, WALL, SimulatorUnderTest, verifies
+from frobs_devkit.testing.simulator.subject import (
+    BALL,
+    BAR,
+    TILTED,
+    TIMESTEP,
+    WALL,
+    WEIGHTLESS,
+    SimulatorUnderTest,
+    verifies,
+)
 
-_WEIGHTLESS = (0.0, 0.0, 0.0)
 _ON_FLOOR = replace(BALL, pose=Pose(pos=(0.0, 2.0, 0.05)))
 _QUARTER_TURN = np.array([[0.5**0.5, 0.0, 0.0, 0.5**0.5]])  # about z
 
@@ -176,7 +184,7 @@ def wrenches_push(subject: SimulatorUnderTest) -> None:
     """A wrench acts for exactly one step, and changes the velocity of a body or link by F·t/m and τ·t/I."""
     tolerance = subject.tolerance("wrench", exact=1e-6)
     force, torque = np.array([[1.0, -0.5, 0.3]]), np.array([[1e-3, 2e-3, -1e-3]])
-    built = subject.build(LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=_WEIGHTLESS, floor=False)
+    built = subject.build(LIFT, mode=CommandMode.EFFORT, bodies={"ball": BALL}, gravity=WEIGHTLESS, floor=False)
     with built as (sim, robot):
         n = sim.num_envs
         mask = np.arange(n) == 0
