@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.budgets import BUDGETS
+from frobs_core.util.budgets import BUDGETS
 
 PAGE = Path(__file__).parents[1] / "SECURITY.md"
 BEGIN, END = "<!-- begin budgets -->\n", "<!-- end budgets -->\n"

@@ -15,7 +15,7 @@ from pathlib import Path
 from frobs_core import plugins
 from frobs_core.plugins.discovery import normalize
 from frobs_core.plugins.known import FILE
-from frobs_core.specs import KINDS
+from frobs_core.plugins.records import KINDS
 
 ROOT = Path(__file__).resolve().parents[1]
 

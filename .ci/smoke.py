@@ -29,8 +29,8 @@ def use_everything() -> None:
     import gymnasium as gym
 
     from frobs_core import plugins
-    from frobs_core.errors import PluginError
-    from frobs_core.specs import KINDS
+    from frobs_core.plugins.records import KINDS
+    from frobs_core.util.errors import PluginError
 
     for kind in KINDS:
         for record in plugins.active().records(kind).values():

@@ -55,7 +55,10 @@ def plain(name: str, *names: str) -> str:
 def algorithm(name: str) -> str:
     """Return ``templates/algorithm.py`` renamed and without the algorithm's record, which is in ``plugin.py``."""
     text = (_HERE.parent / "templates" / "algorithm.py").read_text("utf-8").partition("\n\n\n@hookimpl")[0] + "\n"
-    for line in ("from frobs_core.hookspecs import hookimpl\n", "from frobs_core.specs import AlgorithmRecord\n"):
+    for line in (
+        "from frobs_core.plugins.hooks import hookimpl\n",
+        "from frobs_core.plugins.records import AlgorithmRecord\n",
+    ):
         text = text.replace(line, "")
     summary, how, rest = text.partition("\n\nTo package it as a distribution")
     text = summary + "\n" + rest[rest.index('"""') :] if how else text
@@ -65,7 +68,10 @@ def algorithm(name: str) -> str:
 def paced_simulator(name: str) -> str:
     """Return ``templates/my_paced_simulator.py`` renamed and without its record, which is in ``plugin.py``."""
     text = plain("my_paced_simulator.py")
-    for line in ("from frobs_core.capabilities import Level\n", "from frobs_core.specs import SimulatorRecord\n"):
+    for line in (
+        "from frobs_core.plugins.capabilities import Level\n",
+        "from frobs_core.plugins.records import SimulatorRecord\n",
+    ):
         text = text.replace(line, "")
     before, _, rest = text.partition("RECORD = SimulatorRecord(")
     return renamed(before + rest.partition("\n)\n\n")[2], "my_paced_simulator", name)

@@ -8,7 +8,7 @@ published page uses the run that ``frobs train frobs/Irb120Reach-v0 --controller
 import sys
 from pathlib import Path
 
-from frobs_core.files import write_aside, write_text
+from frobs_core.util.files import write_aside, write_text
 from frobs_devkit.parity import Certificate, measure_parity
 from frobs_devkit.parity.draw import draw
 from frobs_devkit.parity.report import markdown

@@ -13,8 +13,8 @@ import numpy as np
 from generate.environments import slug
 from PIL import Image, ImageSequence
 
-from frobs_core import registry
-from frobs_core.errors import RunError
+from frobs_core.plugins import registry
+from frobs_core.util.errors import RunError
 from frobs_train import ExpertRun, Run, open_pretrained
 from frobs_train.environments import make_env
 from frobs_train.evaluation.video import add_batch

@@ -15,12 +15,11 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext, Task
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.specs import TaskRecord
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import ObservationTerm
+from frobs_core.plugins.records import Level, TaskRecord
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.random import RandomSource
 from frobs_devkit.testing import check_task, run_checks
 
 

@@ -8,11 +8,14 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 import os
 
 from frobs_core._version import __version__ as __version__
+from frobs_core.deprecation import keep_moved_modules
 
 __all__ = ["plugins", "registry"]
 
+keep_moved_modules()
+
 if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.environ:
     from frobs_core import plugins as plugins
-    from frobs_core import registry as registry
+    from frobs_core.plugins import registry as registry
 
     registry.register_environments()

@@ -1,11 +1,16 @@
-"""Deprecation warnings that name the replacement."""
+"""Deprecation warnings that name the replacement, and the table of what version 0.2 offered in other places."""
 
 from __future__ import annotations
 
+import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import ParamSpec, TypeVar
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -50,3 +55,88 @@ def deprecated(*, instead: str, since: str, removed_in: str) -> Callable[[Callab
         return warning
 
     return decorate
+
+
+MOVED: Mapping[str, Sequence[str]] = {
+    "frobs_core.added_terms": ["frobs_core.kernel.added_terms"],
+    "frobs_core.arrays": ["frobs_core.util.arrays"],
+    "frobs_core.budgets": ["frobs_core.util.budgets"],
+    "frobs_core.capabilities": ["frobs_core.plugins.capabilities", "frobs_core.plugins.records"],
+    "frobs_core.compose": ["frobs_core.kernel.compose"],
+    "frobs_core.config": ["frobs_core.kernel.config"],
+    "frobs_core.control": ["frobs_core.contracts.control"],
+    "frobs_core.copying": ["frobs_core.kernel.copying"],
+    "frobs_core.env": ["frobs_core.kernel.env", "frobs_core.kernel.loop"],
+    "frobs_core.errors": ["frobs_core.util.errors"],
+    "frobs_core.files": ["frobs_core.util.files"],
+    "frobs_core.hookspecs": ["frobs_core.plugins.hooks"],
+    "frobs_core.inputs": ["frobs_core.kernel.inputs"],
+    "frobs_core.install_hints": ["frobs_core.util.install_hints"],
+    "frobs_core.interfaces": ["frobs_core.contracts", "frobs_core.description", "frobs_models"],
+    "frobs_core.keywords": ["frobs_core.util.keywords"],
+    "frobs_core.models": ["frobs_models"],
+    "frobs_core.observation": ["frobs_core.description", "frobs_core.sensing.observation"],
+    "frobs_core.plain": ["frobs_core.util.plain"],
+    "frobs_core.plugins": ["frobs_devkit.probe"],
+    "frobs_core.random": ["frobs_core.util.random"],
+    "frobs_core.randomization": ["frobs_core.sensing.randomization"],
+    "frobs_core.registry": ["frobs_core.plugins.registry"],
+    "frobs_core.robot_config": ["frobs_core.kernel.robot_config"],
+    "frobs_core.rotations": ["frobs_core.util.rotations"],
+    "frobs_core.sensors": ["frobs_core.sensing.sensors"],
+    "frobs_core.specs": ["frobs_core.plugins.records"],
+    "frobs_core.validation": ["frobs_core.util.validation"],
+    "frobs_core.vector_env": ["frobs_core.kernel.vector_env"],
+    "frobs_core.wrappers": ["frobs_rl_compat.wrappers"],
+    "frobs_core.yaml": ["frobs_core.util.yaml"],
+}
+"""Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
+
+RENAMED: Mapping[str, str] = {}
+"""New names of what version 0.2 offered under another name in one of these modules."""
+
+
+def moved_names(module: str) -> Callable[[str], Any]:
+    """Return a ``__getattr__`` for a module of version 0.2, which finds names in the modules that define them now."""
+
+    def find(name: str) -> Any:
+        if name.startswith("__") and name != "__all__":
+            raise AttributeError(f"module '{module}' has no attribute '{name}'")
+        new = RENAMED.get(name, name)
+        missing = None
+        for place in MOVED[module]:
+            try:
+                value = getattr(import_module(place), new)
+            except AttributeError:
+                continue
+            except ModuleNotFoundError as error:
+                missing = error
+                continue
+            if name != "__all__":
+                warn_deprecated(f"{module}.{name}", instead=f"{place}.{new}", since="0.3", removed_in="0.4")
+            return value
+        if missing is not None:
+            distribution = (missing.name or "").partition(".")[0].replace("_", "-")
+            raise ImportError(
+                f"'{name}' is no longer in '{module}'; to install its new place: pip install {distribution}.",
+                name=module,
+            )
+        raise AttributeError(f"module '{module}' has no attribute '{name}'")
+
+    return find
+
+
+class _MovedModules(MetaPathFinder, Loader):
+    """Import system's view of the modules that do not exist any more."""
+
+    def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        gone = fullname in MOVED and fullname not in ("frobs_core.models", "frobs_core.plugins")
+        return ModuleSpec(fullname, self) if gone else None
+
+    def exec_module(self, module: ModuleType) -> None:
+        vars(module)["__getattr__"] = moved_names(module.__name__)
+
+
+def keep_moved_modules() -> None:
+    """Keep the modules of version 0.2 importable. Each name that is taken from one of them causes a warning."""
+    sys.meta_path.insert(0, _MovedModules())  # before a folder that an update has left behind empty

@@ -25,13 +25,13 @@ import gymnasium as gym
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from frobs_core.errors import CheckpointError, IncompatibleSpaceError, RunError
-from frobs_core.files import write_json
-from frobs_core.hookspecs import hookimpl
-from frobs_core.interfaces import Algorithm, TrainingMonitor
-from frobs_core.plain import read_numbers, spell_numbers
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.validation import validate
+from frobs_core.contracts import Algorithm, TrainingMonitor
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import CheckpointError, IncompatibleSpaceError, RunError
+from frobs_core.util.files import write_json
+from frobs_core.util.plain import read_numbers, spell_numbers
+from frobs_core.util.validation import validate
 
 FORMAT = 1
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 
 MY_ARM = Robot(
     model=str(Path(__file__).with_name("my_arm.urdf.xacro")),

@@ -8,9 +8,9 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError
 
 
 class MyController(Controller):
@@ -68,7 +68,7 @@ class MyController(Controller):
 
 
 if __name__ == "__main__":  # python my_controller.py checks the controller's contract
-    from frobs_core.specs import ControllerRecord
+    from frobs_core.plugins.records import ControllerRecord
     from frobs_devkit.testing import check_controller, run_checks
 
     record = ControllerRecord(name="my_controller", summary="smooth steps", entry_point="__main__:MyController")

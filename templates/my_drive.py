@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_conjugate, quat_from_axis_angle, quat_rotate
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import Camera, Marker, ObservationTerm, Scene
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import quat_conjugate, quat_from_axis_angle, quat_rotate
 
 
 def in_frame(quat_wxyz: Floats, vector: Floats) -> Floats:
@@ -166,8 +166,7 @@ class MyDrive(Task):
 if __name__ == "__main__":  # python my_drive.py checks the task's contract
     from my_rover import MY_ROVER
 
-    from frobs_core.capabilities import Level
-    from frobs_core.specs import TaskRecord
+    from frobs_core.plugins.records import Level, TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
     needs = {"teleport": Level.APPROXIMATE}  # each episode starts from a different state

@@ -21,22 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.capabilities import Level
-from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import (
-    BodyHandle,
-    CommandMode,
-    Pacer,
-    Placement,
-    RobotHandle,
-    Scene,
-    Simulation,
-    Translation,
-)
+from frobs_core.contracts import BodyHandle, CommandMode, Pacer, RobotHandle, Simulation
+from frobs_core.description import Placement, Scene, Translation
 from frobs_core.models import RobotModel
 from frobs_core.plugins import get_record
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import ConfigurationError, SimulationError
 
 RECORD = SimulatorRecord(
     name="my_paced_simulator",

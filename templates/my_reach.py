@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError, UnsuitableRobotError
-from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import Camera, Marker, ObservationTerm, Scene
 from frobs_core.models import longest_reach
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 
 _POSTURES = 8192  # number of random postures; those above the floor provide the goals, so every goal is reachable
 _FLOOR_CLEARANCE = 0.05  # [m] minimum height of a posture above the floor
@@ -186,8 +186,7 @@ class MyReach(Task):
 
 
 if __name__ == "__main__":  # python my_reach.py checks the task's contract
-    from frobs_core.capabilities import Level
-    from frobs_core.specs import TaskRecord
+    from frobs_core.plugins.records import Level, TaskRecord
     from frobs_devkit.testing import check_task, run_checks
 
     needs = {"teleport": Level.APPROXIMATE}  # each episode starts from a different state

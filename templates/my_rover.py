@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.interfaces import DifferentialDrive, DriveGains, Robot
+from frobs_core.description import DifferentialDrive, DriveGains, Robot
 
 MY_ROVER = Robot(
     model=str(Path(__file__).with_name("my_rover.urdf.xacro")),
@@ -22,7 +22,7 @@ MY_ROVER = Robot(
         max_angular_velocity=2.5,  # [rad/s]
     ),
     friction={"front_foot": 0.0, "back_foot": 0.0},  # The feet slide without friction.
-    # sensors={"scan": Lidar(frame="base_link", …)},  # adds a lidar; tasks read it with frobs_core.sensors.Sensors
+    # sensors={"scan": Lidar(frame="base_link", …)},  # adds a lidar; tasks read it with frobs_core.sensing.sensors.Sensors
 )
 
 if __name__ == "__main__":  # python my_rover.py checks the robot

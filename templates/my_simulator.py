@@ -3,7 +3,7 @@
 Each joint follows the drive law exactly, including gravity, but with a constant inertia: the inertia that the joint
 moves in the home position. Joints do not affect each other, so the record claims ``drive: approximate``. Bodies and
 floating bases fly. Contacts, rays, wrenches and rendering are not supported, and the inherited methods of
-:class:`frobs_core.interfaces.Simulation` raise an error.
+:class:`frobs_core.contracts.Simulation` raise an error.
 
 Arrays are batched: (num_envs, …).
 """
@@ -14,22 +14,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only, rows_of
-from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import (
-    AT_REST,
-    BodyHandle,
-    Placement,
-    RobotHandle,
-    Scene,
-    Simulation,
-    Snapshot,
-    Translation,
-    Twist,
-    translate,
-)
+from frobs_core.contracts import BodyHandle, RobotHandle, Simulation, Snapshot
+from frobs_core.description import AT_REST, Placement, Scene, Translation, Twist
 from frobs_core.models import Pose, RobotModel, Treatment, composite_inertia
-from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_core.util.arrays import Floats, Mask, read_only, rows_of
+from frobs_core.util.errors import ConfigurationError, SimulationError
+from frobs_core.util.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_models import translate
 
 _KEPT = "moving_joints fixed_joints mimic_joints position_limits velocity_limits effort_limits joint_damping armatures"
 """Elements of a model file that are simulated without changes."""
@@ -254,8 +245,7 @@ class MySimulator(Simulation):
 
 
 if __name__ == "__main__":  # python my_simulator.py checks the capabilities that its record declares
-    from frobs_core.capabilities import Level
-    from frobs_core.specs import SimulatorRecord
+    from frobs_core.plugins.records import Level, SimulatorRecord
     from frobs_devkit.testing import check_simulator, run_checks
 
     exact = dict.fromkeys(("determinism", "snapshot", "teleport", "pause", "batched"), Level.EXACT)

@@ -65,7 +65,7 @@ def _has_state_publisher() -> bool:
 
 
 def _has_gazebo() -> bool:
-    from frobs_core.errors import SimulationError
+    from frobs_core.util.errors import SimulationError
     from frobs_sim_gazebo.installation import find_gazebo
 
     try:

@@ -8,8 +8,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, InvalidActionError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError, InvalidActionError
 
 ID = "frobs/Irb120Reach-v0"
 RAGGED = [[1.0], [1.0, 2.0]]

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import frobs_core.plugins
-from frobs_core.config import KEYWORDS, EnvConfig
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, ModelFileError, UnknownParameterError
+from frobs_core.kernel.config import KEYWORDS, EnvConfig
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.robot_config import RobotConfig
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.models import load_model
-from frobs_core.registry import environments
-from frobs_core.robot_config import RobotConfig
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.plugins.registry import environments
+from frobs_core.util.errors import ConfigurationError, ModelFileError, UnknownParameterError
 
 PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}
 FULL = {

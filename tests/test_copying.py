@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 import frobs_core.plugins
-from frobs_core.env import RobotEnv
-from frobs_core.errors import EnvironmentCopyError, ResetNeededError
-from frobs_core.interfaces import Imu
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.description import Imu
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import EnvironmentCopyError, ResetNeededError
 from frobs_tasks_reach.reach import Reach
 
 ID = "frobs_core:frobs/Irb120Reach-v0"

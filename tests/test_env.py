@@ -11,10 +11,12 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 import frobs_core.plugins
-from frobs_core import registry
-from frobs_core.capabilities import Level
-from frobs_core.env import RobotEnv
-from frobs_core.errors import (
+from frobs_core.contracts import CommandMode, Controller
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import ControllerRecord, Level, SimulatorRecord
+from frobs_core.util.errors import (
     CapabilityError,
     ConfigurationError,
     InvalidActionError,
@@ -24,9 +26,6 @@ from frobs_core.errors import (
     UnknownNameError,
     UnknownParameterError,
 )
-from frobs_core.interfaces import CommandMode, Controller
-from frobs_core.specs import ControllerRecord, SimulatorRecord
-from frobs_core.vector_env import RobotVectorEnv
 
 ID = "frobs_core:frobs/Irb120Reach-v0"
 PARTS = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position"}

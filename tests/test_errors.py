@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from frobs_core.errors import (
+from frobs_core.util.errors import (
     ConfigurationError,
     MissingSettingError,
     ParameterValueError,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.files import cache_folder, write_aside
+from frobs_core.util.files import cache_folder, write_aside
 
 
 def test_the_variable_names_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,9 +20,9 @@ import pytest
 from typer.testing import CliRunner
 
 from frobs_cli.program import program, walk
-from frobs_core.config import KEYWORDS
-from frobs_core.errors import FrobsError
-from frobs_core.registry import pretrained_path
+from frobs_core.kernel.config import KEYWORDS
+from frobs_core.plugins.registry import pretrained_path
+from frobs_core.util.errors import FrobsError
 from frobs_deploy import DeployError, Policy
 from frobs_train import RunConfig, resolve_config
 from frobs_train.training.threads import decide_threads

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core import install_hints
-from frobs_core.install_hints import CHECKOUT, local_install_hint
+from frobs_core.util import install_hints
+from frobs_core.util.install_hints import CHECKOUT, local_install_hint
 
 
 @pytest.mark.parametrize(

@@ -14,33 +14,42 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
 from layers import Distribution, distributions, imported_distributions, imports
 
-CORE, CLI, DEPLOY, TRAIN, DEVKIT = "frobs-core", "frobs-cli", "frobs-deploy", "frobs-train", "frobs-devkit"
+CORE, MODELS, CLI, DEPLOY = "frobs-core", "frobs-models", "frobs-cli", "frobs-deploy"
+TRAIN, DEVKIT = "frobs-train", "frobs-devkit"
 
 ALLOWED = {
     CORE: set(),
     DEPLOY: set(),
-    CLI: {CORE},
-    TRAIN: {CORE, CLI, DEPLOY},
-    DEVKIT: {CORE, CLI, DEPLOY, TRAIN},
-    "frobs-sim-*": {CORE},
-    "frobs-grippers": {CORE},
-    "frobs-robots-*": {CORE, "frobs-grippers"},
-    "frobs-controllers*": {CORE},
+    MODELS: {CORE},
+    CLI: {CORE, MODELS},
+    TRAIN: {CORE, MODELS, CLI, DEPLOY},
+    DEVKIT: {CORE, MODELS, CLI, DEPLOY, TRAIN},
+    "frobs-sim-*": {CORE, MODELS},
+    "frobs-grippers": {CORE, MODELS},
+    "frobs-robots-*": {CORE, MODELS, "frobs-grippers"},
+    "frobs-controllers*": {CORE, MODELS},
     "frobs-tasks-legacy": {CORE, "frobs-tasks-reach", "frobs-tasks-navigation"},
-    "frobs-tasks-*": {CORE},
+    "frobs-tasks-*": {CORE, MODELS},
     "frobs-algos-sbx": {CORE, "frobs-algos-sb3"},
     "frobs-algos-*": {CORE},
     "frobs-ray": {CORE, TRAIN, "frobs-algos-sb3"},
-    "frobs-ros": {CORE, CLI, DEPLOY},
+    "frobs-ros": {CORE, MODELS, CLI, DEPLOY},
     "frobs-rl-compat": {
-        *(CORE, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning", "frobs-tasks-legacy", DEVKIT)
+        *(CORE, MODELS, CLI, "frobs-ros", "frobs-algos-sb3", "frobs-controllers-planning"),
+        *("frobs-tasks-legacy", DEVKIT),
     },
     "frobs": set(),
 }
 """What each distribution may import; the first pattern that matches counts."""
 
-REQUIRED_ONLY = {"frobs-rl-compat": {"frobs-tasks-legacy"}}
-"""Required without an import: packages for FRobs_RL use its tasks by ID."""
+REQUIRED_ONLY = {
+    "frobs-rl-compat": {"frobs-tasks-legacy"},  # packages for FRobs_RL use its tasks by ID
+    **{
+        f"frobs-{name}": {MODELS}
+        for name in ("grippers", *(f"robots-{of}" for of in ("abb", "franka", "kobuki", "ur")))
+    },
+}
+"""Required without an import. Robots are model files, which frobs-models reads."""
 
 OTHER_NAMES = {
     "PIL": "pillow",

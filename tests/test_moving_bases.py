@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import MissingSettingError, ParameterValueError, UnknownNameError, UnknownParameterError
+from frobs_core.util.errors import MissingSettingError, ParameterValueError, UnknownNameError, UnknownParameterError
 
 SIMULATORS = ("mujoco", "pybullet")
 WALKER = """<robot name="walker"><link name="trunk">

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core.interfaces import Pacer
+from frobs_core.contracts import Pacer
 
 
 class World:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.plain import is_plain, plain, read_numbers, spell_numbers, to_json
+from frobs_core.util.plain import is_plain, plain, read_numbers, spell_numbers, to_json
 
 
 class Color(StrEnum):
@@ -73,4 +73,4 @@ def test_everything_that_is_written_as_json_is_valid_json() -> None:
         and "allow_nan" not in [keyword.arg for keyword in node.keywords]
     ]
     assert len(files) > 100
-    assert not lenient, "use frobs_core.plain.to_json or frobs_core.files.write_json, or pass allow_nan=False"
+    assert not lenient, "use frobs_core.util.plain.to_json or frobs_core.util.files.write_json, or pass allow_nan=False"

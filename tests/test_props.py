@@ -11,10 +11,10 @@ import pytest
 
 import frobs_core.plugins
 import frobs_devkit.testing.simulator
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ModelFileError, SceneError
-from frobs_core.interfaces import Body, Camera, Contact, Prop, Scene
+from frobs_core.description import Body, Camera, Contact, Prop, Scene
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Pose, Sphere
+from frobs_core.util.errors import ModelFileError, SceneError
 from frobs_tasks_reach.reach import Reach
 
 MODEL = str(Path(frobs_devkit.testing.simulator.__file__).with_name("urdf") / "kit_drawer.urdf")

@@ -23,7 +23,7 @@ OWNERS = {package.name: found for found in distributions().values() for package 
 MODULES = {
     *(module for modules in api.MODULES.values() for module in modules),
     *errors.MODULES,
-    *("frobs_core.hookspecs", "frobs_core.specs"),  # the pages of hooks and records
+    *("frobs_core.plugins.hooks", "frobs_core.plugins.records"),  # the pages of hooks and records
     *(f"frobs_ros.{module}" for module in ros.TABLES["functions"]),
 }
 """Modules that the reference lists."""
@@ -101,6 +101,6 @@ def test_who_uses_the_inside_of_a_distribution_requires_its_version(name: str, b
 def test_what_is_exported_is_found() -> None:
     assert exported("frobs_train") >= {"Run", "train"}
     assert exported("frobs_core.models") >= {"RobotModel"}
-    assert exported("frobs_core.errors") is None
-    assert not is_public("frobs_core.models.xmltree", "Element")
+    assert exported("frobs_core.util.errors") is None
+    assert not is_public("frobs_models.xmltree", "Element")
     assert is_public("frobs_core.models", "Element")

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.random import RandomSource, philox4x32
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.random import RandomSource, philox4x32
 
 # Random123's published known answers for philox4x32-10: counter, key, result.
 KNOWN_ANSWERS = [

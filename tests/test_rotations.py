@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from frobs_core.rotations import (
+from frobs_core.util.rotations import (
     cross,
     matrix_from_quat,
     quat_conjugate,

@@ -3,9 +3,9 @@ from typing import Any
 import pytest
 
 import frobs_core.plugins
-from frobs_core.errors import ParameterValueError, SceneError
-from frobs_core.interfaces import Attachment, Body, Scene, Shape
+from frobs_core.description import Attachment, Body, Scene, Shape
 from frobs_core.models import Box, Pose, Sphere
+from frobs_core.util.errors import ParameterValueError, SceneError
 from frobs_devkit.testing.simulator.subject import SimulatorUnderTest
 
 MOMENTS = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, ConfigDict, Field
 
-from frobs_core.errors import (
+from frobs_core.util.errors import (
     ConfigFileError,
     ConfigurationError,
     MissingSettingError,
     ParameterValueError,
     UnknownParameterError,
 )
-from frobs_core.validation import boolean, box, finite, non_negative, number_list, numbers, positive, validate
-from frobs_core.yaml import load_yaml_text, merge
+from frobs_core.util.validation import boolean, box, finite, non_negative, number_list, numbers, positive, validate
+from frobs_core.util.yaml import load_yaml_text, merge
 
 
 class Every(BaseModel):

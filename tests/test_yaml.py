@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ConfigFileError
-from frobs_core.yaml import dump_yaml, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
+from frobs_core.util.errors import ConfigFileError
+from frobs_core.util.yaml import dump_yaml, find_origin, load_yaml, load_yaml_text, load_yaml_value, merge
 
 
 def refused(text: str) -> ConfigFileError:

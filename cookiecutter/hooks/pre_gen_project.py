@@ -27,7 +27,7 @@ def check_alone(answers):
 def check_installed(answers):
     """Check the answers against the installed packages and the robot's model file."""
     try:
-        from frobs_core.errors import FrobsError
+        from frobs_core.util.errors import FrobsError
         from frobs_devkit.scaffold.clashes import check_clashes
         from frobs_devkit.scaffold.robot_file import facts_for
     except ImportError:

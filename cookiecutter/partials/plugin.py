@@ -3,15 +3,15 @@
 """Records of the parts that this distribution provides. This module imports only lightweight modules."""
 
 {% if kinds in ("task", "simulator", "controller", "robot task") %}
-from frobs_core.capabilities import Level
+from frobs_core.plugins.records import Level
 {% endif %}
-from frobs_core.hookspecs import hookimpl
+from frobs_core.plugins.hooks import hookimpl
 {% if kinds == "robot task" %}
-from frobs_core.specs import EnvironmentRecord, RobotRecord, TaskRecord
+from frobs_core.plugins.records import EnvironmentRecord, RobotRecord, TaskRecord
 {% elif has_task %}
-from frobs_core.specs import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.records import EnvironmentRecord, TaskRecord
 {% else %}
-from frobs_core.specs import {{ kinds.title() }}Record
+from frobs_core.plugins.records import {{ kinds.title() }}Record
 {% endif %}
 {% if has_robot %}
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 
 {{ cookiecutter.name.upper() }} = Robot(
     model=str(Path(__file__).with_name("{{ robot.model_name }}")),

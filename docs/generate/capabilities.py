@@ -5,8 +5,8 @@ import importlib.util
 from layers import ROOT
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level, abilities
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import Level, SimulatorRecord
 from generate.rst import code, escape, heading, label, table
 
 

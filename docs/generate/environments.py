@@ -6,9 +6,10 @@ from pathlib import Path
 import gymnasium as gym
 
 from frobs_cli.describe_environment import describe_environment, readable_environment, space_text
-from frobs_core import plugins, registry
-from frobs_core.errors import FrobsError
-from frobs_core.specs import KINDS
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import KINDS
+from frobs_core.util.errors import FrobsError
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.export.pretrained import read_pretrained
 from generate import facts

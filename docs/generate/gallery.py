@@ -6,9 +6,9 @@ from typing import Any
 from layers import ROOT
 
 from frobs_cli.catalogue import source_of
-from frobs_core import registry
-from frobs_core.errors import FrobsError
-from frobs_core.specs import EnvironmentRecord
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import EnvironmentRecord
+from frobs_core.util.errors import FrobsError
 from frobs_train.export.pretrained import describe_pretrained, read_pretrained
 from generate.environments import slug
 

@@ -1,7 +1,7 @@
 """The page of the hooks and of the records that they return."""
 
-from frobs_core.hookspecs import __dict__ as hookspecs
-from frobs_core.specs import RECORDS
+from frobs_core.plugins.hooks import __dict__ as hookspecs
+from frobs_core.plugins.records import RECORDS
 from generate.rst import directive, heading, label, table
 
 
@@ -13,7 +13,7 @@ def names() -> list[str]:
 def page() -> str:
     """Return the page."""
     kinds = [
-        (f":func:`~frobs_core.hookspecs.{hook}`", kind, f":class:`~frobs_core.specs.{record.__name__}`")
+        (f":func:`~frobs_core.plugins.hooks.{hook}`", kind, f":class:`~frobs_core.plugins.records.{record.__name__}`")
         for hook, (kind, record) in zip(names(), RECORDS.items(), strict=True)
     ]
     text = label("hooks") + heading("Hooks and records")
@@ -23,8 +23,10 @@ def page() -> str:
         "locations of their implementations.\n\n"
     )
     text += table(["hook", "kind", "returns a list of"], kinds)
-    text += heading("Hooks", "-") + directive("module", "frobs_core.hookspecs")
-    text += "".join(directive("autofunction", f"frobs_core.hookspecs.{name}") for name in names())
-    text += heading("Records", "-") + directive("module", "frobs_core.specs")
+    text += heading("Hooks", "-") + directive("module", "frobs_core.plugins.hooks")
+    text += "".join(directive("autofunction", f"frobs_core.plugins.hooks.{name}") for name in names())
+    text += heading("Records", "-") + directive("module", "frobs_core.plugins.records")
     records = ["Record", *(record.__name__ for record in RECORDS.values()), "EnvironmentRecord"]
-    return text + "".join(directive("autoclass", f"frobs_core.specs.{name}", no_members="") for name in records)
+    return text + "".join(
+        directive("autoclass", f"frobs_core.plugins.records.{name}", no_members="") for name in records
+    )

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_train.evaluation.video import add_batch
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.plots.figures import dress, make_figure

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from frobs_cli.catalogue import listed, plural
 from frobs_cli.describe_record import describe_record
 from frobs_cli.parameters import descriptions
-from frobs_core.specs import KINDS
+from frobs_core.plugins.records import KINDS
 from generate import facts
 from generate.rst import code, directive, escape, heading, label, table
 

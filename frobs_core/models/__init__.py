@@ -1,7 +1,6 @@
-"""Reads and analyzes robot model files without a physics engine."""
+"""The model of a robot and what can be computed from it. Plugins read model files."""
 
-from frobs_core.models.bounds import drawn_points, link_bounds, lowest_points, robot_bounds, shape_points
-from frobs_core.models.convex_parts import convex_parts
+from frobs_core.deprecation import moved_names
 from frobs_core.models.defaults import (
     BANDWIDTH,
     TOOL_NAMES,
@@ -11,8 +10,7 @@ from frobs_core.models.defaults import (
     home_positions,
     usual_rank,
 )
-from frobs_core.models.elements import ELEMENTS, elements
-from frobs_core.models.fingerprint import fingerprint
+from frobs_core.models.gains import DriveGains
 from frobs_core.models.inertia import inertia_matrix, parallel_axis
 from frobs_core.models.kinematics import (
     MOVING,
@@ -24,8 +22,7 @@ from frobs_core.models.kinematics import (
     pose_array,
     pose_from_array,
 )
-from frobs_core.models.load import ENDINGS, load_model, open_document, read_document
-from frobs_core.models.meshes import MeshPart, Rgba, bounding_box, joined, read_mesh, scaled, write_stl
+from frobs_core.models.load import load_model
 from frobs_core.models.model import (
     Box,
     Capsule,
@@ -46,17 +43,13 @@ from frobs_core.models.model import (
     Visual,
 )
 from frobs_core.models.notes import RULES, Note, Rule, Treatment
-from frobs_core.models.resources import Packages, package_name, packages_below, path_folders, resolve_path
 from frobs_core.models.solids import solid_inertial
-from frobs_core.models.tree import check_tree, check_unique, flatten_mimics, joints_below, outward
-from frobs_core.models.urdf import read_joint, read_urdf
-from frobs_core.models.xacro_files import expand_xacro
-from frobs_core.models.xmltree import Element, parse_numbers, parse_xml, read_bytes
+from frobs_core.models.tree import joints_below, outward
+
+__getattr__ = moved_names(__name__)
 
 __all__ = [
     "BANDWIDTH",
-    "ELEMENTS",
-    "ENDINGS",
     "MOVING",
     "RULES",
     "TOOL_NAMES",
@@ -64,7 +57,7 @@ __all__ = [
     "Capsule",
     "Collision",
     "Cylinder",
-    "Element",
+    "DriveGains",
     "Geometry",
     "Inertial",
     "Joint",
@@ -72,62 +65,31 @@ __all__ = [
     "JointType",
     "Link",
     "Mesh",
-    "MeshPart",
     "Mimic",
     "Note",
-    "Packages",
     "Pose",
-    "Rgba",
     "RobotModel",
     "Rule",
     "Sphere",
     "Treatment",
     "Vector3",
     "Visual",
-    "bounding_box",
-    "check_tree",
-    "check_unique",
     "compose",
     "composite_inertia",
-    "convex_parts",
     "default_gains",
     "default_tcp",
-    "drawn_points",
-    "elements",
-    "expand_xacro",
-    "fingerprint",
-    "flatten_mimics",
     "forward_kinematics",
     "home_positions",
     "inertia_matrix",
-    "joined",
     "joint_path",
     "joints_below",
-    "link_bounds",
     "load_model",
     "longest_reach",
-    "lowest_points",
     "moved",
-    "open_document",
     "outward",
-    "package_name",
-    "packages_below",
     "parallel_axis",
-    "parse_numbers",
-    "parse_xml",
-    "path_folders",
     "pose_array",
     "pose_from_array",
-    "read_bytes",
-    "read_document",
-    "read_joint",
-    "read_mesh",
-    "read_urdf",
-    "resolve_path",
-    "robot_bounds",
-    "scaled",
-    "shape_points",
     "solid_inertial",
     "usual_rank",
-    "write_stl",
 ]

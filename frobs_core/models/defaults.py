@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ParameterValueError, UnknownNameError
+from frobs_core.models.gains import DriveGains
 from frobs_core.models.inertia import inertia_matrix
 from frobs_core.models.kinematics import joint_path, moved
 from frobs_core.models.model import Joint, JointType, RobotModel
 from frobs_core.models.tree import outward
-from frobs_core.random import RandomSource
-from frobs_core.rotations import matrix_from_quat, quat_rotate
-
-if TYPE_CHECKING:
-    from frobs_core.interfaces.robot import DriveGains
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import matrix_from_quat, quat_rotate
 
 BANDWIDTH = 10.0
 """Default bandwidth of the drives [Hz]."""
@@ -120,10 +117,6 @@ def default_gains(model: RobotModel, home_positions: npt.ArrayLike, bandwidth_hz
         home_positions: (dof,) [rad or m]
         bandwidth_hz: Bandwidth of the drives [Hz].
     """
-    from frobs_core.interfaces.robot import (
-        DriveGains,
-    )  # imported here because frobs_core.interfaces imports the models
-
     home = np.asarray(home_positions, float)[None]
     largest = _inertias(model, np.concatenate([home, _postures(model)])).max(axis=0).tolist()
     stiffness, damping = {}, {}

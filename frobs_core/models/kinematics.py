@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models.model import Joint, JointType, Pose, RobotModel
-from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_from_matrix, quat_multiply, quat_rotate
 
 MOVING = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 """Types of joints with one degree of freedom."""

@@ -1,20 +1,17 @@
-"""Reads model files in any supported format."""
+"""Reads model files and meshes with the readers that plugins provide. The core reads no model file itself."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import Any, cast
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models.mjcf import read_mjcf
-from frobs_core.models.model import RobotModel
-from frobs_core.models.resources import Packages, resolve_path
-from frobs_core.models.urdf import read_urdf
-from frobs_core.models.xacro_files import read_text
-from frobs_core.models.xmltree import Element, parse_xml
-
-ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
-"""Suffixes of model files."""
+from frobs_core import plugins
+from frobs_core.models.model import Mesh, RobotModel
+from frobs_core.plugins.records import ModelFormatRecord
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ModelFileError
+from frobs_core.util.install_hints import local_install_hint
 
 
 def load_model(
@@ -27,7 +24,8 @@ def load_model(
 
     Args:
         path: Path of the file, or ``"package:relative/path"`` for a file in an installed Python package. The suffix
-            determines the format: ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or ``.mjcf`` (MJCF).
+            determines the format: with ``frobs-models``, ``.urdf``, ``.xacro`` (a URDF with macros), ``.xml`` or
+            ``.mjcf`` (MJCF).
         xacro_args: Arguments for a xacro file.
         package_paths: Folders of the ROS packages that the file refers to, by package name. Packages beside or above
             the file, and packages in ``ROS_PACKAGE_PATH``, are found automatically.
@@ -37,47 +35,45 @@ def load_model(
 
     Raises:
         ModelFileError: The file, or a file that it refers to, is missing, empty, broken or contradictory, or declares a
-            document type. The message includes the file name and the line number, and describes how to fix the problem.
+            document type, or no installed plugin reads files with this suffix. The message includes the file name and
+            the line number, and describes how to fix the problem.
+        PluginError: The reader of this format cannot be imported.
     """
-    return read_document(*open_document(path, xacro_args=xacro_args, package_paths=package_paths))
+    model = find_reader(path).read(path, xacro_args=xacro_args, package_paths=package_paths)
+    return cast(RobotModel, model)
 
 
-def open_document(
-    path: str | Path,
-    *,
-    xacro_args: Mapping[str, str] | None = None,
-    package_paths: Mapping[str, str | Path] | None = None,
-) -> tuple[Element, Path, Packages]:
-    """Parse a model file and expand its macros. For the arguments, see :func:`load_model`.
-
-    Returns:
-        The root element, the file's absolute path, and the locations of the packages that the file refers to.
+def mesh_solid(mesh: Mesh) -> tuple[float, Floats, Floats]:
+    """Return the volume [m³], the centroid (3,) [m], and the inertia about it for a mass of 1 kg, (3, 3) [m²].
 
     Raises:
-        ModelFileError: The file is missing, empty or broken.
+        ModelFileError: The mesh cannot be read, its surface is not closed, or no installed plugin reads its format.
+        PluginError: The reader of this format cannot be imported.
     """
-    file = resolve_path(path)
-    if file.is_dir():
-        raise ModelFileError(file, "the path is a folder; pass the path of a model file.")
-    if not file.is_file():
-        raise ModelFileError(file, "the path does not refer to a regular file; pass the path of a model file.")
-    if file.suffix.lower() not in ENDINGS:
-        raise ModelFileError(
-            file, f"model files with the suffix '{file.suffix}' are not supported; use one of {', '.join(ENDINGS)}."
-        )
-    packages = Packages(package_paths, file)
-    text, expanded = read_text(file, xacro_args or {}, packages)
-    return parse_xml(text, file, expanded=expanded), file, packages
+    return cast(tuple[float, Floats, Floats], find_reader(mesh.path, "mesh").solid(mesh))
 
 
-def read_document(root: Element, file: Path, packages: Packages) -> RobotModel:
-    """Read a parsed document.
+def find_reader(path: str | Path, content: str = "robot") -> Any:
+    """Return the :class:`~frobs_core.contracts.ModelReader` for a file, chosen by the suffix of the path.
+
+    Args:
+        path: Path of the file.
+        content: ``"robot"`` or ``"mesh"``.
 
     Raises:
-        ModelFileError: The document is contradictory or does not describe a robot.
+        ModelFileError: No installed plugin reads files with this suffix. The message says what to install.
+        PluginError: The reader cannot be imported.
     """
-    if root.tag == "robot":
-        return read_urdf(root, file, packages)
-    if root.tag == "mujoco":
-        return read_mjcf(root, file)
-    return root.refuse("the root element must be <robot> (URDF) or <mujoco> (MJCF).")
+    suffix = PurePath(path).suffix.lower()
+    suffixes: list[str] = []
+    for record in cast("Mapping[str, ModelFormatRecord]", plugins.records("model_format")).values():
+        if record.content == content:
+            if suffix in record.suffixes:
+                return record.load()()
+            suffixes += record.suffixes
+    if not suffixes:
+        hint = local_install_hint("pip install frobs-models")
+        raise ModelFileError(path, f"no installed plugin reads {content} files. To install one: {hint}.")
+    raise ModelFileError(
+        path, f"{content} files with the suffix '{suffix}' are not supported; use one of {', '.join(suffixes)}."
+    )

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models.notes import Note
+from frobs_core.util.arrays import Floats
 
 if TYPE_CHECKING:
     from frobs_core.models.kinematics import Chain

@@ -7,10 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from frobs_core.models.xmltree import Element
 
 
 class Treatment(Enum):
@@ -69,21 +65,6 @@ class Note:
     def __str__(self) -> str:
         """Return one line, such as ``<link name="forearm">: text``."""
         return f"{self.element}: {self.text}"
-
-
-class Notes(list[Note]):
-    """Notes that are collected while a file is read."""
-
-    def add(self, rule: str, element: Element, text: str) -> None:
-        """Add a note about an element.
-
-        Args:
-            rule: Name of the rule.
-            element: The element.
-            text: The finding and its treatment.
-        """
-        assert rule in RULES
-        self.append(Note(element.named(), rule, text, element.line))
 
 
 RULES: Mapping[str, Rule] = {

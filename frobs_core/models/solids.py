@@ -6,23 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ModelFileError
 from frobs_core.models.inertia import parallel_axis
-from frobs_core.models.meshes import joined, read_mesh, scaled
-from frobs_core.models.model import (
-    Box,
-    Capsule,
-    Collision,
-    Cylinder,
-    Geometry,
-    Inertial,
-    Mesh,
-    Pose,
-    Sphere,
-    Visual,
-)
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.models.load import mesh_solid
+from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Inertial, Mesh, Pose, Sphere, Visual
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import matrix_from_quat
 
 
 def solid_inertial(
@@ -74,20 +62,5 @@ def solid(geometry: Geometry) -> tuple[float, Floats, Floats]:
             volume = np.pi * r * r * (length + 4 / 3 * r)
             moments = [across, across, (0.5 * rod + 0.4 * ball) * r * r]
         case Mesh():
-            return _solid_mesh(geometry)
+            return mesh_solid(geometry)
     return volume, np.zeros(3), np.diag(moments)
-
-
-def _solid_mesh(mesh: Mesh) -> tuple[float, Floats, Floats]:
-    import trimesh
-
-    part = joined(scaled(read_mesh(mesh.path), mesh.scale))
-    solid = trimesh.Trimesh(part.vertices, part.faces)
-    if not solid.is_volume:
-        raise ModelFileError(
-            mesh.path,
-            "the surface of the mesh is not closed, so its volume is unknown; "
-            "set the body's mass, center_of_mass and inertia.",
-        )
-    volume = float(solid.volume)
-    return volume, np.asarray(solid.center_mass, float), np.asarray(solid.moment_inertia, float) / volume

@@ -5,7 +5,6 @@
 - ``known`` lists the names that each distribution of this project provides.
 - ``report`` contains the result of loading a plugin.
 - ``requirements`` checks the requirements of a distribution, including the versions of the core that it supports.
-- ``probe`` imports a plugin in a separate process (``child``) with a time limit.
 - ``collection`` loads plugins in isolation, stores the reports, and looks up names.
 
 The functions of this module use the collection of all installed plugins, which :func:`isolated` temporarily replaces.
@@ -16,20 +15,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 
-from frobs_core.errors import PluginError
+from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
 from frobs_core.plugins.discovery import Candidate, normalize
 from frobs_core.plugins.known import install_command
-from frobs_core.plugins.probe import Probe, probe
+from frobs_core.plugins.records import Record
 from frobs_core.plugins.report import PluginReport
 from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
-from frobs_core.specs import Record
+from frobs_core.util.errors import PluginError
+
+__getattr__ = moved_names(__name__)
 
 __all__ = [
     "Candidate",
     "PluginReport",
     "Plugins",
-    "Probe",
     "active",
     "core_versions",
     "get_record",
@@ -41,7 +41,6 @@ __all__ = [
     "isolated",
     "missing",
     "normalize",
-    "probe",
     "records",
     "reports",
 ]

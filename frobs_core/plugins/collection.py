@@ -16,13 +16,13 @@ from time import perf_counter
 from types import MappingProxyType
 
 from frobs_core._version import __version__
-from frobs_core.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
 from frobs_core.plugins.discovery import Candidate, find_candidates, match_disabled, normalize
 from frobs_core.plugins.known import install_command, known
 from frobs_core.plugins.loading import import_plugin, read_records
+from frobs_core.plugins.records import RECORDS, Record
 from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, is_made_for
-from frobs_core.specs import RECORDS, Record
+from frobs_core.util.errors import AmbiguousNameError, PluginError, PluginLoadError, UnknownNameError, nearest
 
 STRICT = "FROBS_STRICT_PLUGINS"
 """Environment variable that makes a broken plugin raise an error, unless its value is empty, 0, false, no or off."""
@@ -144,9 +144,9 @@ class Plugins:
 
     def _offers_of(self, kind: str) -> Mapping[str, Mapping[str, PluginReport]]:
         """For each name of a kind, return the reports of the plugins that provide the name, by distribution."""
-        if kind not in RECORDS:
-            raise UnknownNameError("kind", kind, RECORDS)
         self.reports()
+        if kind not in self._offers:
+            raise UnknownNameError("kind", kind, self._offers)
         return self._offers[kind]
 
     def candidates(self) -> list[Candidate]:
@@ -171,7 +171,7 @@ class Plugins:
         for report in reports:
             for kind, records in report.records.items():
                 for record in records:
-                    offers[kind].setdefault(record.name, {})[report.distribution] = report
+                    offers.setdefault(kind, {}).setdefault(record.name, {})[report.distribution] = report
         self._offers, self._reports = offers, tuple(reports)
         for word in unknown:
             suggestion = nearest(word, [w for c in candidates for w in (c.name, c.distribution)])

@@ -14,16 +14,35 @@ from types import ModuleType
 
 import pluggy
 
-from frobs_core import hookspecs
-from frobs_core.errors import PluginError, nearest
-from frobs_core.specs import RECORDS, AbilityRecord, EnvironmentRecord, ParameterRecord, Record, TaskRecord
+from frobs_core.deprecation import warn_deprecated
+from frobs_core.plugins import hooks
+from frobs_core.plugins.records import (
+    EXTENSIONS,
+    KINDS,
+    RECORDS,
+    AbilityRecord,
+    EnvironmentRecord,
+    ParameterRecord,
+    Record,
+    SensorTypeRecord,
+    TaskRecord,
+)
+from frobs_core.util.errors import PluginError, nearest
 
-HOOKS: Mapping[str, str] = {
-    f"frobs_{kind[:-1]}ies" if kind.endswith("y") else f"frobs_{kind}s": kind for kind in RECORDS
+HOOKS: Mapping[str, type[Record]] = {
+    **{f"frobs_{kind}s": record for kind, record in KINDS.items()},
+    "frobs_extensions": Record,
 }
-"""Kind of the records that each hook returns."""
+"""Class of the records that each hook returns."""
 
-_PROJECT = hookspecs.hookimpl.project_name
+DEPRECATED_HOOKS: Mapping[str, type[Record]] = {
+    "frobs_abilities": AbilityRecord,
+    "frobs_sensor_types": SensorTypeRecord,
+    "frobs_parameters": ParameterRecord,
+}
+"""Hooks of version 0.2, which ``frobs_extensions`` replaces."""
+
+_PROJECT = hooks.hookimpl.project_name
 _MODULE = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*")
 _NAME = re.compile(r"[a-z0-9_]+")
 _ENTRY_POINT = re.compile(rf"{_MODULE.pattern}:{_MODULE.pattern}")
@@ -64,14 +83,19 @@ def read_records(module: ModuleType, key: str) -> dict[str, tuple[Record, ...]]:
     # Each plugin has a separate manager, so a failed plugin leaves no state in pluggy. In addition, hook wrappers do
     # not affect other plugins' hooks, and equal entry-point names do not collide.
     manager = pluggy.PluginManager(_PROJECT)
-    manager.add_hookspecs(hookspecs)
+    manager.add_hookspecs(hooks)
     manager.register(_only_hooks(module), name=key)
     records: dict[str, list[Record]] = {kind: [] for kind in RECORDS}
     for hook, caller in vars(manager.hook).items():
         for implementation in caller.get_hookimpls():
-            if hook in HOOKS:
+            if hook in DEPRECATED_HOOKS:
+                warn_deprecated(
+                    f"the hook {hook} of '{key}'", instead="frobs_extensions", since="0.3", removed_in="0.4"
+                )
+            if (cls := HOOKS.get(hook) or DEPRECATED_HOOKS.get(hook)) is not None:
                 # Called directly, because pluggy would hide a result of None, which indicates a forgotten 'return'.
-                records[HOOKS[hook]] += _checked(hook, HOOKS[hook], implementation.function())
+                for record in _checked(hook, cls, implementation.function()):
+                    records.setdefault(record.kind, []).append(record)
             elif not implementation.optionalhook:
                 suggestion = nearest(hook, HOOKS)
                 hint = f"did you mean '{suggestion}'?" if suggestion else f"available hooks: {', '.join(HOOKS)}"
@@ -89,23 +113,26 @@ def _only_hooks(module: ModuleType) -> ModuleType:
     for name, value in list(vars(module).items()):
         if inspect.isfunction(value) and hasattr(value, f"{_PROJECT}_impl"):
             setattr(hooks, name, value)
-        elif name in HOOKS:
+        elif name in HOOKS or name in DEPRECATED_HOOKS:
             raise PluginError(f"'{name}' must be a function with the decorator '@hookimpl'")
     if not any(inspect.isfunction(value) for value in vars(hooks).values()):
         raise PluginError(f"'{module.__name__}' has no function with the decorator '@hookimpl'")
     return hooks
 
 
-def _checked(hook: str, kind: str, returned: object) -> Sequence[Record]:
+def _checked(hook: str, cls: type[Record], returned: object) -> Sequence[Record]:
     if inspect.isgenerator(returned) or inspect.iscoroutine(returned):
         returned.close()
         raise PluginError(f"the hook {hook} is a {type(returned).__name__}; write a plain function that returns a list")
     if not isinstance(returned, (list, tuple)):
-        raise PluginError(f"{hook} returned {_article(returned)}; return a list of {RECORDS[kind].__name__}")
+        raise PluginError(f"{hook} returned {_article(returned)}; return a list of {cls.__name__}")
     for record in returned:
-        if not isinstance(record, RECORDS[kind]):
-            raise PluginError(f"{hook} returned {_article(record)}; it may only return {RECORDS[kind].__name__}")
-        _check_record(kind, record)
+        if not isinstance(record, cls):
+            raise PluginError(f"{hook} returned {_article(record)}; it may only return {cls.__name__}")
+        if cls is Record and (record.kind in KINDS or not _NAME.fullmatch(record.kind)):
+            kinds = ", ".join(record.__name__ for record in EXTENSIONS.values())
+            raise PluginError(f"{hook} returned {_article(record)}; it returns extensions, such as {kinds}")
+        _check_record(record.kind, record)
     return returned
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from frobs_core.plugins.discovery import Candidate
-from frobs_core.specs import RECORDS, Record, TaskRecord
+from frobs_core.plugins.records import RECORDS, Record, TaskRecord
 
 _NO_RECORDS: Mapping[str, tuple[Record, ...]] = MappingProxyType(dict.fromkeys(RECORDS, ()))
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from frobs_core.install_hints import local_install_hint
+from frobs_core.util.install_hints import local_install_hint
 
 _CORE_LINE = re.compile(r"^\s*frobs[-_.]core(?![\w.-])\s*(?:\[[^\]]*\])?\s*\(?([^;)]*)\)?", re.IGNORECASE)
 

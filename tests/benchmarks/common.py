@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
-from frobs_core import registry
+from frobs_core.plugins import registry
 
 ROOT = Path(__file__).parents[2]
 RESULTS = Path(__file__).with_name("results")

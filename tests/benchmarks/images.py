@@ -10,8 +10,8 @@ from typing import Any
 import gymnasium as gym
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.plugins.records import Level
 
 SIZE = (84, 84)
 BUDGET = 5.0

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import tasks
 
-from frobs_core.registry import pretrained_ids, pretrained_path
+from frobs_core.plugins.registry import pretrained_ids, pretrained_path
 from frobs_train import Run
 from frobs_train.export.export import export
 

@@ -20,7 +20,7 @@ from statistics import mean
 from time import perf_counter
 from typing import Any
 
-from frobs_core.yaml import dump_yaml
+from frobs_core.util.yaml import dump_yaml
 from frobs_train import Run, evaluate, resolve_config, train
 
 ROOT = Path(__file__).parents[2]

@@ -32,9 +32,10 @@ from typing import Any, cast
 import yaml
 from common import ROOT, current_commit, frobs, is_shared, machine, slug
 
-from frobs_core import plugins, registry
-from frobs_core.plain import plain
-from frobs_core.specs import AlgorithmRecord
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.plain import plain
 from frobs_train import Progress, Run, plot_runs, resolve_config
 from frobs_train.cli.jobs_progress import collect_outcomes
 from frobs_train.runners.jobs import evaluation_job, training_job

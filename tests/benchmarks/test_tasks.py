@@ -11,7 +11,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 import pretrained
 import tasks
 
-from frobs_core import plugins, registry
+from frobs_core import plugins
+from frobs_core.plugins import registry
 from frobs_deploy import read_bundle
 from frobs_train import resolve_config
 from frobs_train.runners.runner import load_runner

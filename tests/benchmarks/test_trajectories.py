@@ -14,9 +14,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import trajectories
 
-from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import load_model
-from frobs_core.robot_config import RobotConfig
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 

@@ -23,10 +23,10 @@ import numpy as np
 from frobs_controllers_planning.controller import TrajectoryController
 from frobs_controllers_planning.plan import Reason
 from frobs_core import plugins
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body, Contact, Placement, Scene
+from frobs_core.description import Body, Contact, Placement, Scene
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Box, Pose, load_model
-from frobs_core.robot_config import RobotConfig
+from frobs_core.util.arrays import Floats
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "trajectories-measured.md"

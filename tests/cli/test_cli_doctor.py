@@ -169,7 +169,7 @@ def test_only_robots_have_pictures(frobs: Frobs, tmp_path: Path) -> None:
 def test_a_machine_without_opengl_is_told_what_to_install(
     frobs: Frobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from frobs_core.errors import RenderingUnavailableError
+    from frobs_core.util.errors import RenderingUnavailableError
     from frobs_devkit.robot_sheet.stage import Stage
 
     def no_opengl(*_: Any) -> None:
@@ -222,9 +222,9 @@ def test_the_advice_of_a_simulator_without_its_engine_is_printed_once(
 
 
 WITHOUT_ENGINE = """
-from frobs_core.errors import SimulationError
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import SimulatorRecord
+from frobs_core.util.errors import SimulationError
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import SimulatorRecord
 
 
 def __getattr__(name):

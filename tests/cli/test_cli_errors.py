@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 from typer.testing import Result
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 
 Frobs = Callable[..., Result]
 

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import Result
 
 from frobs_cli.catalogue import EXTENSIONS, listed, plural
-from frobs_core.capabilities import CAPABILITIES
+from frobs_core.plugins.capabilities import CAPABILITIES
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
@@ -118,16 +118,16 @@ WRONG = """
 from dataclasses import dataclass
 from typing import ClassVar
 
-from frobs_core.capabilities import Level
-from frobs_core.hookspecs import hookimpl
-from frobs_core.interfaces import Sensor
-from frobs_core.specs import AbilityRecord, ParameterRecord, SensorTypeRecord, SimulatorRecord
+from frobs_core.plugins.records import Level
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.description import Sensor
+from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SensorTypeRecord, SimulatorRecord
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gauge(Sensor):
     type_name: ClassVar[str] = "gage"
-    instrument: ClassVar[str] = "frobs_core.sensors.lidar:LidarInstrument"
+    instrument: ClassVar[str] = "frobs_core.sensing.sensors.lidar:LidarInstrument"
 
 
 @hookimpl

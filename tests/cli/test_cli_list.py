@@ -5,7 +5,7 @@ import pytest
 from typer.testing import Result
 
 from frobs_core import plugins
-from frobs_core.specs import KINDS
+from frobs_core.plugins.records import KINDS
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
@@ -66,9 +66,10 @@ def test_a_simulator_without_its_engine_is_marked(
 
 
 SIMULATOR = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.capabilities import CAPABILITIES, Level
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.capabilities import CAPABILITIES
+from frobs_core.plugins.records import Level
+from frobs_core.plugins.records import SimulatorRecord
 
 @hookimpl
 def frobs_simulators():
@@ -78,8 +79,8 @@ def frobs_simulators():
 """
 
 ROBOT = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import RobotRecord
 
 @hookimpl
 def frobs_robots():

@@ -13,7 +13,7 @@ ID = "frobs/Irb120Reach-v0"
 
 STIFF = """
 from dataclasses import replace
-from frobs_core.hookspecs import hookimpl
+from frobs_core.plugins.hooks import hookimpl
 from frobs_sim_mujoco import plugin
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

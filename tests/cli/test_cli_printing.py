@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from frobs_cli import output
 from frobs_cli.program import program
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_deploy.__main__ import main as deploy
 from frobs_deploy.bundle import pack_bundle
 from frobs_train import Run

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]

@@ -6,9 +6,10 @@ from typer.testing import Result
 
 from frobs_cli.describe_robot import describe_file
 from frobs_cli.facts import print_facts
-from frobs_core import plugins, registry
-from frobs_core.interfaces import Bumper, Lidar, Robot
-from frobs_core.specs import KINDS
+from frobs_core import plugins
+from frobs_core.description import Bumper, Lidar, Robot
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import KINDS
 
 Frobs = Callable[..., Result]
 Facts = Callable[..., Any]
@@ -67,7 +68,7 @@ def test_a_task_shows_its_parameters_with_defaults_and_meaning(facts: Facts) -> 
 
 
 def test_a_simulator_shows_every_capability(facts: Facts) -> None:
-    from frobs_core.capabilities import CAPABILITIES
+    from frobs_core.plugins.capabilities import CAPABILITIES
 
     [found] = facts("show", "mujoco")
     assert [row["capability"] for row in found["capabilities"]] == list(CAPABILITIES)
@@ -126,8 +127,8 @@ def test_a_name_of_two_distributions_must_say_which(frobs: Frobs, installed: Cal
 
 
 TASK = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import TaskRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import TaskRecord
 
 @hookimpl
 def frobs_tasks():

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from frobs_core import registry
-from frobs_core.registry import COMPOSITIONAL_ID
+from frobs_core.plugins import registry
+from frobs_core.plugins.registry import COMPOSITIONAL_ID
 from frobs_devkit.testing import Check, check_env, pytest_checks
 
 SHORTER = {"control_timestep": 0.1}

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from frobs_core import plugins, registry
+from frobs_core import plugins
+from frobs_core.plugins import registry
 from frobs_devkit.testing import (
     Check,
     check_algorithm,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core import registry
-from frobs_core.registry import pretrained_ids
+from frobs_core.plugins import registry
+from frobs_core.plugins.registry import pretrained_ids
 from frobs_train import evaluate, open_pretrained, resolve_config
 from frobs_train.evaluation.evaluate import wilson_interval
 from frobs_train.export.bundle_run import changes_since

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.interfaces import Body, Contact, DriveGains, EndEffector, Robot, Scene, Task
+from frobs_core.contracts import Task
+from frobs_core.description import Body, Contact, DriveGains, EndEffector, ObservationTerm, Robot, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.specs import TaskRecord
+from frobs_core.plugins.records import TaskRecord
 
 HERE = Path(__file__).parent
 CUBE = 0.04  # [m]

@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import SimulatorRecord
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "templates"))
 try:

@@ -11,10 +11,12 @@ import pytest
 import trimesh
 
 from frobs_core import plugins
-from frobs_core.errors import MissingDependencyError, ModelFileError
-from frobs_core.interfaces import Body, Scene, Shape, Simulation
-from frobs_core.models import Mesh, Pose, Sphere, convex_parts
-from frobs_core.models.convex_parts import MAX_FACES
+from frobs_core.contracts import Simulation
+from frobs_core.description import Body, Scene, Shape
+from frobs_core.models import Mesh, Pose, Sphere
+from frobs_core.util.errors import MissingDependencyError, ModelFileError
+from frobs_models import convex_parts
+from frobs_models.meshes.convex_parts import MAX_FACES
 
 RADIUS = 0.03  # [m] of the ball
 

@@ -8,11 +8,12 @@ import pytest
 from arm_and_gripper import ARM, CUBE_TASK, FINGERS, go_to
 
 from frobs_core import plugins
-from frobs_core.env import RobotEnv
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import Attachment, Body, CommandMode, ForceTorque, Placement, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Attachment, Body, ForceTorque, Placement, Scene
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Pose, Sphere, load_model
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 
 GRAVITY, HAND, MASS = 9.81, 0.8, 0.5  # [m/s²], [kg] of the hand with both fingers, [kg] of the held ball
 ENGINES = pytest.mark.parametrize("simulator", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])

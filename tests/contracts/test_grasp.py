@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arm_and_gripper import ARM, CUBE, CUBE_TASK, FINGERS, go_to
 
-from frobs_core.env import RobotEnv
+from frobs_core.kernel.env import RobotEnv
 
 HOLD = 2.0  # [s]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.control import RobotControl, joint_groups
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.contracts.control import RobotControl, joint_groups
+from frobs_core.description import Placement, Scene
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import load_model
-from frobs_core.robot_config import RobotConfig
 
 ARMS = ["irb120", "irb140", "ur5", "ur5_gripper", "panda", "panda_arm", "irb120+two_finger_hand"]
 SIMULATORS = ["mujoco", "pybullet"]

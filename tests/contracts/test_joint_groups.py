@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from arm_and_gripper import ARM, CUBE_TASK, FINGERS
 
-from frobs_core.config import EnvConfig
-from frobs_core.env import RobotEnv
-from frobs_core.errors import (
+from frobs_core.contracts import CommandMode
+from frobs_core.kernel.config import EnvConfig
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import (
     ConflictingOptionsError,
     IncompatibleSpaceError,
     MissingSettingError,
@@ -18,8 +20,6 @@ from frobs_core.errors import (
     UnknownParameterError,
     UnsuitableRobotError,
 )
-from frobs_core.interfaces import CommandMode
-from frobs_core.vector_env import RobotVectorEnv
 
 SIMULATORS = ["mujoco", "pybullet"]
 

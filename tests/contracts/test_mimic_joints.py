@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core.models import load_model
-from frobs_core.rotations import quat_conjugate, quat_multiply
+from frobs_core.util.rotations import quat_conjugate, quat_multiply
 
 INERTIAL = """<inertial><origin xyz="0.1 0 0"/><mass value="1"/>
     <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>"""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frobs_core.config import EnvConfig
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.interfaces import Imu, Robot
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.description import Imu, Robot
+from frobs_core.kernel.config import EnvConfig
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 
 REACH = {"task": "reach", "robot": "irb120", "controller": "joint_delta_position", "num_threads": 1}
 TERMS = {

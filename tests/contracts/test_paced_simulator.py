@@ -11,9 +11,9 @@ import paced_plugin
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from frobs_core.env import RobotEnv
-from frobs_core.errors import CapabilityError, ParameterValueError, SimulationError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import CapabilityError, ParameterValueError, SimulationError
 from frobs_devkit.testing import check_env, run_checks
 from frobs_train import evaluate, make_vector_env, open_pretrained
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv
+from frobs_core.kernel.env import RobotEnv
 from frobs_train import evaluate, resolve_config, train
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "pixels.md"

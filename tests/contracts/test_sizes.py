@@ -14,9 +14,10 @@ import trimesh
 from arm_and_gripper import ARM
 
 from frobs_core import plugins
-from frobs_core.errors import PhysicsParameterError
-from frobs_core.interfaces import Body, Camera, CommandMode, Placement, Scene, Shape, Simulation
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Body, Camera, Placement, Scene, Shape
 from frobs_core.models import Box, Mesh, Pose, Sphere, load_model
+from frobs_core.util.errors import PhysicsParameterError
 
 Simulate: TypeAlias = Callable[..., Simulation]
 

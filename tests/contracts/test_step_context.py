@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv
-from frobs_core.specs import TaskRecord
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.plugins.records import TaskRecord
 from frobs_tasks_reach import Reach
 
 

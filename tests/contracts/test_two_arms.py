@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_train import resolve_config, train
 from frobs_train.runs.policy import load_policy
 

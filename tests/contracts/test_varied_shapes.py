@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.arrays import Mask
-from frobs_core.interfaces import Body, Controller, Scene, Simulation
+from frobs_core.contracts import Controller, Simulation
+from frobs_core.description import Body, Scene
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.models import Box, Cylinder, Pose
 from frobs_core.plugins import get_record
-from frobs_core.random import RandomSource
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Mask
+from frobs_core.util.random import RandomSource
 from frobs_tasks_reach.reach import Reach
 
 SHAPES = {"box": Box((0.08, 0.08, 0.1)), "cylinder": Cylinder(0.04, 0.1)}

@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import RobotRecord
 
 TEMPLATES = Path(__file__).parents[2] / "templates"
 

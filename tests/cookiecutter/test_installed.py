@@ -14,7 +14,7 @@ from combinations import FILE, combinations, label
 from sandbox import ROOT, Sandbox, distributions
 from wheels import frobs_wheels, locked, shared_folder
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 from frobs_devkit.scaffold import render, resolve
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from sandbox import ROOT
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 from frobs_train import resolve_config
 
 TEMPLATES = ROOT / "templates"
@@ -61,7 +61,7 @@ def test_templates_use_public_modules_only(file: str) -> None:
     }
     for line in (TEMPLATES / file).read_text("utf-8").splitlines():
         module = line.split()[1] if line.strip().startswith("from frobs_core") else ""
-        assert not module or module in public or module == "frobs_core.interfaces.task", line
+        assert not module or module in public or module == "frobs_core.contracts.task", line
 
 
 @pytest.mark.parametrize("file", RENDERED)
@@ -80,7 +80,7 @@ def test_the_algorithm_is_what_is_rendered_without_its_record(new: Any) -> None:
     plain = (TEMPLATES / "algorithm.py").read_text("utf-8").splitlines()
     left_out = [line for line in plain if line and line not in rendered.read_text("utf-8").splitlines()]
     assert [line for line in rendered.read_text("utf-8").splitlines() if line not in plain] == []
-    assert "from frobs_core.hookspecs import hookimpl" in left_out
+    assert "from frobs_core.plugins.hooks import hookimpl" in left_out
     assert "def frobs_algorithms() -> list[AlgorithmRecord]:" in left_out
     assert len(left_out) < 25
 
@@ -91,7 +91,7 @@ def test_the_paced_simulator_is_what_is_rendered_without_its_record(new: Any) ->
     kept = rendered.read_text("utf-8").splitlines()
     assert [line for line in kept if line not in plain] == []
     left_out = [line for line in plain if line and line not in kept]
-    assert "from frobs_core.specs import SimulatorRecord" in left_out
+    assert "from frobs_core.plugins.records import SimulatorRecord" in left_out
     assert 'if __name__ == "__main__" and len(sys.argv) == 2:  # the process of the world' in kept
     assert len(left_out) < 16
 

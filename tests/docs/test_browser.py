@@ -40,7 +40,7 @@ PAGES = (
     "reference/generated/distributions",
     "reference/generated/environments",
     "reference/generated/environments/irb120reach-v0",
-    "reference/generated/api/frobs_core.env",
+    "reference/generated/api/frobs_core.kernel.env",
     "reference/generated/capabilities",
     "glossary",
 )

@@ -13,17 +13,21 @@ from types import SimpleNamespace
 import gymnasium as gym
 import pytest
 
-import frobs_core.errors
+import frobs_core.util.errors
 import frobs_deploy.errors
 import frobs_train.errors
 from frobs_cli.parameters import descriptions
-from frobs_core import capabilities, hookspecs, interfaces, models, plugins, registry, specs
+from frobs_core import contracts as interfaces
+from frobs_core import models, plugins
+from frobs_core.plugins import capabilities, registry
+from frobs_core.plugins import hooks as hookspecs
+from frobs_core.plugins import records as specs
 from frobs_devkit.testing import plugin as plugin_checks
 
 HOOKS = [value for value in vars(hookspecs).values() if hasattr(value, "frobs_spec")]
 ERRORS = [
     value
-    for module in (frobs_core.errors, frobs_deploy.errors, frobs_train.errors)
+    for module in (frobs_core.util.errors, frobs_deploy.errors, frobs_train.errors)
     for value in vars(module).values()
     if inspect.isclass(value) and value.__module__ == module.__name__
 ]

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from pages import DOCS, blocks
 
-from frobs_core.interfaces import ForceTorque, Imu, Robot
-from frobs_core.specs import TaskRecord
+from frobs_core.description import ForceTorque, Imu, Robot
+from frobs_core.plugins.records import TaskRecord
 from frobs_devkit.testing import pytest_checks
 from frobs_devkit.testing.checks import collect
 from frobs_devkit.testing.environment import CHECKS as OF_ENVIRONMENTS

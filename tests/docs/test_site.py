@@ -19,7 +19,9 @@ from pages import ROOT
 from test_commands_documented import COMMANDS
 from test_documented import DATACLASSES, ERRORS, HOOKS, short
 
-from frobs_core import capabilities, plugins, registry, specs
+from frobs_core import plugins
+from frobs_core.plugins import capabilities, registry
+from frobs_core.plugins import records as specs
 
 pytest.importorskip("sphinx", reason="the documentation is built with Sphinx; see requirements-dev.txt")
 
@@ -125,7 +127,7 @@ def test_generated_pages_show_no_markup_and_no_path_of_the_machine(site: Path) -
 
 
 def test_hooks_records_and_errors_are_in_the_reference(inventory: set[str]) -> None:
-    wanted = [f"frobs_core.hookspecs.{short(hook)}" for hook in HOOKS]
+    wanted = [f"frobs_core.plugins.hooks.{short(hook)}" for hook in HOOKS]
     wanted += [f"{cls.__module__}.{cls.__name__}" for cls in (*DATACLASSES, *ERRORS)]
     assert sorted(set(wanted) - inventory) == []
 

@@ -140,9 +140,9 @@ def test_without_any_one_of_them_the_others_work(clean: Environment, wheels: dic
 EXTENSIONS = """
 import gymnasium as gym
 import numpy as np
-from frobs_core.errors import CapabilityError
-from frobs_core.random import RandomSource
-from frobs_core.sensors import Sensors
+from frobs_core.util.errors import CapabilityError
+from frobs_core.util.random import RandomSource
+from frobs_core.sensing.sensors import Sensors
 
 keywords = {
     "robot": "scara_with_pointer",

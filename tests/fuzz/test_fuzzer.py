@@ -22,7 +22,7 @@ import verdicts
 BAD = '''
 import ctypes, os, pickle, subprocess, sys, time
 from frobs_cli.commands import Command
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 COMMANDS = (Command(name="misbehave", summary="Do something wrong.", function="misbehaving:misbehave"),)
 

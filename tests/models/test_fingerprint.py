@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models import fingerprint, load_model
+from frobs_core.models import load_model
+from frobs_core.util.errors import ModelFileError
+from frobs_models import fingerprint
 
 MESH = (
     "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s\n"

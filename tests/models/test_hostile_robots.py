@@ -14,7 +14,7 @@ import pytest
 
 import frobs_core  # noqa: F401 - registers the IDs
 from frobs_core import plugins
-from frobs_core.errors import ModelFileError
+from frobs_core.util.errors import ModelFileError
 
 SIMULATORS = sorted(plugins.records("simulator").keys() - {"gazebo"})  # which takes seconds to start
 INERTIAL = '<inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>'
@@ -86,7 +86,8 @@ def test_a_hostile_file_is_refused_soon_and_leaves_nothing(folder, simulator, el
 
 BIG = """
 import resource, sys
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core import plugins
 from frobs_core.models import load_model
 file, simulator = sys.argv[1:]

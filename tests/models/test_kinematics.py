@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models import (
     Joint,
     JointType,
@@ -20,7 +19,8 @@ from frobs_core.models import (
     joint_path,
     load_model,
 )
-from frobs_core.rotations import quat_from_axis_angle, quat_from_rpy, quat_multiply, quat_rotate
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.rotations import quat_from_axis_angle, quat_from_rpy, quat_multiply, quat_rotate
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models import Mesh, convex_parts, mesh_files, meshes
-from frobs_core.models.meshes import bounding_box, joined, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh
+from frobs_core.util.errors import ModelFileError
+from frobs_models import convex_parts
+from frobs_models.meshes import files as mesh_files
+from frobs_models.meshes import mesh as meshes
+from frobs_models.meshes.mesh import bounding_box, joined, read_mesh, scaled, write_stl
 
 BOX = trimesh.creation.box((0.2, 0.4, 0.6))
 TWO_OBJECTS = """mtllib two.mtl

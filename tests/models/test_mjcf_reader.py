@@ -7,10 +7,10 @@ import gymnasium
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import JointType, RobotModel, load_model
 from frobs_core.models.defaults import composite_inertia
 from frobs_core.models.inertia import inertia_matrix
+from frobs_core.util.errors import ModelFileError
 
 mujoco = pytest.importorskip("mujoco")
 

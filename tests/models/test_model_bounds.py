@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import Box, Capsule, Collision, Cylinder, Geometry, Link, Mesh, Pose, Sphere, load_model
-from frobs_core.models.bounds import link_bounds, robot_bounds, shape_points
+from frobs_core.util.errors import ModelFileError
+from frobs_models.bounds import link_bounds, robot_bounds, shape_points
 
 TURNED = Pose((1.0, 0.0, 0.0), (math.cos(math.pi / 4), math.sin(math.pi / 4), 0.0, 0.0))  # z to −y
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models import (
     Inertial,
     Joint,
@@ -22,6 +21,7 @@ from frobs_core.models import (
     load_model,
 )
 from frobs_core.models.defaults import composite_inertia
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 
 BALL = Inertial(2.0, Pose((0.0, 0.0, 0.5)), (0.1, 0.0, 0.0, 0.1, 0.0, 0.1))
 

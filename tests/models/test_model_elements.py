@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.models import ELEMENTS, elements, load_model
+from frobs_core.models import load_model
+from frobs_models import ELEMENTS, elements
 
 URDF = """<robot name="r"><material name="wood"><texture filename="wood.png"/></material>
 <link name="a"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import load_model
+from frobs_core.util.errors import ModelFileError
 
 URDF = '<robot name="r"><link name="a"/></robot>'
 

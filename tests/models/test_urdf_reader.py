@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import Box, Capsule, Cylinder, JointType, Mesh, Mimic, Sphere, load_model
+from frobs_core.util.errors import ModelFileError
 
 mujoco = pytest.importorskip("mujoco")
 

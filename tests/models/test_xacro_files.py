@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import Box, Sphere, load_model
+from frobs_core.util.errors import ModelFileError
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 

@@ -24,7 +24,7 @@ FILES = (
     "frobs_tasks_reach.goal",
     "frobs_tasks_reach.start",
     "frobs_tasks_reach.motion",
-    "frobs_core.observation",
+    "frobs_core.sensing.observation",
 )
 """Where faults are drawn, turn by turn."""
 

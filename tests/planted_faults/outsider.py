@@ -12,8 +12,7 @@ from pathlib import Path
 from planting import ROOT, Fault, source_of
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.specs import AlgorithmRecord, ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.plugins.records import AlgorithmRecord, ControllerRecord, Level, SimulatorRecord, TaskRecord
 from frobs_devkit.testing import Check, check_algorithm, check_controller, check_robot, check_simulator, check_task
 
 sys.path.append(str(ROOT / "tests" / "contracts"))  # for the arm with a gripper

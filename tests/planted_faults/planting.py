@@ -21,7 +21,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-from frobs_core.interfaces import EndEffector, Robot
+from frobs_core.description import EndEffector, Robot
 from frobs_devkit.testing import Check, check_controller, check_env, check_robot, check_simulator, check_task
 
 ROOT = Path(__file__).parents[2]
@@ -143,7 +143,7 @@ def checks_for(module: str) -> Iterator[Check]:
             yield from _only(_PARTS[name], check_env("frobs/Env-v0", task="reach", **keywords))
     elif name in ("controller", "discrete"):
         yield from check_controller("discrete")
-    elif package in ("frobs_sim_mujoco", "frobs_core.interfaces"):
+    elif package in ("frobs_sim_mujoco", "frobs_core.contracts"):
         yield from _without_pictures(check_simulator("mujoco"))
         yield from check_robot("irb120", ["mujoco"])
     elif package == "frobs_controllers":

@@ -13,9 +13,9 @@ import pytest
 from frobs_core.plugins import Plugins
 
 HEADER = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import *
-from frobs_core.specs import EnvironmentRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import *
+from frobs_core.plugins.records import EnvironmentRecord
 """
 
 

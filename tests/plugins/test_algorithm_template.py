@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
 from frobs_core.plugins import Plugins
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_devkit.testing import check_algorithm, run_checks
 from frobs_train import Run, RunConfig, evaluate, resolve_config, train
 from frobs_train.configuration.config import algorithm_record

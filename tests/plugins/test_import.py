@@ -61,7 +61,7 @@ def test_a_broken_plugin_stops_the_import_when_strict(site):
     done = site.python("import frobs_core", FROBS_STRICT_PLUGINS="1")
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == (
-        "frobs_core.errors.PluginLoadError: plugin 'broken' of broken-dist 0.3 did not load: "
+        "frobs_core.util.errors.PluginLoadError: plugin 'broken' of broken-dist 0.3 did not load: "
         "ModuleNotFoundError: No module named 'no_such_module'"
     )
 

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core import plugins, registry
-from frobs_core.errors import UnknownNameError
+from frobs_core import plugins
+from frobs_core.plugins import registry
 from frobs_core.plugins.known import known
-from frobs_core.registry import find_spec
+from frobs_core.plugins.registry import find_spec
+from frobs_core.util.errors import UnknownNameError
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,12 +7,12 @@ import sys
 
 import pytest
 
-from frobs_core.errors import UnknownNameError
 from frobs_core.plugins import isolated
+from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.doctor import examine_plugins
 
 CORE = ("frobs-core>=0.2,<0.3",)
-GOOD = "\nfrom frobs_core.hookspecs import hookimpl\n@hookimpl\ndef frobs_robots():\n    return []\n"
+GOOD = "\nfrom frobs_core.plugins.hooks import hookimpl\n@hookimpl\ndef frobs_robots():\n    return []\n"
 
 
 @pytest.fixture
@@ -130,7 +130,7 @@ def test_clashes_are_told_to_both(site, examine):
 
 def test_a_plugin_under_two_names_of_one_distribution_is_an_error(site, examine):
     site.add("twice-dist", {"twice.py": (GOOD.replace("[]", "[RobotRecord(name='arm', summary='s', entry_point='a:B')]")
-             + "from frobs_core.specs import RobotRecord\n")}, points={"a": "twice", "b": "twice"}, requires=CORE)  # fmt: skip
+             + "from frobs_core.plugins.records import RobotRecord\n")}, points={"a": "twice", "b": "twice"}, requires=CORE)  # fmt: skip
     facts = examine()
     assert not facts["a"].sound
     assert findings(facts["b"])["clash"].about == "robot 'arm'"

@@ -5,12 +5,12 @@ import threading
 
 import pytest
 
-from frobs_core.errors import PluginError, PluginLoadError
 from frobs_core.plugins import PluginReport, isolated
+from frobs_core.util.errors import PluginError, PluginLoadError
 
 HEADER = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import *
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import *
 """
 
 

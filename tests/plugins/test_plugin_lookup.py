@@ -3,7 +3,7 @@
 import pytest
 
 from frobs_core import plugins as installed
-from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.util.errors import AmbiguousNameError, UnknownNameError
 
 
 def two_arms(site):
@@ -41,7 +41,7 @@ def test_a_name_with_its_distribution_is_found_where_nobody_else_offers_it(site)
 def test_one_name_of_two_kinds_is_no_clash(site):
     site.add_robot("arms", "arm_module", "same")
     source = (
-        "from frobs_core.hookspecs import hookimpl\nfrom frobs_core.specs import ControllerRecord\n"
+        "from frobs_core.plugins.hooks import hookimpl\nfrom frobs_core.plugins.records import ControllerRecord\n"
         "@hookimpl\ndef frobs_controllers():\n"
         "    return [ControllerRecord(name='same', summary='s', entry_point='m:C')]\n"
     )
@@ -62,7 +62,7 @@ def test_a_name_twice_in_one_distribution_is_refused_for_the_second_plugin(site)
 
 def test_an_id_twice_in_one_distribution_is_refused_for_the_second_plugin(site):
     source = (
-        "from frobs_core.hookspecs import hookimpl\nfrom frobs_core.specs import EnvironmentRecord, TaskRecord\n"
+        "from frobs_core.plugins.hooks import hookimpl\nfrom frobs_core.plugins.records import EnvironmentRecord, TaskRecord\n"
         "@hookimpl\ndef frobs_tasks():\n"
         "    one = EnvironmentRecord(id='lab/X-v0', summary='s', robot='r', controller='c', max_episode_steps=5)\n"
         "    return [TaskRecord(name={!r}, summary='s', entry_point='m:T', environments=(one,))]\n"

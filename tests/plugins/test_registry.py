@@ -10,9 +10,8 @@ from contextlib import ExitStack
 import gymnasium as gym
 import pytest
 
-from frobs_core import registry
-from frobs_core.errors import AmbiguousNameError, UnknownNameError
-from frobs_core.plugins import isolated
+from frobs_core.plugins import isolated, registry
+from frobs_core.util.errors import AmbiguousNameError, UnknownNameError
 
 REACH = "frobs/Irb120Reach-v0"
 
@@ -23,7 +22,7 @@ def tasks(*ids, task="press", **fields):
     keywords = ", ".join(f"{key}={value!r}" for key, value in fields.items())
     environments = "".join(f"EnvironmentRecord(id={id!r}, summary='s', {keywords}), " for id in ids)
     return (
-        "from frobs_core.hookspecs import hookimpl\nfrom frobs_core.specs import EnvironmentRecord, TaskRecord\n"
+        "from frobs_core.plugins.hooks import hookimpl\nfrom frobs_core.plugins.records import EnvironmentRecord, TaskRecord\n"
         f"@hookimpl\ndef frobs_tasks():\n    return [TaskRecord(name={task!r}, summary='s', entry_point='m:T',\n"
         f"        environments=({environments}))]\n"
     )
@@ -67,8 +66,8 @@ def test_an_id_names_its_parts_as_plain_data(site, registered):
     site.add("press-dist", {"press.py": tasks("lab/Press-v3", parameters={"control_timestep": 0.05, "box": (1, 2)})})
     assert registered() == []
     spec = gym.spec("lab/Press-v3")
-    assert spec.entry_point == "frobs_core.env:RobotEnv"
-    assert spec.vector_entry_point == "frobs_core.vector_env:RobotVectorEnv"
+    assert spec.entry_point == "frobs_core.kernel.env:RobotEnv"
+    assert spec.vector_entry_point == "frobs_core.kernel.vector_env:RobotVectorEnv"
     assert spec.max_episode_steps == 7
     assert spec.kwargs == {
         "task": "press",
@@ -96,7 +95,7 @@ def test_a_reload_changes_nothing(caplog):
 
     before = dict(gym.registry)
     importlib.reload(frobs_core)
-    importlib.reload(frobs_core.registry).register_environments()
+    importlib.reload(frobs_core.plugins.registry).register_environments()
     assert gym.registry == before
     assert not caplog.records
 

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core.models import Pose, load_model
 
 SECONDS, TIMESTEP = 0.5, 0.002

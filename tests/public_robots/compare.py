@@ -11,8 +11,8 @@ import numpy as np
 from engines import ENGINES, Pybullet, build, matrix
 from original import MOVING, Original, OriginalJoint
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import JointType, RobotModel, load_model
+from frobs_core.util.errors import ModelFileError
 
 TOLERANCE = 1e-6
 POSES = 20

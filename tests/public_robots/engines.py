@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene, Simulation
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core.models import JointType, Pose, RobotModel
-from frobs_core.rotations import quat_from_matrix
+from frobs_core.util.rotations import quat_from_matrix
 
 
 @dataclass(eq=False)

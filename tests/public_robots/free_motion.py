@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from engines import build
 
-from frobs_core.interfaces import Simulation
+from frobs_core.contracts import Simulation
 from frobs_core.models import JointType, RobotModel, load_model
 
 TOLERANCE = 2.0

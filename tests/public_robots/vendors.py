@@ -68,9 +68,9 @@ def examine(item: tuple[str, Path, Path]) -> tuple[str, dict[str, Any]]:
     import mujoco
     from bare_mujoco import beside_mujoco
 
-    from frobs_core.errors import FrobsError
-    from frobs_core.models import package_name
+    from frobs_core.util.errors import FrobsError
     from frobs_devkit.doctor import Severity, examine_robot
+    from frobs_models import package_name
 
     name, file, checkout = item
     logging.disable()

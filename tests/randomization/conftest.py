@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 
 sys.path.insert(0, str(Path(__file__).parent))  # where sliding.py is
 

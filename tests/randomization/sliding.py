@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import Body, Controller, Scene, Simulation, StepContext, Task
+from frobs_core.contracts import Controller, Simulation, StepContext, Task
+from frobs_core.description import Body, ObservationTerm, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.specs import TaskRecord
+from frobs_core.plugins.records import TaskRecord
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
 
 
 class Sliding(Task):

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import frobs_core.plugins
-from frobs_core.capabilities import Level
-from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.errors import CapabilityError, ConfigurationError, UnknownNameError
 
 EVERYTHING = {
     "mass": [{"scale": [0.8, 1.2]}, {"target": "link_6", "add": [0.0, 0.5], "when": "start"}],

@@ -9,8 +9,8 @@ import pytest
 from sliding import RECORD
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.randomization import physical_parameters
+from frobs_core.plugins.records import Level
+from frobs_core.sensing.randomization import physical_parameters
 
 N = 4
 SHOULDER = 1  # joint 2, which carries the arm

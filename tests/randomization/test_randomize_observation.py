@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 
 JOINTS = slice(0, 6)
 

@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
-from frobs_core.random import RandomSource
-from frobs_core.randomization import read_settings
-from frobs_core.randomization.distribution import Shape
-from frobs_core.randomization.schedule import Schedule, When
-from frobs_core.yaml import load_yaml_text
+from frobs_core.sensing.randomization import read_settings
+from frobs_core.sensing.randomization.distribution import Shape
+from frobs_core.sensing.randomization.schedule import Schedule, When
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.yaml import load_yaml_text
 
 
 def only(given: object, parameter: str = "mass"):

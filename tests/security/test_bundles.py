@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from frobs_cli.program import program
-from frobs_core.errors import ConfigurationError, FrobsError, UntrustedFileError
+from frobs_core.util.errors import ConfigurationError, FrobsError, UntrustedFileError
 from frobs_deploy import BundleError, DeployError, read_bundle
 from frobs_deploy.bundle import Bundle, pack_bundle
 from frobs_train import evaluate
@@ -107,7 +107,7 @@ ALLOWED: dict[str, dict[str, Any]] = {
     "wrappers": {
         "wrappers": [
             {"name": "gymnasium.wrappers:RescaleAction", "min_action": -0.5, "max_action": 0.5},
-            {"name": "frobs_core.wrappers:TimeLimitWrapper", "max_steps": 100},
+            {"name": "frobs_rl_compat.wrappers:TimeLimitWrapper", "max_steps": 100},
         ]
     },
 }
@@ -135,7 +135,7 @@ def test_a_bundle_cannot_name_what_is_not_registered(bundle, monkeypatch, change
     path = bundle(**changes)
     for function in ("make", "make_vec"):
         monkeypatch.setattr(gym, function, lambda *_, **__: pytest.fail("an environment was built"))
-    monkeypatch.setattr("frobs_core.registry.import_module", lambda name: pytest.fail(f"imported {name}"))
+    monkeypatch.setattr("frobs_core.plugins.registry.import_module", lambda name: pytest.fail(f"imported {name}"))
     with pytest.raises(UntrustedFileError, match="--trust"):
         evaluate(open_run_or_bundle(path), 1)
 

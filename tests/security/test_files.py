@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, FrobsError, ModelFileError
-from frobs_core.models import fingerprint, load_model
-from frobs_core.models.meshes import FORMATS, read_mesh
-from frobs_core.yaml import load_yaml
+from frobs_core.models import load_model
+from frobs_core.util.errors import ConfigFileError, FrobsError, ModelFileError
+from frobs_core.util.yaml import load_yaml
 from frobs_deploy import BundleError, DeployError, read_bundle
+from frobs_models import fingerprint
+from frobs_models.meshes.mesh import FORMATS, read_mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"
 LINK = '<link name="a"><visual><geometry><mesh filename="{}"/></geometry></visual></link>'

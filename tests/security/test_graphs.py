@@ -320,7 +320,7 @@ def test_the_operators_are_of_the_standard():
 
 
 def test_the_budget_of_the_core_lists_the_same_figures():
-    from frobs_core.budgets import BUDGETS
+    from frobs_core.util.budgets import BUDGETS
 
     assert BUDGET.items() <= BUDGETS["policy bundle"].items()
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models.meshes import read_mesh
+from frobs_core.util.errors import ModelFileError
+from frobs_models.meshes.mesh import read_mesh
 
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 STL = (

@@ -9,9 +9,9 @@ import gymnasium as gym
 import pytest
 
 import frobs_core  # noqa: F401 - registers the IDs
-from frobs_core.errors import ConfigurationError, ModelFileError
 from frobs_core.models import load_model
-from frobs_core.models.meshes import read_mesh
+from frobs_core.util.errors import ConfigurationError, ModelFileError
+from frobs_models.meshes.mesh import read_mesh
 from frobs_train.environments import make_vector_env
 
 BODY = '<body name="a"><geom size=".1"/>{}<body name="b"><joint name="j" {}/>{}<geom size=".1"/></body></body>'

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.models.resources import Packages
-from frobs_core.models.xacro_files import expand_xacro
+from frobs_models.resources import Packages
+from frobs_models.xacro.files import expand_xacro
 
 REPOSITORY = Path(__file__).parents[2]
 EXPANDED = json.loads(Path(__file__).with_name("expanded.json").read_text("utf-8"))

@@ -7,8 +7,8 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import load_model
+from frobs_core.util.errors import ModelFileError
 
 # A block parameter is an XML element. These files put one where an expression may look for it: in the scope of a macro
 # that includes a namespace.

@@ -8,8 +8,8 @@ from itertools import product
 import pytest
 import yaml
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import Box, load_model
+from frobs_core.util.errors import ModelFileError
 
 VICTIM = (
     '<link name="a"><visual><geometry>'

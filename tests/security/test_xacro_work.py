@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import load_model
+from frobs_core.util.errors import ModelFileError
 
 
 def macro(name: str, body: str, params: str = "") -> str:

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Sensor
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Robot, Scene, Sensor
 from frobs_core.models import Box, Pose
-from frobs_core.random import RandomSource
-from frobs_core.sensors import Sensors
-from frobs_core.sensors.contacts import with_contacts
+from frobs_core.sensing.sensors import Sensors
+from frobs_core.sensing.sensors.contacts import with_contacts
+from frobs_core.util.random import RandomSource
 from frobs_devkit.testing.simulator.robots import ROVER, model_of
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

@@ -9,28 +9,24 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import (
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task  # fmt: skip
+from frobs_core.description import (
     Body,
     Bumper,
-    Controller,
     DifferentialDrive,
     DriveGains,
     Imu,
     Lidar,
+    ObservationTerm,
     Robot,
     Scene,
-    Simulation,
-    Snapshot,
-    StepContext,
-    Task,
-)  # fmt: skip
+)
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_from_axis_angle
-from frobs_core.sensors import Sensors
-from frobs_core.specs import TaskRecord
+from frobs_core.plugins.records import TaskRecord
+from frobs_core.sensing.sensors import Sensors
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import quat_from_axis_angle
 
 FILE = Path(__file__).parents[2] / "templates" / "my_rover.urdf.xacro"
 ROVER = Robot(
@@ -134,8 +130,8 @@ PARTS: dict[str, Any] = {"task": record(), "robot": ROVER, "controller": "differ
 for _cls in (Seeing, Forgetful, Careless):
     gym.register(
         f"seeing/{_cls.__name__}-v0",
-        entry_point="frobs_core.env:RobotEnv",
-        vector_entry_point="frobs_core.vector_env:RobotVectorEnv",
+        entry_point="frobs_core.kernel.env:RobotEnv",
+        vector_entry_point="frobs_core.kernel.vector_env:RobotVectorEnv",
         max_episode_steps=30,
         kwargs={**PARTS, "task": record(_cls)},
     )

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 import seeing
 
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
-from frobs_core.interfaces import Imu, Lidar
-from frobs_core.sensors.settings import apply_settings
-from frobs_core.vector_env import RobotVectorEnv
-from frobs_core.yaml import load_yaml
+from frobs_core.description import Imu, Lidar
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.sensing.sensors.settings import apply_settings
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError, UnknownParameterError
+from frobs_core.util.yaml import load_yaml
 from frobs_devkit.testing import CheckFailure, check_env, run_checks
 from frobs_train.configuration.resolve import resolve_config
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.interfaces import Bumper, Imu, Lidar
-from frobs_core.sensors import Sensors
+from frobs_core.description import Bumper, Imu, Lidar
+from frobs_core.sensing.sensors import Sensors
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 
 N = 1024
 SCAN = Lidar(frame="hull", rays=3, angle_min=-0.1, angle_max=0.1, range_min=0.1, range_max=3.0)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Body, Bumper, Imu, Lidar, Scene
+from frobs_core.description import Body, Bumper, Imu, Lidar, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.rotations import quat_from_axis_angle
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.rotations import quat_from_axis_angle
 from frobs_devkit.testing.simulator.robots import ROVER
 
 World = Callable[..., Any]

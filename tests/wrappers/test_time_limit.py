@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from frobs_core.errors import ConfigurationError, ResetNeededError
-from frobs_core.wrappers import NormalizeActionWrapper, NormalizeObservationWrapper, TimeLimitWrapper
+from frobs_core.util.errors import ConfigurationError, ResetNeededError
+from frobs_rl_compat.wrappers import NormalizeActionWrapper, NormalizeObservationWrapper, TimeLimitWrapper
 
 
 class Reach(gym.Env):

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.wrappers import NormalizeActionWrapper, NormalizeObservationWrapper, TimeLimitWrapper
+from frobs_rl_compat.wrappers import NormalizeActionWrapper, NormalizeObservationWrapper, TimeLimitWrapper
 
 pytest.importorskip("mujoco")
 

@@ -11,8 +11,8 @@ from frobs_algos_sb3.frobs_rl import parameters
 from frobs_algos_sb3.frobs_rl.blocks import BLOCKS
 from frobs_algos_sb3.frobs_rl.config_files import DEFAULTS, find_config
 from frobs_algos_sb3.frobs_rl.settings import read_settings
-from frobs_core.errors import ConfigFileError, ConfigurationError
-from frobs_core.yaml import load_yaml, load_yaml_text
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.yaml import load_yaml, load_yaml_text
 
 TEMPLATES = Path(__file__).parents[3] / "templates" / "frobs_rl"
 

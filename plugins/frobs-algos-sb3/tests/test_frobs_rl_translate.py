@@ -6,7 +6,7 @@ import pytest
 
 from frobs_algos_sb3.frobs_rl.blocks import BLOCKS
 from frobs_algos_sb3.frobs_rl.config_files import DEFAULTS
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_train import RunConfig, resolve_config, train
 
 REACH = "frobs/Irb120Reach-v0"

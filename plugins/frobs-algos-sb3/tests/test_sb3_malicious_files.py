@@ -21,7 +21,7 @@ from stable_baselines3.common.buffers import ReplayBuffer
 
 from frobs_algos_sb3.model_files import archive as archives
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer
-from frobs_core.errors import CheckpointError, FrobsError, UntrustedFileError
+from frobs_core.util.errors import CheckpointError, FrobsError, UntrustedFileError
 
 PENDULUM = ("sac-sde", "td3-layers", "ppo-layers")
 FIELDS = {

@@ -15,7 +15,7 @@ from stable_baselines3.her import HerReplayBuffer
 from stock_models import FlatDictionary, as_of_2021
 
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer, save_model, sidecar_path, write_replay_buffer
-from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, UntrustedFileError
 
 
 def observations(model: BaseAlgorithm, count: int = 20) -> list[Any]:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 from frobs_algos_sb3.model_files.policy import open_policy
 from frobs_cli.program import program
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_train import ModelFile, evaluate
 
 REACH = "frobs/Irb120Reach-v0"

@@ -11,7 +11,7 @@ from stable_baselines3.common.buffers import DictReplayBuffer
 from frobs_algos_sb3.noise import ActionNoiseConfig, noise_state, restore_noise
 from frobs_algos_sb3.recurrent_ppo import RecurrentPPO
 from frobs_algos_sb3_fixtures import Family
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 GOAL = "frobs/Irb120ReachGoal-v0"
 FAST = {"batch_size": 8, "buffer_size": 1000, "policy_kwargs": {"net_arch": [8]}}

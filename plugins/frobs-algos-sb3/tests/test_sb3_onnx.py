@@ -22,7 +22,7 @@ from frobs_algos_sb3.onnx import export_policy
 from frobs_algos_sb3.ppo import PPO
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export import TOLERANCE, difference
 

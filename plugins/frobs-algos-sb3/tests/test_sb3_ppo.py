@@ -13,7 +13,13 @@ from test_sb3_exact import assert_same
 from frobs_algos_sb3 import state, storage
 from frobs_algos_sb3.settings import schedule
 from frobs_algos_sb3_fixtures import Family
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError, UnknownParameterError, UntrustedFileError
+from frobs_core.util.errors import (
+    CheckpointError,
+    ConfigurationError,
+    RunError,
+    UnknownParameterError,
+    UntrustedFileError,
+)
 
 FAST = {"n_steps": 8, "batch_size": 16, "n_epochs": 2, "policy_kwargs": {"net_arch": [8]}}
 NORMAL = {**FAST, "normalize_observation": True, "normalize_reward": True, "learning_rate": "lin_1e-3"}

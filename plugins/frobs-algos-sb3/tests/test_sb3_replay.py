@@ -10,7 +10,7 @@ import pytest
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
 from frobs_algos_sb3 import replay, storage
-from frobs_core.errors import CheckpointError
+from frobs_core.util.errors import CheckpointError
 
 BOX = gym.spaces.Box(-1.0, 1.0, (3,))
 DICT = gym.spaces.Dict({"a": BOX, "b": gym.spaces.Box(0, 255, (2, 2), np.uint8)})

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from frobs_cli.parameters import descriptions
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError, PluginError, UnknownParameterError
+from frobs_core.util.errors import ConfigurationError, PluginError, UnknownParameterError
 
 NAMES = ("ppo", "a2c", "ddpg", "dqn", "sac", "td3", "tqc", "crossq", "recurrent_ppo")
 NO_SETTINGS = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
-from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_core.util.errors import CheckpointError, ConfigurationError
 
 SPACES = [
     gym.spaces.Box(-np.inf, 0.1, (2, 3), np.float64),

@@ -9,7 +9,7 @@ from gymnasium.vector import SyncVectorEnv
 from stable_baselines3.common.monitor import Monitor as SB3Monitor
 
 from frobs_algos_sb3.vec_env import VectorEnvAdapter
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_train.logs.recorder import EpisodeRecorder
 
 KINDS = ["frobs/Irb120Reach-v0", "frobs/Irb120ReachGoal-v0", "Pendulum-v1"]

@@ -13,7 +13,7 @@ import test_sb3_exact as exact
 
 from frobs_algos_sb3 import storage
 from frobs_core import plugins
-from frobs_core.errors import CheckpointError, ConfigurationError, PluginError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, PluginError
 from frobs_train import resolve_config
 
 SMALL = {"policy_kwargs": {"net_arch": [8, 8]}}

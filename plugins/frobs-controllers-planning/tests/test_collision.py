@@ -17,10 +17,11 @@ import pinocchio as pin
 from frobs_controllers_planning.kinematics import Kinematics
 from frobs_controllers_planning.plan import Reason
 from frobs_controllers_planning.planner import Planner
-from frobs_core.interfaces import Body, CommandMode, Contact, Placement, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Contact, Placement, Scene
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Box, Capsule, Cylinder, Mesh, Pose, Sphere, load_model
-from frobs_core.robot_config import RobotConfig
-from frobs_core.rotations import quat_from_rpy
+from frobs_core.util.rotations import quat_from_rpy
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 BODIES = {

@@ -13,10 +13,10 @@ pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 
 from frobs_controllers_planning.plan import Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner
-from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.interfaces import Body, Scene
+from frobs_core.description import Body, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.rotations import quat_from_rpy
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.rotations import quat_from_rpy
 
 WALL = Scene(bodies={"wall": Body(geometry=Box((0.6, 0.04, 0.8)), pose=Pose((0.45, 0.0, 0.4)))})
 LEFT, RIGHT = np.array([0.9, 0.5, 0.2, 0.0, 0.8, 0.0]), np.array([-0.9, 0.5, 0.2, 0.0, 0.8, 0.0])

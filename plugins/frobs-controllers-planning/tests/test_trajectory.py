@@ -13,11 +13,12 @@ pytest.importorskip("pinocchio", exc_type=ImportError)  # which needs libgomp1
 
 from frobs_controllers_planning.controller import TrajectoryController
 from frobs_controllers_planning.plan import Reason
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Body, CommandMode, Placement, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Scene
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_core.models import Box, Pose, load_model
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing import check_controller, pytest_checks
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_mujoco.simulation import MujocoSimulation

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, EndEffector, Robot, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.models.model import Inertial, Joint, JointLimits, JointType, Link, Pose, RobotModel
 
 # The IRB120: joint offset [m], axis, lower, upper [rad], velocity [rad/s].

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from frobs_controllers.plugin import frobs_controllers
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
 from frobs_core.models import load_model
-from frobs_core.rotations import quat_difference
+from frobs_core.util.rotations import quat_difference
 
 pytest.importorskip("mujoco")
 RECORDS = {record.name: record for record in frobs_controllers()}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frobs_controllers.differential_drive import DifferentialDrive
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 LEFT, MAST, RIGHT = range(3)
 

@@ -4,8 +4,8 @@ import pytest
 
 from frobs_controllers.discrete import Discrete
 from frobs_controllers.plugin import frobs_controllers
-from frobs_core.errors import ConfigurationError, InvalidActionError, UnknownNameError, UnknownParameterError
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
+from frobs_core.util.errors import ConfigurationError, InvalidActionError, UnknownNameError, UnknownParameterError
 
 RECORDS = {record.name: record for record in frobs_controllers()}
 

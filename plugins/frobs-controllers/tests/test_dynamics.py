@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from frobs_controllers.dynamics import Dynamics
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import load_model
-from frobs_core.robot_config import RobotConfig
 
 mujoco = pytest.importorskip("mujoco")
 GRAVITY = (1.0, -2.0, -9.0)

@@ -5,7 +5,7 @@ from frobs_controllers.joint_delta_position import JointDeltaPosition
 from frobs_controllers.joint_effort import JointEffort
 from frobs_controllers.joint_position import JointPosition
 from frobs_controllers.joint_velocity import JointVelocity
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 
 def arrive(controller, action):

@@ -3,7 +3,7 @@ import pytest
 
 from frobs_controllers.tcp_delta_pose import TcpDeltaPose
 from frobs_controllers.tcp_delta_position import TcpDeltaPosition
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 
 def drive(controller, robot, action, steps):

@@ -141,7 +141,8 @@ def test_a_policy_without_a_robot_takes_none(tmp_path: Path) -> None:
 
 
 def test_the_fingerprint_of_a_model_file_is_compared(tmp_path: Path) -> None:
-    from frobs_core.models import fingerprint, load_model
+    from frobs_core.models import load_model
+    from frobs_models import fingerprint
 
     urdf = tmp_path / "arm.urdf"
     link = "<link name='{}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.bench import PARTS, bench
 
 ID = "frobs_core:frobs/Irb120Reach-v0"
@@ -28,7 +28,7 @@ def test_gazebo_which_has_no_bare_engine_is_measured_alone(real_gazebo):
 
 
 def test_the_bare_engine_ends_where_the_environment_does():
-    from frobs_core.env import RobotEnv
+    from frobs_core.kernel.env import RobotEnv
 
     env = RobotEnv(task="reach", robot="irb120", controller="joint_delta_position")
     env.reset(seed=0)

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frobs_cli.program import program
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.bench_training import TrainingBenchResult, bench_training
 from frobs_devkit.timing import Stopwatch
 from frobs_train import resolve_config

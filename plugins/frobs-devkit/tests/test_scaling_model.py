@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaling import LearnerCosts, ScalingPoint, ScalingResult, Traffic, fit_model, plot_scaling
 from frobs_devkit.scaling.model import fit_contention
 from frobs_devkit.scaling.processes import window_rates

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaling import ScalingRanges
 from frobs_devkit.scaling.processes import measure_cluster, measure_processes
 from frobs_devkit.scaling.ranges import powers_of_two

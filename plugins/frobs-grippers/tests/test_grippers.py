@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import ForceTorque, Robot
+from frobs_core.description import ForceTorque, Robot
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Box, RobotModel, load_model
-from frobs_core.robot_config import RobotConfig
+from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.doctor.robot import examine_robot
 from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_grippers.plugin import frobs_robots

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.env import RobotEnv
-from frobs_core.interfaces import Body, Controller, Robot, Scene, Simulation, StepContext, Task
+from frobs_core.contracts import Controller, Simulation, StepContext, Task
+from frobs_core.description import Body, ObservationTerm, Robot, Scene
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.specs import TaskRecord
+from frobs_core.plugins.records import TaskRecord
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
 
 CUBE, PLACE = 0.04, (0.45, 0.0, 0.02)  # [m]
 HOLD = 2.0  # [s]

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from two_nodes import TwoNodes, finish, wait_for
 
-from frobs_core.errors import ConfigurationError, ParameterValueError
+from frobs_core.util.errors import ConfigurationError, ParameterValueError
 from frobs_ray.errors import ClusterResourcesError, NodesDifferError
 from frobs_ray.nodes import describe_differences, flat_versions
 from frobs_train import Run, resolve_config, train

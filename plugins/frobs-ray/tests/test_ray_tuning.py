@@ -8,7 +8,7 @@ import psutil
 import pytest
 from two_nodes import TwoNodes, finish, wait_for
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_ray.runner import RayRunner
 from frobs_train import Run, Search, tune
 from frobs_train.runners.runner import RunnerOptions

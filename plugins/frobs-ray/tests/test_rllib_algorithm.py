@@ -13,7 +13,13 @@ import pytest
 from rllib_fixtures import REACH, SHORT
 
 from frobs_core import plugins
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError, UnknownParameterError, UntrustedFileError
+from frobs_core.util.errors import (
+    CheckpointError,
+    ConfigurationError,
+    RunError,
+    UnknownParameterError,
+    UntrustedFileError,
+)
 from frobs_ray.rllib.spaces import FlatSpaces
 
 NAMES = list(SHORT)

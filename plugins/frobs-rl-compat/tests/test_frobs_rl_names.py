@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import frobs_algos_sb3.frobs_rl
-import frobs_core.wrappers
 import frobs_rl
+import frobs_rl_compat.wrappers
 import frobs_ros.robot_basic_env
 from frobs_rl.envs.robot_BasicEnv import RobotBasicEnv
 from frobs_rl.models.basic_model import BasicModel
@@ -40,7 +40,7 @@ def test_wrappers_have_both_names_of_the_documentation():
         for name in ("NormalizeObservationWrapper", "NormalizeObservWrapper")
     )
     assert one.NormalizeObservationWrapper is other.NormalizeObservWrapper is one.NormalizeObservWrapper
-    assert issubclass(NormalizeObservationWrapper, frobs_core.wrappers.NormalizeObservationWrapper)
+    assert issubclass(NormalizeObservationWrapper, frobs_rl_compat.wrappers.NormalizeObservationWrapper)
     assert issubclass(BasicModel, frobs_algos_sb3.frobs_rl.BasicModel)
 
 

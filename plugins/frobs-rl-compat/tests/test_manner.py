@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_rl_compat.manner import has_gym_api, to_gymnasium
 from frobs_rl_compat.old_gym.core import Env, to_gym
 

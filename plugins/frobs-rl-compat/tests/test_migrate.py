@@ -10,8 +10,8 @@ from pathlib import Path
 import gymnasium
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.yaml import load_yaml
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.yaml import load_yaml
 from frobs_rl_compat.migrate import migrate_package, migrate_yaml
 from frobs_train.configuration.config import RunConfig
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 from frobs_rl_compat.migrate import migrate_package, read_package
 from frobs_rl_compat.migrate.examples import Example, find_example
 from frobs_rl_compat.migrate.python_files import read_python_files

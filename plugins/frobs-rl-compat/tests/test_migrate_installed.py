@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 from frobs_rl_compat.migrate import migrate_package
 
 HERE = Path(__file__).parent

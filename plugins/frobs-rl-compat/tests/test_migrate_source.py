@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_rl_compat.migrate import read_package
 from frobs_rl_compat.migrate.comments import insert_in_method, todo
 from frobs_rl_compat.migrate.expressions import Evaluator, UnknownValueError

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.files import cache_folder
+from frobs_core.util.files import cache_folder
 
 PACKAGE = Path(__file__).with_name("moveit_package")
 JOINTS = [f"joint_{i}" for i in range(1, 7)]

@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from frobs_controllers_planning import ToolGoal
-from frobs_core.errors import ModelFileError
 from frobs_core.models import compose, load_model, pose_array
-from frobs_core.rotations import rpy_from_quat
+from frobs_core.util.errors import ModelFileError
+from frobs_core.util.rotations import rpy_from_quat
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.description import RobotDescription, describe

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.env import RobotEnv
+from frobs_core.kernel.env import RobotEnv
 from frobs_core.models import RobotModel, forward_kinematics, home_positions, load_model
 from frobs_devkit.doctor.robot import examine_robot
 from frobs_devkit.testing import check_robot, pytest_checks

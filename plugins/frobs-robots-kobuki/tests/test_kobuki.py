@@ -9,7 +9,8 @@ import pytest
 
 from frobs_controllers.differential_drive import DifferentialDrive
 from frobs_core import plugins
-from frobs_core.interfaces import Body, CommandMode, Contact, Placement, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Contact, Placement, Scene
 from frobs_core.models import Box, Pose, RobotModel, load_model
 from frobs_devkit.testing import check_robot, pytest_checks
 from frobs_robots_kobuki.kobuki import KOBUKI

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, ModelFileError, SimulationError
 from frobs_core.models import Cylinder
 from frobs_core.plugins import get_record
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import SimulatorRecord
+from frobs_core.util.errors import ConfigurationError, ModelFileError, SimulationError
 from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.controllers.spline import Spline
 from frobs_ros.bridge.loop import Loop

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.arrays import Floats
-from frobs_core.rotations import matrix_from_quat, quat_from_rpy
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import matrix_from_quat, quat_from_rpy
 
 INERTIA = '<inertial><mass value="2"/><inertia ixx=".02" iyy=".02" izz=".02" ixy="0" ixz="0" iyz="0"/></inertial>'
 VIEW = (0.5, 0.1, 0.3)  # roll, pitch and yaw of the cameras in their link

@@ -7,7 +7,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_deploy import Policy
 from frobs_ros import policy_loop
 from frobs_ros.mirror import Command, Mirror, State

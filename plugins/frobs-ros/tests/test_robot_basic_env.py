@@ -16,7 +16,7 @@ import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
-from frobs_core.errors import ConfigurationError, EnvironmentCopyError, ResetNeededError
+from frobs_core.util.errors import ConfigurationError, EnvironmentCopyError, ResetNeededError
 from frobs_ros import processes, ros_gazebo
 from frobs_ros.errors import PackageNotFoundError, RosError
 from frobs_ros.robot_basic_env import RobotBasicEnv

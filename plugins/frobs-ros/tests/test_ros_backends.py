@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_ros import master, processes, ros_gazebo
 from frobs_ros.backends import Launch, check, choose, command
 from frobs_ros.gazebo.launch import find_world

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_ros import ros_controllers, ros_gazebo, ros_params
 from frobs_ros.log import or_raise
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.files import cache_folder
+from frobs_core.util.files import cache_folder
 from frobs_ros.environment import child_variables, find_ros, set_variables
 from frobs_ros.errors import RosNotFoundError
 from frobs_ros.overlay import links_to_modules, make_overlay

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_deploy import Policy
 from frobs_ros.mirror import Mirror, State
 from frobs_train.export.pretrained import read_pretrained

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_ros.mirror import Mirror
 from frobs_ros.ros_robot import RosRobot
 from frobs_train.export.pretrained import read_pretrained

@@ -17,7 +17,7 @@ import pytest
 import yaml
 from PIL import Image
 
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.rotations import quat_rotate
 from frobs_ros import rviz
 from frobs_ros.visualization import MARKERS, PATH
 

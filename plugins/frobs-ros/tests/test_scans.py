@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Lidar
+from frobs_core.description import Lidar
+from frobs_core.util.errors import ConfigurationError
 from frobs_ros.scans import rays_of
 
 AROUND = Lidar(frame="base_link", rays=8, range_min=0.1, range_max=30.0)

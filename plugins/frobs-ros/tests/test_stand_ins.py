@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_ros import stand_ins
 from frobs_ros.stand_ins import STAND_INS, expand, server, spawn_model
 

@@ -16,10 +16,10 @@ from xmlrpc.client import ServerProxy
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import load_model
 from frobs_core.models.kinematics import MOVING
 from frobs_core.plugins import get_record
+from frobs_core.util.errors import ModelFileError
 from frobs_ros.ros_node import find_node
 from frobs_ros.state_publisher import Frames, Pace, prefixed, read_joints
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body, CommandMode, Lidar, Placement, Robot, Scene, Simulation
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Body, Lidar, Placement, Robot, Scene
 from frobs_core.models import Capsule, Cylinder, Pose, RobotModel, Sphere, load_model
+from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.simulator.robots import ROVER, model_of
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_gazebo.installation import Installation

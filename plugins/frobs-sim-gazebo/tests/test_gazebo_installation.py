@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from frobs_core.errors import ConfigurationError, SimulationError
-from frobs_core.interfaces import Contact, Scene
+from frobs_core.description import Contact, Scene
+from frobs_core.util.errors import ConfigurationError, SimulationError
 from frobs_sim_gazebo.installation import find_gazebo, tool
 from frobs_sim_gazebo.options import world_text
 from frobs_sim_gazebo.simulation import GazeboSimulation

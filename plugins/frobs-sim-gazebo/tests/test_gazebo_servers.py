@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Body, CommandMode, Placement, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Scene
 from frobs_core.models import Box, Pose
+from frobs_core.util.errors import SimulationError
 from frobs_devkit.testing.simulator.robots import ARM, model_of
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.installation import Installation

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.interfaces import CommandMode, DifferentialDrive, DriveGains, Lidar, Placement, Robot
+from frobs_core.contracts import CommandMode
+from frobs_core.description import DifferentialDrive, DriveGains, Lidar, Placement, Robot
 from frobs_core.models import Pose, load_model
 
 

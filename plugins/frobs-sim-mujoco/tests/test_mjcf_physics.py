@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from frobs_core.errors import ModelFileError, SimulationError
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core.models import inertia_matrix, load_model
+from frobs_core.util.errors import ModelFileError, SimulationError
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 ARM = """<mujoco model="arm"><compiler {compiler}/><option {option}>{flag}</option>

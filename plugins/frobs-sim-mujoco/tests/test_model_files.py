@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
 from frobs_core.models import Pose, load_model
 from frobs_sim_mujoco.building import build_model
 from frobs_sim_mujoco.simulation import MujocoSimulation

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from robots import place
 
-from frobs_core.interfaces import Scene
+from frobs_core.description import Scene
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 

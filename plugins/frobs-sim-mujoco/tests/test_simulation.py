@@ -9,9 +9,10 @@ import pytest
 from robots import place
 
 from frobs_core import plugins
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import Body, CommandMode, Contact, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Contact, Scene
 from frobs_core.models import Box, Pose
+from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.testing.simulator.subject import BALL, SimulatorUnderTest
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.interfaces import read_tables
-from frobs_core.models import ELEMENTS
+from frobs_models import ELEMENTS, read_tables
 from frobs_sim_mujoco.simulation import TABLES
 
 

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from robots import place
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Simulation
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Body, Placement, Robot, Scene
 from frobs_core.models import Box, Capsule, Cylinder, Pose, RobotModel, Sphere, load_model
+from frobs_core.util.arrays import Floats, Mask
 from frobs_robots_abb.irb120 import IRB120
 from frobs_sim_mujoco.simulation import MujocoSimulation
 from frobs_sim_pybullet.simulation import PybulletSimulation

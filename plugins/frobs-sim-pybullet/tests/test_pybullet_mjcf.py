@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import DriveGains, Placement, Robot, Scene
 from frobs_core.models import load_model
 from frobs_sim_mujoco.simulation import MujocoSimulation
 from frobs_sim_pybullet.simulation import PybulletSimulation

@@ -9,9 +9,10 @@ import pybullet
 import pytest
 from robots import place
 
-from frobs_core.errors import PluginError, RenderingUnavailableError
-from frobs_core.interfaces import Body, CommandMode, Scene
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Scene
 from frobs_core.models import Box, Pose
+from frobs_core.util.errors import PluginError, RenderingUnavailableError
 from frobs_sim_pybullet import plugin
 from frobs_sim_pybullet.simulation import PybulletSimulation
 

@@ -8,8 +8,10 @@ import numpy as np
 import pybullet
 import pytest
 
-from frobs_core.interfaces import CommandMode, Placement, Robot, Scene, read_tables
-from frobs_core.models import ELEMENTS, load_model
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot, Scene
+from frobs_core.models import load_model
+from frobs_models import ELEMENTS, read_tables
 from frobs_sim_pybullet.simulation import TABLES, PybulletSimulation
 
 THREE = """<robot name="three">{}</robot>"""

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
-from frobs_core.validation import positive
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.validation import positive
 from frobs_tasks_legacy.yaml import read_values
 
 

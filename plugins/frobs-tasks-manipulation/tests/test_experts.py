@@ -10,9 +10,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Expert, load_expert
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.contracts import Expert, load_expert
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing import CheckFailure, check_env
 
 TASKS = (

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_tasks_manipulation.goal_form import GoalForm
 
 IDS = [f"frobs_core:frobs/{arm}{task}Goal-v0" for arm in ("Panda", "Ur5") for task in ("Push", "PickAndPlace")]

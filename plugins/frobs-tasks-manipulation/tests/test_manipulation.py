@@ -9,9 +9,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ResetOptionError, UnknownParameterError, UnsuitableRobotError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ResetOptionError, UnknownParameterError, UnsuitableRobotError
 
 
 def vector(task: str, num_envs: int = 64, **keywords: Any) -> RobotVectorEnv:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ResetOptionError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ResetOptionError
 
 TASKS = {"open_drawer": "drawer", "open_door": "door"}
 """Prop of each task."""

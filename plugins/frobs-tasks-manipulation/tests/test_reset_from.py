@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_train import Progress, Run, RunConfig, resolve_config, resume, train
 from frobs_train.environments import make_vector_env
 from frobs_train.logs.progress import read_rows

@@ -9,8 +9,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, ResetOptionError
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.errors import ConfigurationError, ResetOptionError
 
 
 def vector(num_envs: int = 64, **keywords: Any) -> RobotVectorEnv:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_tasks_navigation.floor_plan import BUILT_IN, read_floor_plan
 
 FLAT = """

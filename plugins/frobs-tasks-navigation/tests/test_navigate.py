@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
 from frobs_tasks_navigation import terms
 
 ROOM = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from frobs_core.errors import ConfigurationError, ModelFileError, UnsuitableRobotError
+from frobs_core.util.errors import ConfigurationError, ModelFileError, UnsuitableRobotError
 from frobs_tasks_reach.sampling import box_of
 
 ID = "frobs_core:frobs/Reach-v0"

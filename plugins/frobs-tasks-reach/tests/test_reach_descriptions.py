@@ -5,8 +5,9 @@ from __future__ import annotations
 import gymnasium as gym
 import pytest
 
-from frobs_core import plugins, registry
-from frobs_core.specs import TaskRecord
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import TaskRecord
 
 TASKS = [record for record in plugins.records("task").values() if record.entry_point.startswith("frobs_tasks_reach")]
 CASES = [

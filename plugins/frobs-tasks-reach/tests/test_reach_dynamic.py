@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 DYNAMIC = "frobs/Irb120ReachDynamic-v0"
 STILL = np.zeros((16, 6), np.float32)

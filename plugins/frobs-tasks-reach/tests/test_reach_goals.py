@@ -4,8 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
 from frobs_core.models import Box, Capsule, Cylinder, Mesh, Sphere
+from frobs_core.util.errors import ConfigurationError
 from frobs_tasks_reach.floor import depth
 from frobs_tasks_reach.keep_out import distance_to
 from frobs_tasks_reach.workspace import Workspace

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownParameterError
+from frobs_core.util.errors import ConfigurationError, UnknownParameterError
 from frobs_tasks_reach.reach import Reach
 
 REACH = "frobs/Irb120Reach-v0"

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.rotations import quat_rotate
 from frobs_tasks_legacy.reach.task import at_limits, unit_direction
 from frobs_tasks_reach.motion import oscillation
 from frobs_tasks_reach.reach import distance, missed, turn_back

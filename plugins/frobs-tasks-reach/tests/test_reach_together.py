@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ParameterValueError
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.util.errors import ParameterValueError
 from frobs_devkit.testing import check_env, pytest_checks
 
 LEFT = {"robot": "irb120", "controller": "joint_delta_position", "pose": {"pos": [0.0, 0.8, 0.0]}}

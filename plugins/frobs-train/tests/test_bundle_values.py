@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_deploy import DeployError, Policy
 from frobs_deploy.bundle import Bundle
 from frobs_train.export.bundle_run import BundleRun

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import CheckpointError, RunError
+from frobs_core.util.errors import CheckpointError, RunError
 from frobs_train import Run, RunConfig
 from frobs_train.runs.checkpoints import list_checkpoints, newest_checkpoint, write_checkpoint
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.files import write_json
+from frobs_core.util.errors import ConfigurationError, RunError
+from frobs_core.util.files import write_json
 from frobs_train import Run, RunConfig, compare, plot_comparison
 from frobs_train.comparison.groups import group_runs
 from frobs_train.logs.progress import STEPS, ProgressLog

@@ -10,7 +10,7 @@ import gymnasium as gym
 import pytest
 from components_to_name import Diary
 
-from frobs_core.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
 from frobs_train import ComponentConfig, RunConfig, decide_threads, record_video, resolve_config, train
 from frobs_train.configuration.config import algorithm_record
 from frobs_train.environments import make_vector_env

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from frobs_core.errors import (
+from frobs_core.util.errors import (
     CommandLineError,
     ConfigFileError,
     ConfigurationError,

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 from frobs_cli.group import _reported
 from frobs_cli.program import program
-from frobs_core.errors import CheckpointError, FrobsError, RunError
-from frobs_core.files import read_json
+from frobs_core.util.errors import CheckpointError, FrobsError, RunError
+from frobs_core.util.files import read_json
 from frobs_train import Run, resume
 from frobs_train.comparison.compare import compare
 from frobs_train.configuration.config import RunConfig

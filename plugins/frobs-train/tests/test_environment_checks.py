@@ -17,7 +17,7 @@ import pytest
 import torch as th
 from gymnasium import spaces
 
-from frobs_core.errors import FrobsError, NonFiniteValueError
+from frobs_core.util.errors import FrobsError, NonFiniteValueError
 from frobs_train import Run, RunConfig, evaluate, record_video, resolve_config, train
 from frobs_train.environment_checks import Place, first_not_finite
 from frobs_train.environments import make_env, make_vector_env

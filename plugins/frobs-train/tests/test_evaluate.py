@@ -6,7 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_train import Run, evaluate, resolve_config
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs, wilson_interval

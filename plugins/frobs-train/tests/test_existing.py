@@ -9,7 +9,7 @@ from threading import Barrier
 
 import pytest
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 from frobs_train import Run, RunConfig, resume
 from frobs_train.errors import RunBusyError, RunExistsError
 from frobs_train.runs.run import discard_run

@@ -12,11 +12,12 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
-from frobs_core.interfaces import Algorithm
-from frobs_core.models import fingerprint, load_model
+from frobs_core.contracts import Algorithm
+from frobs_core.models import load_model
+from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_deploy import Policy, read_bundle
 from frobs_deploy.errors import BundleError, BundleMismatchError
+from frobs_models import fingerprint
 from frobs_train import Run, evaluate, resolve_config, train
 from frobs_train.environments import make_env, make_vector_env
 from frobs_train.export.bundle_run import open_run_or_bundle

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_train import Run, RunConfig, resolve_config, resume, train
 from frobs_train.logs.progress import read_progress
 from frobs_train.runs.fork import fork_run

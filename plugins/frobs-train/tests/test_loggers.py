@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import pytest
 
-from frobs_core.errors import MissingDependencyError
+from frobs_core.util.errors import MissingDependencyError
 from frobs_train import Progress, Run, evaluate, resolve_config, resume, train
 from frobs_train.errors import TrainingError
 from frobs_train.logs import services

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 from frobs_train import Run, RunConfig, plot_runs
 from frobs_train.logs.progress import STEPS, ProgressLog, smooth
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core import registry
-from frobs_core.errors import PluginError, RunError, UnknownNameError
+from frobs_core.plugins import registry
+from frobs_core.util.errors import PluginError, RunError, UnknownNameError
 from frobs_deploy import pack_bundle, read_bundle
 from frobs_deploy.errors import BundleError, BundleMismatchError
 from frobs_train import evaluate, open_pretrained

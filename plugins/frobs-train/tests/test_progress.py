@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 from frobs_train.logs.progress import STEPS, ProgressLog, read_progress
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import CheckpointError, ConfigurationError, RunError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, RunError
 from frobs_train import Progress, Run, RunConfig, evaluate, resume, train
 from frobs_train.errors import RunExistsError
 from frobs_train.logs.progress import STEPS, read_progress, read_rows

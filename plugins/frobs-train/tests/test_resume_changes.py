@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_train import Run, RunConfig, evaluate, resume, train
 
 FAST = {"n_steps": 8, "batch_size": 16, "n_epochs": 1, "policy_kwargs": {"net_arch": [8]}, "learning_rate": 1e-3}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from frobs_cli.program import program
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_train import Run, evaluate, resolve_config, train
 
 REACH = "frobs/Irb120Reach-v0"

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import ConfigurationError, IncompatibleSpaceError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, UnknownNameError
 from frobs_train import RunConfig, resolve_config, train
 from frobs_train.errors import JobsError, RunExistsError
 from frobs_train.logs.progress import read_progress

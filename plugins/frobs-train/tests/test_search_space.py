@@ -7,9 +7,9 @@ import optuna
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigFileError, ConfigurationError
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.yaml import ConfigMapping, load_yaml_text
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import ConfigFileError, ConfigurationError
+from frobs_core.util.yaml import ConfigMapping, load_yaml_text
 from frobs_train import resolve_config
 from frobs_train.configuration.config import algorithm_record
 from frobs_train.configuration.resolve import write_setting

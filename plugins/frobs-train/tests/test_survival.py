@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import CheckpointError, RunError
+from frobs_core.util.errors import CheckpointError, RunError
 from frobs_train import Progress, Run, RunConfig, TrainingInterrupt, evaluate, plot_runs, resume, train
 from frobs_train.errors import RunBusyError, TrainingError
 from frobs_train.logs.progress import STEPS, read_progress, read_rows

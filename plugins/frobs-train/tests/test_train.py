@@ -8,8 +8,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError, UnknownNameError, UnknownParameterError
-from frobs_core.yaml import load_yaml
+from frobs_core.util.errors import ConfigurationError, RunError, UnknownNameError, UnknownParameterError
+from frobs_core.util.yaml import load_yaml
 from frobs_train import Progress, Run, RunConfig, default_run_dir, resolve_config, train
 from frobs_train.environments import check_environment, make_vector_env
 from frobs_train.errors import RunExistsError

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import CheckpointError, ConfigurationError
+from frobs_core.util.errors import CheckpointError, ConfigurationError
 from frobs_train import Run, RunConfig, evaluate, plot_runs, resolve_config, resume, train
 from frobs_train.logs.progress import STEPS, read_progress, read_rows
 

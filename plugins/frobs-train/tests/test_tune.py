@@ -10,7 +10,7 @@ from typing import Any
 import optuna
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, RunError, UnknownNameError
 from frobs_train import Progress, Run, Search, StudyResult, TrialResult, resolve_config, tune
 from frobs_train.tuning.study import PRUNERS, SAMPLERS, open_study, quiet
 

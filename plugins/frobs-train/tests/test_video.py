@@ -7,7 +7,7 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_train import Run, record_video
 
 

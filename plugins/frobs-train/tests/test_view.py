@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from frobs_core.errors import CheckpointError
+from frobs_core.util.errors import CheckpointError
 from frobs_train import Run, view
 
 

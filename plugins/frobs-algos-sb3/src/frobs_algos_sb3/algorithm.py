@@ -24,8 +24,10 @@ from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.features import ScaledFlattenExtractor
 from frobs_algos_sb3.spaces import check_observation_space, space_from_json, space_to_json, suggested_scale
 from frobs_algos_sb3.vec_env import NoEnvironment, VectorEnvAdapter
-from frobs_core.arrays import Action, Mask
-from frobs_core.errors import (
+from frobs_core.contracts import Algorithm, TrainingMonitor
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import (
     CheckpointError,
     ConfigurationError,
     IncompatibleSpaceError,
@@ -33,8 +35,7 @@ from frobs_core.errors import (
     NonFiniteValueError,
     RunError,
 )
-from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
-from frobs_core.validation import validate
+from frobs_core.util.validation import validate
 
 if TYPE_CHECKING:
     from frobs_algos_sb3.onnx_policy import PolicyGraph

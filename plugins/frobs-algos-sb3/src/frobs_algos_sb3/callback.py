@@ -7,7 +7,7 @@ from pathlib import Path
 
 from stable_baselines3.common.callbacks import BaseCallback
 
-from frobs_core.interfaces import TrainingMonitor
+from frobs_core.contracts import TrainingMonitor
 
 
 class Stopped(Exception):  # noqa: N818  # signals that the monitor ended training

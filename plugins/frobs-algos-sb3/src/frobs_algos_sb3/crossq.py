@@ -13,7 +13,7 @@ from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.off_policy import OffPolicy, OffPolicyConfig
 from frobs_algos_sb3.sac import EntropyConfig
 from frobs_algos_sb3.settings import Schedule
-from frobs_core.errors import IncompatibleSpaceError
+from frobs_core.util.errors import IncompatibleSpaceError
 
 
 class CrossQConfig(EntropyConfig, OffPolicyConfig):

@@ -15,8 +15,8 @@ from stable_baselines3.common.noise import (
 )
 
 from frobs_algos_sb3.settings import Settings
-from frobs_core.arrays import Floats
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError
 
 
 class ActionNoiseConfig(Settings):

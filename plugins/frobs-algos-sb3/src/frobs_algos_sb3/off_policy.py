@@ -15,7 +15,7 @@ from frobs_algos_sb3.config import SB3Config
 from frobs_algos_sb3.networks import DeterministicConfig
 from frobs_algos_sb3.noise import ActionNoiseConfig
 from frobs_algos_sb3.settings import Fraction, SampleFrequency, Settings
-from frobs_core.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
+from frobs_core.util.errors import ConflictingOptionsError, IncompatibleSpaceError, ParameterValueError
 
 GOAL_KEYS = frozenset({"observation", "achieved_goal", "desired_goal"})
 

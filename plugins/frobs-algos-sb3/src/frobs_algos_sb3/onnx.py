@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from frobs_algos_sb3.onnx_observation import ObservationInput
 from frobs_algos_sb3.onnx_policy import PolicyGraph, network_of
-from frobs_core.errors import MissingDependencyError
+from frobs_core.util.errors import MissingDependencyError
 
 if TYPE_CHECKING:
     import onnx
@@ -33,7 +33,7 @@ _BATCH = 2  # batch size of the example; the tracer treats 0 and 1 specially
 def export_policy(model: BaseAlgorithm, normalizer: VecNormalize | None, space: spaces.Space[Any]) -> bytes:
     """Return the graph of a model's deterministic policy. The same model always yields the same bytes.
 
-    Inputs and outputs are named as in :meth:`frobs_core.interfaces.Algorithm.export_onnx`. The export sets the model to
+    Inputs and outputs are named as in :meth:`frobs_core.contracts.Algorithm.export_onnx`. The export sets the model to
     evaluation mode, but does not change it otherwise.
 
     Args:

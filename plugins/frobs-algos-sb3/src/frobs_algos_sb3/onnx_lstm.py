@@ -7,7 +7,7 @@ from typing import Any
 import torch as th
 from torch import nn
 
-from frobs_core.errors import PolicyExportError
+from frobs_core.util.errors import PolicyExportError
 
 
 class LstmStep(nn.Module):

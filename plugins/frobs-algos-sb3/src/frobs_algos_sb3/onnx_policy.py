@@ -13,7 +13,7 @@ from torch import nn
 
 from frobs_algos_sb3.onnx_lstm import LstmStep
 from frobs_algos_sb3.onnx_observation import ObservationInput
-from frobs_core.errors import PolicyExportError
+from frobs_core.util.errors import PolicyExportError
 
 
 class PolicyGraph(nn.Module):

@@ -1,7 +1,7 @@
 """Records of this distribution."""
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import AlgorithmRecord
 
 _MODEL_FILES = {".zip": "frobs_algos_sb3.model_files.policy:open_policy"}
 

@@ -12,7 +12,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from frobs_algos_sb3.algorithm import SB3Algorithm
 from frobs_algos_sb3.config import OnPolicyConfig, SB3Config
 from frobs_algos_sb3.settings import Schedule, schedule
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 
 
 class PPOConfig(OnPolicyConfig):

@@ -13,7 +13,7 @@ from stable_baselines3 import HerReplayBuffer
 from stable_baselines3.common.buffers import ReplayBuffer
 
 from frobs_algos_sb3 import storage
-from frobs_core.errors import CheckpointError
+from frobs_core.util.errors import CheckpointError
 
 BLOCK_STEPS = 16_384
 """Steps per block, over all environments."""

@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium import spaces
 from stable_baselines3.common.preprocessing import is_image_space
 
-from frobs_core.errors import FLATTEN_HINT, CheckpointError, IncompatibleSpaceError
-from frobs_core.plain import read_numbers, spell_numbers
+from frobs_core.util.errors import FLATTEN_HINT, CheckpointError, IncompatibleSpaceError
+from frobs_core.util.plain import read_numbers, spell_numbers
 
 
 def space_to_json(space: gym.Space[Any]) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import torch as th
 
-from frobs_core import files
-from frobs_core.errors import CheckpointError, NonFiniteValueError, UntrustedFileError
-from frobs_core.plain import read_numbers, spell_numbers, to_json
+from frobs_core.util import files
+from frobs_core.util.errors import CheckpointError, NonFiniteValueError, UntrustedFileError
+from frobs_core.util.plain import read_numbers, spell_numbers, to_json
 
 
 def write_json(path: Path, value: Any) -> None:

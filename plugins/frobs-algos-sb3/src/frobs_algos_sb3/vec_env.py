@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 _NOTHING: dict[str, Any] = {}
 """Info of every environment whose episode continues. This dictionary is shared, so do not write to it."""

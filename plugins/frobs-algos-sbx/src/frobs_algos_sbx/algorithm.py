@@ -20,8 +20,8 @@ from frobs_algos_sb3.off_policy import GOAL_KEYS, OffPolicy
 from frobs_algos_sbx import state
 from frobs_algos_sbx.observations import FlatObservations
 from frobs_algos_sbx.threads import set_threads
-from frobs_core.errors import CheckpointError
-from frobs_core.interfaces import Observation
+from frobs_core.description import Observation
+from frobs_core.util.errors import CheckpointError
 
 
 class JaxAlgorithm(SB3Algorithm):

@@ -11,7 +11,7 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
-from frobs_core.errors import FLATTEN_HINT, IncompatibleSpaceError
+from frobs_core.util.errors import FLATTEN_HINT, IncompatibleSpaceError
 
 
 class FlatObservations(VecEnvWrapper):

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from frobs_algos_sb3 import plugin as torch_family
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import AlgorithmRecord
 
 _CLASSES = {
     "ppo": "ppo:SbxPPO",

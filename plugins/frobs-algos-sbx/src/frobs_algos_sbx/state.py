@@ -12,7 +12,7 @@ from flax.training.train_state import TrainState
 from jax.tree_util import keystr, tree_flatten_with_path, tree_unflatten
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from frobs_core.errors import CheckpointError
+from frobs_core.util.errors import CheckpointError
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from frobs_cli.commands import command_sources, installed_commands
-from frobs_core import __version__, plugins, registry
-from frobs_core.capabilities import CAPABILITIES, abilities
-from frobs_core.errors import PluginError, UnknownNameError
-from frobs_core.interfaces import SENSORS
-from frobs_core.randomization import physical_parameters
-from frobs_core.specs import KINDS, ParameterRecord, Record, SensorTypeRecord
+from frobs_core import __version__, plugins
+from frobs_core.description import SENSORS
+from frobs_core.plugins import registry
+from frobs_core.plugins.capabilities import CAPABILITIES, abilities
+from frobs_core.plugins.records import KINDS, ParameterRecord, Record, SensorTypeRecord
+from frobs_core.sensing.randomization import physical_parameters
+from frobs_core.util.errors import PluginError, UnknownNameError
 
 ENVIRONMENT = "environment"
 

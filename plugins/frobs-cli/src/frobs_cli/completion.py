@@ -10,7 +10,7 @@ from __future__ import annotations
 def complete_id(incomplete: str) -> list[str]:
     """Return the environment IDs that begin with the given text, from all plugins."""
     from frobs_core import plugins
-    from frobs_core.specs import TaskRecord
+    from frobs_core.plugins.records import TaskRecord
 
     ids = [
         environment.id
@@ -24,7 +24,7 @@ def complete_id(incomplete: str) -> list[str]:
 def complete_kind(incomplete: str) -> list[str]:
     """Return the plural names of the record kinds, and ``envs``, that begin with the given text."""
     from frobs_cli.catalogue import EXTENSIONS, plural
-    from frobs_core.specs import KINDS
+    from frobs_core.plugins.records import KINDS
 
     kinds = (*map(plural, (*KINDS, *EXTENSIONS)), "envs")
     return [word for word in kinds if word.startswith(incomplete)]

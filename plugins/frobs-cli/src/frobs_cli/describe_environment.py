@@ -14,12 +14,20 @@ from frobs_cli import catalogue
 from frobs_cli.describe_record import task_facts
 from frobs_cli.parameters import parameters
 from frobs_cli.providers import providers
-from frobs_core import plugins, registry
-from frobs_core.capabilities import Level, check_capabilities
-from frobs_core.compose import build, needs_of_task
-from frobs_core.config import EnvConfig
-from frobs_core.errors import CapabilityError, FrobsError
-from frobs_core.specs import AlgorithmRecord, ControllerRecord, EnvironmentRecord, SimulatorRecord, TaskRecord
+from frobs_core import plugins
+from frobs_core.kernel.compose import build, needs_of_task
+from frobs_core.kernel.config import EnvConfig
+from frobs_core.plugins import registry
+from frobs_core.plugins.capabilities import check_capabilities
+from frobs_core.plugins.records import (
+    AlgorithmRecord,
+    ControllerRecord,
+    EnvironmentRecord,
+    Level,
+    SimulatorRecord,
+    TaskRecord,
+)
+from frobs_core.util.errors import CapabilityError, FrobsError
 
 _YOURS = "any: choose one with robot=…"
 _DEPENDS = "the shape depends on the chosen robot"

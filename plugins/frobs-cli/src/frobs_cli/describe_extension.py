@@ -9,10 +9,10 @@ from frobs_cli.catalogue import Listed
 from frobs_cli.commands import installed_commands
 from frobs_cli.parameters import parameters
 from frobs_core import plugins
-from frobs_core.capabilities import abilities
-from frobs_core.errors import PluginError
-from frobs_core.interfaces import Sensor
-from frobs_core.specs import AbilityRecord, ControllerRecord, ParameterRecord, SimulatorRecord, TaskRecord
+from frobs_core.description import Sensor
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import AbilityRecord, ControllerRecord, ParameterRecord, SimulatorRecord, TaskRecord
+from frobs_core.util.errors import PluginError
 
 
 def describe_extension(kind: str, item: Listed) -> dict[str, Any]:

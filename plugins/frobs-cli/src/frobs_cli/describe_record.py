@@ -8,10 +8,10 @@ from typing import Any
 from frobs_cli.catalogue import source_of
 from frobs_cli.describe_robot import describe_robot
 from frobs_cli.parameters import parameters
-from frobs_core.capabilities import Level, abilities
-from frobs_core.compose import simulator_defaults
-from frobs_core.errors import PluginError
-from frobs_core.specs import AlgorithmRecord, ControllerRecord, Record, SimulatorRecord, TaskRecord
+from frobs_core.kernel.compose import simulator_defaults
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import AlgorithmRecord, ControllerRecord, Level, Record, SimulatorRecord, TaskRecord
+from frobs_core.util.errors import PluginError
 
 
 def describe_record(kind: str, record: Record) -> dict[str, Any]:

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.control import joint_groups
-from frobs_core.errors import FrobsError
-from frobs_core.interfaces import ALL, Robot
-from frobs_core.models import ENDINGS, JointType, RobotModel
+from frobs_core.contracts.control import joint_groups
+from frobs_core.description import ALL, Robot
+from frobs_core.models import JointType, RobotModel
+from frobs_core.util.errors import FrobsError
+from frobs_models import ENDINGS
 
 
 def is_model_file(name: str) -> bool:

@@ -47,7 +47,7 @@ def heading(key: str) -> str:
 
 def text(value: Any) -> str:
     """Return a value as human-readable text similar to YAML, with floats rounded to six significant digits."""
-    from frobs_core.plain import plain
+    from frobs_core.util.plain import plain
 
     value = plain(value)
     if value is None:

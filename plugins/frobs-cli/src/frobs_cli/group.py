@@ -19,7 +19,11 @@ from frobs_cli.output import message, print_error, print_note, printable
 
 BAD_INPUT = 2
 INTERRUPTED = 130
-_ERRORS = (("frobs_core.errors", "FrobsError"), ("frobs_deploy.errors", "DeployError"), ("gymnasium.error", "Error"))
+_ERRORS = (
+    ("frobs_core.util.errors", "FrobsError"),
+    ("frobs_deploy.errors", "DeployError"),
+    ("gymnasium.error", "Error"),
+)
 """Modules and classes of errors that are reported as a single line. Modules that are not imported are ignored."""
 
 READER_GONE = 141
@@ -62,8 +66,8 @@ class FrobsGroup(TyperGroup):
             UnknownNameError: No command has this name. The message suggests the closest match.
         """
         if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
-            from frobs_core.errors import UnknownNameError
             from frobs_core.plugins import install_command
+            from frobs_core.util.errors import UnknownNameError
 
             hint = install_command("command", " ".join([*_words(ctx), args[0]]))
             raise UnknownNameError("command", args[0], self.list_commands(ctx), install_hint=hint)

@@ -11,8 +11,9 @@ from frobs_cli.completion import complete_kind
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
 from frobs_cli.providers import providers
-from frobs_core import plugins, registry
-from frobs_core.specs import KINDS
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import KINDS
 
 
 def list_(

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from frobs_core.errors import CommandLineError
-from frobs_core.models import package_name
+from frobs_core.util.errors import CommandLineError
+from frobs_models import package_name
 
 XacroArgs = Annotated[
     list[str] | None,

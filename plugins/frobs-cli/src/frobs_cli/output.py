@@ -191,7 +191,7 @@ def as_cell(text: str | Text) -> Text:
 
 def print_json(value: Any) -> None:
     """Write results to stdout as JSON."""
-    from frobs_core.plain import to_json
+    from frobs_core.util.plain import to_json
 
     text = to_json(value, indent=2, ascii=False)
     sys.stdout.write(_UNPRINTABLE.sub(_escape_in_json, text) + "\n")

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from frobs_core.keywords import constructor_parameters
+from frobs_core.util.keywords import constructor_parameters
 
 _SECTIONS = ("Args:", "Attributes:")
 _MARKUP = re.compile(r"(?::[\w:]+:)?`{1,2}~?([^`]*)`{1,2}")

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from frobs_core.interfaces import Robot
-    from frobs_core.specs import EnvironmentRecord
+    from frobs_core.description import Robot
+    from frobs_core.plugins.records import EnvironmentRecord
 
 GROUP = "frobs.providers"
 

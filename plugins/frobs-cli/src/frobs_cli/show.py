@@ -20,11 +20,12 @@ from frobs_cli.model_options import PackagePath, XacroArgs, package_paths, xacro
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, working
 from frobs_cli.providers import providers
-from frobs_core import plugins, registry
-from frobs_core.errors import CommandLineError, MissingDependencyError, UnknownNameError
-from frobs_core.interfaces import Robot
-from frobs_core.specs import KINDS
-from frobs_core.yaml import dump_yaml
+from frobs_core import plugins
+from frobs_core.description import Robot
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import KINDS
+from frobs_core.util.errors import CommandLineError, MissingDependencyError, UnknownNameError
+from frobs_core.util.yaml import dump_yaml
 
 Facts = dict[str, Any]
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 
 from frobs_controllers_planning.kinematics import Kinematics, se3
 from frobs_controllers_planning.shapes import bounding_radius, to_coal
-from frobs_core.arrays import Floats
 from frobs_core.models import Collision, JointType
+from frobs_core.util.arrays import Floats
 
 FLOOR = "floor"
 """Obstacle name of the floor."""

@@ -11,9 +11,10 @@ import numpy as np
 
 from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.planner import Planner, Pose
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError, UnsuitableRobotError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Simulation, Snapshot
+from frobs_core.description import Scene
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
 
 TARGETS = ("joint", "tcp")
 """Valid values of ``target``."""

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from frobs_controllers_planning.kinematics import Kinematics
-from frobs_core.arrays import Floats
 from frobs_core.models import longest_reach
+from frobs_core.util.arrays import Floats
 
 POSITION_TOLERANCE = 1e-4
 """Default maximum distance from the goal position [m]."""

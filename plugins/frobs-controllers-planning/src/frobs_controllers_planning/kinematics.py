@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from frobs_core.arrays import Floats
 from frobs_core.models import JointType, Pose, RobotModel, outward
+from frobs_core.util.arrays import Floats
 
 _ANGULAR = (JointType.REVOLUTE, JointType.CONTINUOUS)
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ParameterValueError, UnknownNameError
 from frobs_core.models import RobotModel
-from frobs_core.validation import non_negative, positive
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.validation import non_negative, positive
 
 SECONDS_TO_FULL_SPEED = 0.5
 """Default time for a joint to reach its velocity limit [s]. This time determines the acceleration limits, which URDF

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 
 class RoundedPath:

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 from frobs_controllers_planning.inverse_kinematics import POSITION_TOLERANCE, ROTATION_TOLERANCE
 from frobs_controllers_planning.timing import Rest, Trajectory
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 
 class Reason(IntEnum):

@@ -18,14 +18,14 @@ from frobs_controllers_planning.kinematics import Kinematics, se3, to_se3
 from frobs_controllers_planning.plan import Plan, Reason, ToolGoal
 from frobs_controllers_planning.search import Search
 from frobs_controllers_planning.timing import Rest, Timing
-from frobs_core.arrays import Floats
-from frobs_core.errors import ParameterValueError, UnknownNameError
-from frobs_core.interfaces import Robot, Scene
+from frobs_core.description import Robot, Scene
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import RobotModel, default_tcp, home_positions, load_model
-from frobs_core.random import RandomSource
-from frobs_core.robot_config import RobotConfig
-from frobs_core.rotations import matrix_from_quat
-from frobs_core.validation import whole_number
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ParameterValueError, UnknownNameError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import matrix_from_quat
+from frobs_core.util.validation import whole_number
 
 Pose = tuple[Floats, Floats]
 """Position (3,) [m] and scalar-first quaternion (4,) in the world frame."""

@@ -12,7 +12,7 @@ from ompl import base, geometric, util
 
 from frobs_controllers_planning.collision import CollisionChecker
 from frobs_controllers_planning.path import RoundedPath
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 _RANGE = 0.5
 """Maximum length of a tree step, measured as the motion of the robot's parts [m]."""

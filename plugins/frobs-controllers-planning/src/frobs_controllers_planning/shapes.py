@@ -7,8 +7,9 @@ from typing import Any
 import coal
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, convex_parts
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.util.arrays import Floats
+from frobs_models import convex_parts
 
 
 def to_coal(geometry: Geometry) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_controllers_planning.kinematics import Kinematics, se3
-from frobs_core.interfaces import Scene
+from frobs_core.description import Scene
 from frobs_core.models import Collision, home_positions
 
 

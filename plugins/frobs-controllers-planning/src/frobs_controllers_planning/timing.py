@@ -10,7 +10,7 @@ from toppra.constraint import JointAccelerationConstraint, JointVelocityConstrai
 from toppra.interpolator import AbstractGeometricPath
 
 from frobs_controllers_planning.path import RoundedPath
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 LIMIT_SHARE = 0.995
 """Fraction of the limits that toppra uses. The rest is a margin for deviations between grid points."""

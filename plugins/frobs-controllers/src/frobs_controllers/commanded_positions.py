@@ -5,8 +5,8 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.util.arrays import Floats, Mask, rows_of
 
 
 class CommandedPositions(Controller):

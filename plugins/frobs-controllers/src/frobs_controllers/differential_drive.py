@@ -5,10 +5,10 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
-from frobs_core.validation import positive
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.validation import positive
 
 _OWNER = "differential_drive"
 

@@ -9,12 +9,12 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Action, Floats
-from frobs_core.compose import build
-from frobs_core.errors import IncompatibleSpaceError, InvalidActionError, ParameterValueError
-from frobs_core.interfaces import ControllerWrapper, JointGroup
-from frobs_core.specs import ControllerRecord
-from frobs_core.validation import positive
+from frobs_core.contracts import ControllerWrapper, JointGroup
+from frobs_core.kernel.compose import build
+from frobs_core.plugins.records import ControllerRecord
+from frobs_core.util.arrays import Action, Floats
+from frobs_core.util.errors import IncompatibleSpaceError, InvalidActionError, ParameterValueError
+from frobs_core.util.validation import positive
 
 
 class Discrete(ControllerWrapper):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import JointGroup
+from frobs_core.contracts import JointGroup
 from frobs_core.models import JointType, inertia_matrix, joint_path
-from frobs_core.rotations import cross, matrix_from_quat
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import cross, matrix_from_quat
 
 
 class Dynamics:

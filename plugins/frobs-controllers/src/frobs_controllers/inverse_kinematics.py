@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import JointGroup
+from frobs_core.contracts import JointGroup
 from frobs_core.models import joint_path
+from frobs_core.util.arrays import Floats
 
 
 class DampedLeastSquares:

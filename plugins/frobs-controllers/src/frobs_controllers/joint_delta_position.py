@@ -6,9 +6,9 @@ import numpy as np
 
 from frobs_controllers.commanded_positions import CommandedPositions
 from frobs_controllers.parameters import position_range
-from frobs_core.arrays import Action, Floats
-from frobs_core.interfaces import JointGroup
-from frobs_core.validation import boolean, positive
+from frobs_core.contracts import JointGroup
+from frobs_core.util.arrays import Action, Floats
+from frobs_core.util.validation import boolean, positive
 
 
 class JointDeltaPosition(CommandedPositions):

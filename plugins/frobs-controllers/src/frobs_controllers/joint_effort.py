@@ -6,9 +6,9 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.parameters import scale
-from frobs_core.arrays import Action, Floats, Mask
-from frobs_core.interfaces import CommandMode, Controller, JointGroup
-from frobs_core.validation import positive
+from frobs_core.contracts import CommandMode, Controller, JointGroup
+from frobs_core.util.arrays import Action, Floats, Mask
+from frobs_core.util.validation import positive
 
 
 class JointEffort(Controller):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import MissingSettingError, UnsuitableRobotError
-from frobs_core.interfaces import JointGroup
+from frobs_core.contracts import JointGroup
 from frobs_core.models import JointType
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import MissingSettingError, UnsuitableRobotError
 
 
 def position_range(owner: str, joints: JointGroup) -> tuple[Floats, Floats]:

@@ -1,8 +1,7 @@
 """Plugin records of this distribution."""
 
-from frobs_core.capabilities import Level
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import ControllerRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import ControllerRecord, Level
 
 _SUMMARIES = {
     "joint_position": "actions are joint positions, scaled to the limits",

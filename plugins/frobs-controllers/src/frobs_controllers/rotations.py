@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.rotations import components, joined, quat_conjugate, quat_multiply
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import components, joined, quat_conjugate, quat_multiply
 
 
 def quat_from_rotation_vector(vector: Floats) -> Floats:

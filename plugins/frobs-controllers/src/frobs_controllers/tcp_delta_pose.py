@@ -9,11 +9,11 @@ import numpy as np
 
 from frobs_controllers.rotations import quat_between, quat_from_rotation_vector
 from frobs_controllers.tcp_delta_position import TcpDeltaPosition
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import JointGroup, Snapshot
-from frobs_core.rotations import quat_multiply
-from frobs_core.validation import boolean, choice, number_list, positive
+from frobs_core.contracts import JointGroup, Snapshot
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.rotations import quat_multiply
+from frobs_core.util.validation import boolean, choice, number_list, positive
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Components of an action: translations along the world's axes and rotations about these axes."""

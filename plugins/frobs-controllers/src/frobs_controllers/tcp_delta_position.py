@@ -8,10 +8,10 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.inverse_kinematics import DampedLeastSquares
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Snapshot
-from frobs_core.validation import non_negative, positive
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Snapshot
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.validation import non_negative, positive
 
 
 class TcpDeltaPosition(Controller):

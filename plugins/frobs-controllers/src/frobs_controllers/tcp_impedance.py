@@ -6,10 +6,11 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_controllers.dynamics import Dynamics
-from frobs_core.arrays import Action, Floats, Mask, rows_of
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Scene, Simulation, Snapshot
-from frobs_core.rotations import quat_difference
-from frobs_core.validation import non_negative, positive
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Simulation, Snapshot
+from frobs_core.description import Scene
+from frobs_core.util.arrays import Action, Floats, Mask, rows_of
+from frobs_core.util.rotations import quat_difference
+from frobs_core.util.validation import non_negative, positive
 
 
 class TcpImpedance(Controller):

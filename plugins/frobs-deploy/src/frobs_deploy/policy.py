@@ -32,7 +32,7 @@ class Policy:
     Args:
         bundle: Path of a bundle file written by ``frobs export``, or a bundle that has already been read.
         robot: Fingerprint of the robot's model file: 64 hexadecimal digits, from
-            :func:`frobs_core.models.fingerprint`.
+            :func:`frobs_models.fingerprint`.
         joint_names: Joint names in the order of the joint arrays in the observation.
         control_timestep: Time between two actions [s].
         max_change: Maximum change per step in the action's unit, as a number or an array of the action's shape.
@@ -204,7 +204,7 @@ class Policy:
         if not re.fullmatch("[0-9a-f]{64}", str(robot)):
             raise PolicyArgumentError(
                 f"robot is {robot!r}; it must be a fingerprint of 64 hexadecimal digits, which "
-                "frobs_core.models.fingerprint(frobs_core.models.load_model(FILE)) returns for a model file."
+                "frobs_models.fingerprint(frobs_core.models.load_model(FILE)) returns for a model file."
             )
         if robot != trained:
             raise BundleMismatchError(

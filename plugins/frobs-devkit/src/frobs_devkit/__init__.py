@@ -3,6 +3,7 @@
 testing/           the conformance kit
 doctor/            problems in robot files and plugins
 parity/            certificates of how closely simulators agree
+probe/             what importing a plugin does, examined in a separate process
 robot_sheet/       images of a robot in its home position and at its limits
 scaffold/          new plugins from templates
 bench.py           time of each part of an environment step

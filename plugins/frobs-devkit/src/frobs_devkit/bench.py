@@ -15,12 +15,12 @@ from statistics import median
 from time import perf_counter
 from typing import Any, TypeAlias
 
-from frobs_core.arrays import Floats
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Snapshot
-from frobs_core.validation import whole_number
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.contracts import Snapshot
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.validation import whole_number
 from frobs_devkit.timing import Stopwatch, machine
 from frobs_train import make_env, make_vector_env
 

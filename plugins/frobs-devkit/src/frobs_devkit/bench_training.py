@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import ceil
 
-from frobs_core.validation import whole_number
+from frobs_core.util.validation import whole_number
 from frobs_devkit.timing import machine
 from frobs_devkit.training_advice import advise
 from frobs_devkit.training_window import measure_training

@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import Any
 
 from frobs_cli.formats import duration
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_devkit.training_window import SIMULATION, UPDATES, MeasuredTraining, measure_training
 from frobs_train import RunConfig, decide_threads, make_training_env
 

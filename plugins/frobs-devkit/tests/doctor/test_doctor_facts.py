@@ -8,8 +8,8 @@ from collections.abc import Callable
 import pytest
 from tiny_robots import INERTIAL, LIMIT, SOLID, joint, link
 
-from frobs_core.models import ELEMENTS
 from frobs_devkit.doctor import RobotReport, examine_robot
+from frobs_models import ELEMENTS
 
 Examine = Callable[..., RobotReport]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 from tiny_robots import INERTIAL, LIMIT, SOLID, found, joint, link
 
-from frobs_core.errors import ModelFileError, UnknownNameError
+from frobs_core.util.errors import ModelFileError, UnknownNameError
 from frobs_devkit.doctor import RobotReport, Severity
 
 Examine = Callable[..., RobotReport]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frobs_core  # noqa: F401 - registers the IDs
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.parity import ActionFile, read_actions
 from frobs_devkit.parity.actions import check_actions, smooth_actions
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_devkit.parity import Certificate, Comparison, Measurement, Status, measure, measure_parity
 from frobs_devkit.parity.report import number
 from frobs_train import Run, resolve_config, train

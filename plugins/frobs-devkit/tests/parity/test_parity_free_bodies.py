@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.interfaces import Body
+from frobs_core.description import Body
 from frobs_core.models import Box, Pose
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.util.rotations import matrix_from_quat
 from frobs_devkit.parity import Measurement, Status, Subject, measure_parity
 from frobs_devkit.parity import sliding as sliding_module
 from frobs_devkit.parity import slip as slip_module

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.capabilities import Level
-from frobs_core.errors import SceneError, SimulationError
-from frobs_core.hookspecs import hookimpl
-from frobs_core.interfaces import DriveGains, Placement
+from frobs_core.description import DriveGains, Placement
 from frobs_core.models import Pose
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.errors import SceneError, SimulationError
 from frobs_sim_mujoco import plugin
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.simulation import MujocoSimulation

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 from frobs_core.models import load_model
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.robot_sheet import draw_robot_sheet
 from frobs_devkit.robot_sheet.framing import frame
 from frobs_devkit.robot_sheet.poses import choose_shots

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frobs_core.errors import CheckpointError, UnknownParameterError
-from frobs_core.interfaces import Algorithm
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.contracts import Algorithm
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import CheckpointError, UnknownParameterError
 from frobs_devkit.testing import NotApplicable, check_algorithm, pytest_checks, run_checks
 
 

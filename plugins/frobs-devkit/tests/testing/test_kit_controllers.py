@@ -12,10 +12,9 @@ import pytest
 
 from frobs_controllers.joint_effort import JointEffort
 from frobs_controllers.tcp_impedance import TcpImpedance
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import CommandMode, Controller
-from frobs_core.rotations import quat_difference
-from frobs_core.specs import ControllerRecord
+from frobs_core.contracts import CommandMode, Controller
+from frobs_core.plugins.records import ControllerRecord, Level
+from frobs_core.util.rotations import quat_difference
 from frobs_devkit.testing import CheckFailure, check_controller, pytest_checks, run_checks
 
 

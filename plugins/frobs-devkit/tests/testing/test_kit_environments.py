@@ -143,7 +143,7 @@ def test_the_kit_does_not_import_pytest() -> None:
 
 
 def test_what_only_changes_once_something_is_achieved_need_not_vary(monkeypatch: pytest.MonkeyPatch) -> None:
-    from frobs_core.interfaces import Task
+    from frobs_core.contracts import Task
     from frobs_tasks_navigation.navigate import Navigate
 
     (check,) = (c for c in check_env("frobs/KobukiMaze-v0") if c.name == "observation_elements_vary")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from frobs_core.errors import AmbiguousNameError, UnknownNameError
+from frobs_core.util.errors import AmbiguousNameError, UnknownNameError
 from frobs_devkit.testing import Inconclusive, find_subject
 
 
@@ -36,8 +36,8 @@ def test_a_word_that_means_two_things_is_refused_with_the_ways(isolated_plugins:
     import sys
     from types import ModuleType
 
-    from frobs_core.hookspecs import hookimpl
-    from frobs_core.specs import RobotRecord
+    from frobs_core.plugins.hooks import hookimpl
+    from frobs_core.plugins.records import RobotRecord
 
     module = ModuleType("kit_twofold")
 

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import PluginLoadError
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import RobotRecord
+from frobs_core.util.errors import PluginLoadError
 
 
 @pytest.fixture

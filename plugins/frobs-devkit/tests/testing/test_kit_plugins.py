@@ -15,8 +15,8 @@ from frobs_devkit.testing import Check, check_plugin, pytest_checks, run_checks
 from frobs_devkit.testing.plugin import CHECKS
 
 SOUND = """
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import AlgorithmRecord, EnvironmentRecord, RobotRecord, TaskRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import AlgorithmRecord, EnvironmentRecord, RobotRecord, TaskRecord
 
 @hookimpl
 def frobs_robots():
@@ -35,13 +35,13 @@ def frobs_algorithms():
                             install_hint="pip install kit", tuned={{"kit/Reach-v0": "frobs_core:errors.py"}})]
 """
 PARTS = """
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 from frobs_tasks_reach.reach import Reach as TASK
 from frobs_algos_sb3.ppo import PPO as ALGORITHM
 ROBOT = Robot(model="arm.urdf")
 """
 EMPTY = """
-from frobs_core.hookspecs import hookimpl
+from frobs_core.plugins.hooks import hookimpl
 
 @hookimpl
 def frobs_robots():

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from frobs_core.errors import UnknownNameError
+from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.testing import Check, CheckFailure, Inconclusive, NotApplicable, pytest_checks, run_checks
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from frobs_core.env import RobotEnv
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
 from frobs_devkit.testing import Check, CheckFailure, Inconclusive, check_env, run_checks
 from frobs_devkit.testing.environment import vector
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import FrobsError
-from frobs_core.interfaces import Bumper, DriveGains, EndEffector, Imu, Lidar, Robot
+from frobs_core.description import Bumper, DriveGains, EndEffector, Imu, Lidar, Robot
 from frobs_core.models import JointLimits
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.records import RobotRecord
+from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing import check_robot, pytest_checks, run_checks, simulator
 from frobs_devkit.testing.checks import CheckFailure, NotApplicable
 from frobs_devkit.testing.robot import subject
@@ -262,7 +262,7 @@ def test_fingers_that_move_in_the_same_direction_never_close(tmp_path: Path) -> 
 
 
 def test_an_entry_point_that_does_not_exist_is_one_failure() -> None:
-    broken = RobotRecord(name="broken", summary="a robot", entry_point="frobs_core.errors:NO_SUCH_ROBOT")
+    broken = RobotRecord(name="broken", summary="a robot", entry_point="frobs_core.util.errors:NO_SUCH_ROBOT")
     results = run_checks(check_robot(broken, ["mujoco"])).results
     assert [result.status for result in results] == ["failed", *["skipped"] * (len(results) - 1)]
     assert "NO_SUCH_ROBOT" in results[0].message

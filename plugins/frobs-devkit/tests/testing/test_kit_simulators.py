@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.errors import ConfigurationError, ModelFileError, SimulationError
-from frobs_core.interfaces import CommandMode, Overlap
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Overlap
 from frobs_core.models import Pose
-from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.errors import ConfigurationError, ModelFileError, SimulationError
+from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.testing import CheckFailure, Inconclusive, check_simulator, run_checks
 from frobs_devkit.testing.simulator.subject import TILTED
 from frobs_sim_mujoco.body import MujocoBody

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Contact
+from frobs_core.description import Contact
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing import CheckFailure, check_env, check_task, run_checks
 from frobs_devkit.testing.environment import vector
 from frobs_tasks_reach.reach import Reach

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.interfaces import DriveGains, EndEffector, Robot
+from frobs_core.description import DriveGains, EndEffector, Robot
 
 PARALLEL_GRIPPER = Robot(
     model="frobs_grippers:models/parallel_gripper.urdf.xacro",

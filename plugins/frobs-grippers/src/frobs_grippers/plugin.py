@@ -1,7 +1,7 @@
 """Plugin records of this distribution."""
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import RobotRecord
 
 _SUMMARIES = {
     "parallel_gripper": "gripper with the dimensions of the Robotiq 2F-85: 85 mm stroke, 20 to 235 N, 0.9 kg",

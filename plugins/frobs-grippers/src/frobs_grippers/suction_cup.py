@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.interfaces import EndEffector, ForceTorque, Robot
+from frobs_core.description import EndEffector, ForceTorque, Robot
 
 SUCTION_CUP = Robot(
     model="frobs_grippers:models/suction_cup.urdf.xacro",

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.util.errors import ConfigurationError, RunError
 
 
 class ClusterConnectionError(ConfigurationError):

@@ -1,7 +1,7 @@
 """Records of this distribution."""
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import AlgorithmRecord
 
 
 def _record(name: str, cls: str, summary: str, action_spaces: tuple[str, ...], **more: object) -> AlgorithmRecord:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import ray
 from ray.exceptions import RayError
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ray.cluster import connect
 from frobs_ray.errors import RemoteJobError
 from frobs_ray.jobs import RETRIES, Answer, run_job

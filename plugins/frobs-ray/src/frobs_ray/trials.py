@@ -13,7 +13,7 @@ from typing import Any
 from ray import tune
 from ray.actor import ActorHandle
 
-from frobs_core.plain import spell_numbers, to_json
+from frobs_core.util.plain import spell_numbers, to_json
 from frobs_ray.mailbox import Sender
 from frobs_ray.nodes import Versions, difference_here
 from frobs_train.runs.fork import copy_run, fork_run

@@ -22,10 +22,10 @@ from ray.tune.schedulers import (
     TrialScheduler,
 )
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.files import write_text
-from frobs_core.plain import plain
-from frobs_core.yaml import dump_yaml
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.files import write_text
+from frobs_core.util.plain import plain
+from frobs_core.util.yaml import dump_yaml
 from frobs_ray.cluster import connect
 from frobs_ray.jobs import RETRIES
 from frobs_ray.mailbox import open_mailbox

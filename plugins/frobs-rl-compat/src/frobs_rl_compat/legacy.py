@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from frobs_core.files import cache_folder
+from frobs_core.util.files import cache_folder
 from frobs_ros import (
     RosInstallation,
     environment_has,

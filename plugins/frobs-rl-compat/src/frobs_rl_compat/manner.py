@@ -14,7 +14,7 @@ from typing import Any
 
 import gymnasium
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 TRUNCATED = "TimeLimit.truncated"
 """Key in old gym's ``info`` that indicates whether an episode was truncated."""

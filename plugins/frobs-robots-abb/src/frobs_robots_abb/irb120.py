@@ -9,7 +9,7 @@ jumps by more than 0.25 rad.
 
 from __future__ import annotations
 
-from frobs_core.interfaces import DriveGains, Robot
+from frobs_core.description import DriveGains, Robot
 
 IRB120 = Robot(
     model="frobs_robots_abb:models/irb120.urdf.xacro",

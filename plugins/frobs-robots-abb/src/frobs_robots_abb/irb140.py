@@ -10,7 +10,7 @@ joints by up to 6 mrad.
 
 from __future__ import annotations
 
-from frobs_core.interfaces import DriveGains, Robot
+from frobs_core.description import DriveGains, Robot
 
 IRB140 = Robot(
     model="frobs_robots_abb:models/irb140.urdf.xacro",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frobs_core.interfaces import DriveGains, Robot
+from frobs_core.description import DriveGains, Robot
 
 _STIFFNESS = (4000.0, 4000.0, 3000.0, 4000.0, 200.0, 200.0, 40.0)  # [N·m/rad]
 _DAMPING = (

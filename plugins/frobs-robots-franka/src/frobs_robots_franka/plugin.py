@@ -1,7 +1,7 @@
 """Plugin records of this distribution."""
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import RobotRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import RobotRecord
 
 
 @hookimpl

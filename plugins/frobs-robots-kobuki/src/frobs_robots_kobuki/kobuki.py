@@ -8,7 +8,7 @@ m/s². The linear acceleration limit is therefore 1 m/s², and the angular accel
 
 from __future__ import annotations
 
-from frobs_core.interfaces import Bumper, DifferentialDrive, DriveGains, Lidar, Robot
+from frobs_core.description import Bumper, DifferentialDrive, DriveGains, Lidar, Robot
 
 _SEPARATION = 0.23  # [m]
 

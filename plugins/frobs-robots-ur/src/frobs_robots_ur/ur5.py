@@ -7,7 +7,7 @@ deflects these joints by up to 25 mrad.
 
 from __future__ import annotations
 
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 
 UR5 = Robot(
     model="frobs_robots_ur:models/ur5.urdf.xacro",

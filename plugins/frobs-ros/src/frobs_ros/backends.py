@@ -13,7 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, ConflictingOptionsError, MissingSettingError, ParameterValueError
+from frobs_core.util.errors import (
+    ConfigurationError,
+    ConflictingOptionsError,
+    MissingSettingError,
+    ParameterValueError,
+)
 from frobs_ros.environment import child_variables
 from frobs_ros.errors import ProcessError
 from frobs_ros.log import LOG

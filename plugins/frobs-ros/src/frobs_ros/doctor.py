@@ -11,7 +11,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_ros.environment import child_variables, find_ros, use_ros
 from frobs_ros.errors import PackageNotFoundError
 from frobs_ros.packages import find_package

@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import urlparse
 
-from frobs_core.install_hints import local_install_hint
+from frobs_core.util.install_hints import local_install_hint
 from frobs_ros import interrupts
 from frobs_ros.errors import RosNotFoundError
 from frobs_ros.overlay import links_to_messages, links_to_modules, make_overlay

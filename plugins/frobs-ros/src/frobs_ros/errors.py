@@ -1,4 +1,4 @@
-"""ROS-related exceptions, in addition to the exceptions in :mod:`frobs_core.errors`.
+"""ROS-related exceptions, in addition to the exceptions in :mod:`frobs_core.util.errors`.
 
 ``RosError`` is a subclass of the core's SimulationError, and the base class of these exceptions:
 
@@ -22,7 +22,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from textwrap import indent
 
-from frobs_core.errors import ConfigurationError, SimulationError, nearest
+from frobs_core.util.errors import ConfigurationError, SimulationError, nearest
 
 
 class RosError(SimulationError):

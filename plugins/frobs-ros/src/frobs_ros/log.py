@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from typing import Any, ParamSpec, TypeVar
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_ros.arguments import describe_arguments
 from frobs_ros.errors import RosNotFoundError
 

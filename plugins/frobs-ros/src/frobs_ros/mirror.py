@@ -14,11 +14,12 @@ from typing import Any, ClassVar
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError, ParameterValueError
-from frobs_core.interfaces import CommandMode, Lidar, Robot
-from frobs_core.sensors import Instrument
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Lidar, Robot
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.sensing.sensors import Instrument
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, ParameterValueError
 from frobs_deploy import Bundle
 
 

@@ -19,7 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from frobs_core.files import cache_folder
+from frobs_core.util.files import cache_folder
 from frobs_ros.errors import RosNotFoundError
 
 _KEPT = 60 * 24 * 3600.0  # [s]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.models import Packages, package_name, packages_below, path_folders
+from frobs_models import Packages, package_name, packages_below, path_folders
 from frobs_ros.environment import find_ros
 from frobs_ros.errors import PackageNotFoundError
 

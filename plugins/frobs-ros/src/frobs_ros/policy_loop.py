@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import FrobsError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import FrobsError
 from frobs_deploy import Policy
 from frobs_ros.mirror import Mirror, State
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 
-from frobs_core.errors import EnvironmentCopyError, ResetNeededError
+from frobs_core.util.errors import EnvironmentCopyError, ResetNeededError
 from frobs_ros import master, processes
 from frobs_ros.environment import use_ros
 from frobs_ros.gazebo import launch, physics, world

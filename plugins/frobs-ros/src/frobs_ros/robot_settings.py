@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from frobs_core.errors import MissingSettingError, ParameterValueError
+from frobs_core.util.errors import MissingSettingError, ParameterValueError
 from frobs_ros.gazebo.poses import orientation, position
 from frobs_ros.log import LOG
 

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.log import answers, or_raise

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from frobs_core.errors import MissingFileError, ParameterValueError
+from frobs_core.util.errors import MissingFileError, ParameterValueError
 from frobs_ros import master, nodes, processes
 from frobs_ros.errors import ProcessError
 from frobs_ros.log import LOG, answers

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros import master, nodes, processes
 from frobs_ros.environment import child_variables, find_ros, link_modules
 from frobs_ros.errors import MasterError, PackageNotFoundError, RosError

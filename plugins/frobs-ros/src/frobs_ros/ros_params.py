@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigFileError
+from frobs_core.util.errors import ConfigFileError
 from frobs_ros.log import answers
 from frobs_ros.master import connect
 from frobs_ros.names import join

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, MissingSettingError
-from frobs_core.interfaces import CommandMode
-from frobs_core.rotations import quat_rotate
+from frobs_core.contracts import CommandMode
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, MissingSettingError
+from frobs_core.util.rotations import quat_rotate
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ControllerError, RosError
 from frobs_ros.master import connect

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros.errors import MasterError
 from frobs_ros.gazebo.poses import orientation
 from frobs_ros.gazebo.spawn import gazebo_spawn_urdf_string

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from frobs_core.errors import ModelFileError, ParameterValueError
-from frobs_core.models import expand_xacro, parse_xml
+from frobs_core.util.errors import ModelFileError, ParameterValueError
+from frobs_models import expand_xacro, parse_xml
 from frobs_ros.log import answers
 from frobs_ros.master import connect
 from frobs_ros.names import join

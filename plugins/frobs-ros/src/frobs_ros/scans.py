@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Lidar
+from frobs_core.description import Lidar
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
 
 
 def rays_of(scan: Any, lidar: Lidar) -> Floats:

@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import FrobsError, ParameterValueError
-from frobs_core.models import MOVING, Joint, JointType, check_tree, check_unique, flatten_mimics, parse_xml, read_joint
-from frobs_core.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_core.models import MOVING, Joint, JointType
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import FrobsError, ParameterValueError
+from frobs_core.util.rotations import quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_models import check_tree, check_unique, flatten_mimics, parse_xml, read_joint
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError
 from frobs_ros.master import master_uri, require

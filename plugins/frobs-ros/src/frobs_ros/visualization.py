@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Marker
-from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_core.description import Marker
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 if TYPE_CHECKING:
     from frobs_ros.mirror import Mirror

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Body, BodyHandle
+from frobs_core.contracts import BodyHandle
+from frobs_core.description import Body
 from frobs_core.models import pose_array
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.rotations import quat_rotate
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation
@@ -20,7 +21,7 @@ _NO_JOINTS = slice(0, 0)
 
 
 class GazeboBody(BodyHandle):
-    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`."""
+    """Handle of a scene body in all environments. See :class:`frobs_core.contracts.BodyHandle`."""
 
     def __init__(self, simulation: GazeboSimulation, name: str, body: Body) -> None:
         self.name = name

@@ -9,8 +9,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from frobs_core.errors import SimulationError
-from frobs_core.files import write_aside
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.files import write_aside
 from frobs_sim_gazebo.installation import Installation
 
 _SOURCES = Path(__file__).with_name("world_plugin")

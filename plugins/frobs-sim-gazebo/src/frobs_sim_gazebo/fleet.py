@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from frobs_core.errors import SimulationError
+from frobs_core.util.errors import SimulationError
 from frobs_sim_gazebo.build import built_plugin
 from frobs_sim_gazebo.installation import Installation
 from frobs_sim_gazebo.protocol import Op

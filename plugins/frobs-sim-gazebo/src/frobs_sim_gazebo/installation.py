@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from frobs_core.errors import SimulationError
-from frobs_core.files import cache_folder
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.files import cache_folder
 
 ROOT_VARIABLE, NETWORK_VARIABLE = "FROBS_GAZEBO_ROOT", "FROBS_GAZEBO_NETWORK"
 

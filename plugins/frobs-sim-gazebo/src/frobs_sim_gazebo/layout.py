@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
 from frobs_core.models import home_positions, pose_array
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SceneError
 from frobs_sim_gazebo import protocol
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.sdf import LINK, body_sdf, floor_sdf, robot_sdf, safe_names

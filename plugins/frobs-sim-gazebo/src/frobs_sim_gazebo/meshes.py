@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from frobs_core.errors import ModelFileError, SimulationError
-from frobs_core.files import write_aside
-from frobs_core.models import Mesh, MeshPart, convex_parts, write_stl
+from frobs_core.models import Mesh
+from frobs_core.util.errors import ModelFileError, SimulationError
+from frobs_core.util.files import write_aside
+from frobs_models import MeshPart, convex_parts, write_stl
 from frobs_sim_gazebo.installation import Installation
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from frobs_core.validation import choice, non_negative, whole_number
+from frobs_core.util.validation import choice, non_negative, whole_number
 
 _WORLD = Path(__file__).parent / "world_plugin" / "frobs.world"
 _CONES = {"pyramidal": "pyramid_model", "elliptic": "cone_model"}

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import CommandMode, Placement, RobotHandle
-from frobs_core.rotations import quat_from_matrix, quat_multiply, quat_rotate
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Placement
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.rotations import quat_from_matrix, quat_multiply, quat_rotate
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation
@@ -20,7 +21,7 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class GazeboRobot(RobotHandle):
-    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`.
+    """Handle of a robot in all environments. See :class:`frobs_core.contracts.RobotHandle`.
 
     Link poses are computed from the base pose and the joint positions, as a real robot's controller would do. Gazebo
     connects links with constraint forces, so the link poses in Gazebo may be off by a few micrometers.

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ModelFileError
-from frobs_core.interfaces import Body, Placement
+from frobs_core.description import Body, Placement
 from frobs_core.models import Inertial, JointType, compose, inertia_matrix, pose_array
-from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ModelFileError
+from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_gazebo.meshes import MeshFiles
 from frobs_sim_gazebo.shapes import elements, numbers
 from frobs_sim_gazebo.skeleton import Mass, Skeleton

@@ -15,7 +15,7 @@ from collections import deque
 from textwrap import indent
 from typing import IO, NoReturn
 
-from frobs_core.errors import SimulationError
+from frobs_core.util.errors import SimulationError
 from frobs_sim_gazebo.build import built_plugin, stored_world
 from frobs_sim_gazebo.installation import NETWORK_VARIABLE, Installation, find_gazebo
 from frobs_sim_gazebo.launch import NO_NAMESPACE

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from xml.sax.saxutils import escape
 
-from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
+from frobs_core.util.arrays import Floats
 from frobs_sim_gazebo.meshes import MeshFiles
 
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)

@@ -8,21 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import (
-    AppliedWrenches,
-    ContactState,
-    Placement,
-    Scene,
-    Simulation,
-    Snapshot,
-    Translation,
-    Wrench,
-    read_tables,
-    translate,
-)
+from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snapshot, Wrench
+from frobs_core.description import Placement, Scene, Translation
 from frobs_core.models import RobotModel, pose_array
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_models import read_tables, translate
 from frobs_sim_gazebo import protocol, snapshots
 from frobs_sim_gazebo.body import GazeboBody
 from frobs_sim_gazebo.fleet import Fleet, Message
@@ -45,9 +36,9 @@ FASTEST = 1e6
 class GazeboSimulation(Simulation):
     """Simulation of ``num_envs`` copies of robots and a scene, each in a separate Gazebo 11 server.
 
-    For the methods, see :class:`frobs_core.interfaces.Simulation`. If a server exits or hangs, the failure is logged,
+    For the methods, see :class:`frobs_core.contracts.Simulation`. If a server exits or hangs, the failure is logged,
     the server's environment is marked in :attr:`diverged`, and the next reset starts a new server. Three consecutive
-    failures of one environment raise a :class:`~frobs_core.errors.SimulationError`. ``num_threads`` has no effect,
+    failures of one environment raise a :class:`~frobs_core.util.errors.SimulationError`. ``num_threads`` has no effect,
     because each server is a process. The solver options configure ODE, Gazebo's physics engine. If an option is None,
     FRobs's default applies.
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import (
     Joint,
     JointType,
@@ -20,7 +19,8 @@ from frobs_core.models import (
     parallel_axis,
     pose_array,
 )
-from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
 
 
 @dataclass(frozen=True)

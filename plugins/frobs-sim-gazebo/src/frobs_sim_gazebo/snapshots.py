@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.interfaces import CommandMode, Snapshot
+from frobs_core.contracts import CommandMode, Snapshot
 
 if TYPE_CHECKING:
     from frobs_sim_gazebo.simulation import GazeboSimulation

@@ -8,9 +8,10 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from frobs_core.errors import ModelFileError
-from frobs_core.interfaces import Placement, active_gains
+from frobs_core.contracts import active_gains
+from frobs_core.description import Placement
 from frobs_core.models import Inertial, Joint, JointType, inertia_matrix, joints_below
+from frobs_core.util.errors import ModelFileError
 from frobs_sim_mujoco.geoms import VISUAL_GROUP, add_shape
 from frobs_sim_mujoco.meshes import Meshes
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import AT_REST, Body, BodyHandle
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.contracts import BodyHandle
+from frobs_core.description import AT_REST, Body
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_sim_mujoco.columns import numbers_of
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class MujocoBody(BodyHandle):
-    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`.
+    """Handle of a scene body in all environments. See :class:`frobs_core.contracts.BodyHandle`.
 
     Attributes:
         mocap: MuJoCo's mocap index of a kinematic body, or −1 if the body is not kinematic.

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import mujoco
 
-from frobs_core.errors import ModelFileError
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
+from frobs_core.util.errors import ModelFileError
 from frobs_sim_mujoco.articulation import add_drives, add_robot, attach_mjcf
 from frobs_sim_mujoco.contacts import add_contact
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS, set_friction

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.util.arrays import Floats, Mask
 
 
 def numbers_of(mask: Mask | None) -> slice | np.ndarray:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import Contact, ContactState, Placement, Scene
+from frobs_core.contracts import ContactState
+from frobs_core.description import Contact, Placement, Scene
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SceneError
 from frobs_sim_mujoco.columns import columns_of
 
 _FOUND, _FORCE = 1, 2  # data flags of a contact sensor: number of contacts, and force

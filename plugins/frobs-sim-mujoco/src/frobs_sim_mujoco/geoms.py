@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.errors import ConfigurationError
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Pose, Sphere
+from frobs_core.util.errors import ConfigurationError
 from frobs_sim_mujoco.meshes import Meshes
 
 SCENE_GROUP = 0

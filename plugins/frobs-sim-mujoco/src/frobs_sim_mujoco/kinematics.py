@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from frobs_core.arrays import Floats, read_only
+from frobs_core.util.arrays import Floats, read_only
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from frobs_core.models import Mesh, MeshPart, Rgba, convex_parts, read_mesh, scaled
+from frobs_core.models import Mesh
+from frobs_models import MeshPart, Rgba, convex_parts, read_mesh, scaled
 
 _LEAST_VERTICES = 4  # minimum number that MuJoCo accepts
 

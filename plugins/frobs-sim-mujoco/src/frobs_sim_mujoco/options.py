@@ -8,7 +8,7 @@ from typing import Any
 
 import mujoco
 
-from frobs_core.validation import choice, non_negative, number_list, positive, whole_number
+from frobs_core.util.validation import choice, non_negative, number_list, positive, whole_number
 
 _SOLVERS = {"pgs": mujoco.mjtSolver.mjSOL_PGS, "cg": mujoco.mjtSolver.mjSOL_CG, "newton": mujoco.mjtSolver.mjSOL_NEWTON}
 _CONES = {"pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL, "elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC}

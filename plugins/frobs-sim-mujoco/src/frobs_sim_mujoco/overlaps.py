@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 
 import mujoco
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Overlap, Placement
+from frobs_core.description import Overlap, Placement
 from frobs_core.models import home_positions
+from frobs_core.util.arrays import Floats
 
 
 def find_overlaps(model: mujoco.MjModel, state: Floats, prefix: str) -> list[Overlap]:

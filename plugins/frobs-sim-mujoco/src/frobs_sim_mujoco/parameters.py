@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import PhysicsParameterError, UnknownNameError
-from frobs_core.interfaces import Snapshot
+from frobs_core.contracts import Snapshot
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import PhysicsParameterError, UnknownNameError
 
 if TYPE_CHECKING:
     from frobs_sim_mujoco.robot import MujocoRobot

@@ -1,8 +1,7 @@
 """Records of this distribution."""
 
-from frobs_core.capabilities import Level
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import Level, SimulatorRecord
 
 
 @hookimpl

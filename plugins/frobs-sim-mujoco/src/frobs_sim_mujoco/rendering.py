@@ -15,9 +15,9 @@ import numpy as np
 from mujoco.batch import Batch
 from mujoco.rendering.classic import gl_context
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import Marker
+from frobs_core.description import Marker
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import RenderingUnavailableError
 from frobs_sim_mujoco.geoms import ROBOT_GROUPS
 
 _PROBE = (

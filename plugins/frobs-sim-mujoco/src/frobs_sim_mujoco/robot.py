@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Placement
 from frobs_core.models import Joint, joint_path, moved
-from frobs_core.rotations import cross
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import SimulationError
+from frobs_core.util.rotations import cross
 from frobs_sim_mujoco.body import put_free_twist
 from frobs_sim_mujoco.columns import columns_of, numbers_of, put
 from frobs_sim_mujoco.geoms import seen_except
@@ -30,7 +31,7 @@ _ARM.reshape(3, 6, 6)[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
 class MujocoRobot(RobotHandle):
-    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`."""
+    """Handle of a robot in all environments. See :class:`frobs_core.contracts.RobotHandle`."""
 
     def __init__(self, simulation: MujocoSimulation, name: str, placement: Placement, group: int) -> None:
         self._simulation = simulation

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import Attachment, Body, Camera, Scene
+from frobs_core.description import Attachment, Body, Camera, Scene
 from frobs_core.models import Pose
+from frobs_core.util.errors import SceneError
 from frobs_sim_mujoco.articulation import HARD, set_inertia
 from frobs_sim_mujoco.geoms import SCENE_GROUP, VISUAL_GROUP, add_shape, make_hard
 from frobs_sim_mujoco.meshes import Meshes

@@ -10,23 +10,12 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import (
-    AppliedWrenches,
-    ContactState,
-    Marker,
-    Overlap,
-    Placement,
-    Scene,
-    Simulation,
-    Snapshot,
-    Translation,
-    Wrench,
-    read_tables,
-    translate,
-)
+from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snapshot, Wrench
+from frobs_core.description import Marker, Overlap, Placement, Scene, Translation
 from frobs_core.models import RobotModel
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_models import read_tables, translate
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.body import MujocoBody
 from frobs_sim_mujoco.building import build_model
@@ -112,7 +101,7 @@ class BareMujoco:
 
 
 class MujocoSimulation(Simulation):
-    """Simulation of ``num_envs`` copies of robots and a scene in MuJoCo. See :class:`frobs_core.interfaces.Simulation`.
+    """Simulation of ``num_envs`` copies of robots and a scene in MuJoCo. See :class:`frobs_core.contracts.Simulation`.
 
     The solver options have the same names as in MuJoCo's ``mjOption``. If an option is None, MuJoCo's default applies,
     except for the integrator.

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import Placement
+from frobs_core.description import Placement
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnsuitableRobotError
 
 _HIDDEN = int(mujoco.mjNGROUP) - 1  # site group that is not rendered
 _TYPES = mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from frobs_core.interfaces import Placement
+from frobs_core.description import Placement
 from frobs_core.models import JointType
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import MARGIN, SELF_COLLISION, Dynamics, load_urdf

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Snapshot
+from frobs_core.contracts import Snapshot
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.law import law

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.editing import EditableWorld
 from frobs_sim_pybullet.engine import Dynamics
 from frobs_sim_pybullet.layout import Arrays, row

@@ -6,16 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Body, BodyHandle
+from frobs_core.contracts import BodyHandle
+from frobs_core.description import Body
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import SimulationError
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
 
 
 class PybulletBody(BodyHandle):
-    """Handle of a scene body in all environments. See :class:`frobs_core.interfaces.BodyHandle`.
+    """Handle of a scene body in all environments. See :class:`frobs_core.contracts.BodyHandle`.
 
     Attributes:
         moves: Whether the body is free or kinematic, and therefore not static.

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from frobs_core.errors import PluginError
+from frobs_core.util.errors import PluginError
 
 __all__ = ["pybullet", "quiet"]
 

@@ -19,7 +19,7 @@ from operator import mul
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.util.arrays import Floats, Mask
 
 _FRICTION_IMPEDANCE, _FRICTION_LARGEST, _FRICTION_TIME = 0.9, 0.95, 0.02  # the last in [s]
 _LIMIT_IMPEDANCE, _LIMIT_LARGEST, _LIMIT_WIDTH = 0.99, 0.999, 0.001  # the last in [rad or m]

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Contact
+from frobs_core.description import Contact
+from frobs_core.util.arrays import Floats
 
 Side: TypeAlias = tuple[int, int]
 """Bullet's body index and link index. A body index of −1 means any body, and a link index of −2 means any link."""

@@ -8,8 +8,8 @@ from operator import gt, lt
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import joint_path
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.constraints import Constraints

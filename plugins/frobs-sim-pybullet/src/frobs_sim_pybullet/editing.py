@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.articulation import FASTEST
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.transforms import Quat, Vector, compose

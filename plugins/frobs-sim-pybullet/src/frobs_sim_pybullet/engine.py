@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 
-from frobs_core.errors import ModelFileError, SimulationError
+from frobs_core.util.errors import ModelFileError, SimulationError
 from frobs_sim_pybullet.bullet import pybullet, quiet
 from frobs_sim_pybullet.transforms import Vector
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import Mimic
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.constraints import Constraints
 from frobs_sim_pybullet.law import Constants, Matrix
 

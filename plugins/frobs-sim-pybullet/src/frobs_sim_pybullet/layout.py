@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from frobs_core.interfaces import ContactState, Placement, Scene
+from frobs_core.contracts import ContactState
+from frobs_core.description import Placement, Scene
 
 Layout: TypeAlias = dict[str, tuple[tuple[int, ...], str]]
 """Row shape and dtype of each shared array, by array name. Each environment has one row."""

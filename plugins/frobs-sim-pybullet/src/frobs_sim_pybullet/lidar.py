@@ -10,9 +10,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import Geometry, Mesh, Pose
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.rays import ROUND, distances
 from frobs_sim_pybullet.transforms import Quat, Vector, compose, from_pose

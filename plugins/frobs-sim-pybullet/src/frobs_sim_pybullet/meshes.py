@@ -9,7 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from frobs_core.models import Mesh, MeshPart, convex_parts, read_mesh, scaled, write_stl
+from frobs_core.models import Mesh
+from frobs_models import MeshPart, convex_parts, read_mesh, scaled, write_stl
 
 Rgba: TypeAlias = tuple[float, float, float, float]
 

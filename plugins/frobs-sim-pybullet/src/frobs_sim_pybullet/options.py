@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from frobs_core.validation import choice, finite, non_negative, whole_number
+from frobs_core.util.validation import choice, finite, non_negative, whole_number
 
 _CONES = {"pyramidal": 0, "elliptic": 1}
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Overlap, Placement
+from frobs_core.description import Overlap, Placement
+from frobs_core.util.arrays import Floats
 from frobs_sim_pybullet.articulation import Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import Dynamics, connect

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Mask
-from frobs_core.interfaces import Snapshot, WrittenParameters
+from frobs_core.contracts import Snapshot, WrittenParameters
+from frobs_core.util.arrays import Mask
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation

@@ -3,9 +3,8 @@
 import sys
 from importlib.util import find_spec
 
-from frobs_core.capabilities import Level
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import Level, SimulatorRecord
 
 
 @hookimpl

@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SimulationError
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.util.arrays import Floats
 
 ROUND = (Sphere, Cylinder, Capsule)
 """Shapes for which Bullet's rays do not end exactly at the surface."""

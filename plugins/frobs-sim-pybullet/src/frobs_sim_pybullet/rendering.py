@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import Camera, Marker, Placement, Scene
+from frobs_core.description import Camera, Marker, Placement, Scene
+from frobs_core.util.errors import RenderingUnavailableError
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.bullet import quiet
 from frobs_sim_pybullet.engine import connect

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, read_only
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import CommandMode, Placement, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Placement
+from frobs_core.util.arrays import Floats, Mask, read_only
+from frobs_core.util.errors import SimulationError
 
 if TYPE_CHECKING:
     from frobs_sim_pybullet.simulation import PybulletSimulation
 
 
 class PybulletRobot(RobotHandle):
-    """Handle of a robot in all environments. See :class:`frobs_core.interfaces.RobotHandle`."""
+    """Handle of a robot in all environments. See :class:`frobs_core.contracts.RobotHandle`."""
 
     def __init__(self, simulation: PybulletSimulation, name: str, placement: Placement) -> None:
         self._simulation = simulation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_core.interfaces import Body
+from frobs_core.description import Body
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, Link, Mesh, Pose, Sphere
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import MARGIN, load_urdf

@@ -8,23 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, SimulationError, UnknownNameError
-from frobs_core.interfaces import (
-    AppliedWrenches,
-    ContactState,
-    Marker,
-    Overlap,
-    Placement,
-    Scene,
-    Simulation,
-    Snapshot,
-    Translation,
-    Wrench,
-    read_tables,
-    translate,
-)
+from frobs_core.contracts import AppliedWrenches, ContactState, Simulation, Snapshot, Wrench
+from frobs_core.description import Marker, Overlap, Placement, Scene, Translation
 from frobs_core.models import RobotModel
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError, SimulationError, UnknownNameError
+from frobs_models import read_tables, translate
 from frobs_sim_pybullet import layout
 from frobs_sim_pybullet.bare import BarePybullet
 from frobs_sim_pybullet.block import Block
@@ -58,7 +47,7 @@ class Native(NamedTuple):
 class PybulletSimulation(Simulation):
     """Simulation of ``num_envs`` copies of robots and a scene in PyBullet.
 
-    For the methods, see :class:`frobs_core.interfaces.Simulation`. With a single environment or ``num_threads=1``, the
+    For the methods, see :class:`frobs_core.contracts.Simulation`. With a single environment or ``num_threads=1``, the
     simulation runs in this process. Otherwise, the environments are distributed among this process and worker
     processes. If an option of the engine is None, Bullet's default applies.
 

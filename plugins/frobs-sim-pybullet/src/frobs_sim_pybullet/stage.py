@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.interfaces import Body, Marker, Placement, Scene
+from frobs_core.description import Body, Marker, Placement, Scene
 from frobs_core.models import Geometry, JointType, Link, Mesh, Pose, Sphere, Visual
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.engine import load_urdf

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from frobs_core import rotations
 from frobs_core.models import Pose
-from frobs_core.rotations import cross_components, multiply_components, rotate_components
+from frobs_core.util import rotations
+from frobs_core.util.rotations import cross_components, multiply_components, rotate_components
 
 Vector: TypeAlias = tuple[float, float, float]
 Quat: TypeAlias = tuple[float, float, float, float]

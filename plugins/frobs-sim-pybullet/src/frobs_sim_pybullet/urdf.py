@@ -15,7 +15,6 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from frobs_core.errors import ModelFileError
 from frobs_core.models import (
     Box,
     Capsule,
@@ -33,7 +32,8 @@ from frobs_core.models import (
     Visual,
     joints_below,
 )
-from frobs_core.rotations import matrix_from_quat, quat_from_matrix
+from frobs_core.util.errors import ModelFileError
+from frobs_core.util.rotations import matrix_from_quat, quat_from_matrix
 from frobs_sim_pybullet.meshes import MeshFiles
 from frobs_sim_pybullet.transforms import IDENTITY, Quat, Vector, compose, from_pose, invert, rpy_from_quat
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
-from frobs_core.errors import FrobsError, SimulationError
-from frobs_core.interfaces import Placement, Scene
+from frobs_core.description import Placement, Scene
+from frobs_core.util.errors import FrobsError, SimulationError
 from frobs_sim_pybullet.block import Block
 from frobs_sim_pybullet.layout import Layout, arrays
 from frobs_sim_pybullet.options import Engine

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import AT_REST, Attachment, Body, ContactState, Placement, Scene
+from frobs_core.contracts import ContactState
+from frobs_core.description import AT_REST, Attachment, Body, Placement, Scene
 from frobs_core.models import home_positions
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SceneError
 from frobs_sim_pybullet.articulation import FASTEST, Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.contacts import Side, force_on_first, question

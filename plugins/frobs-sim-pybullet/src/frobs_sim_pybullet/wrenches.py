@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnsuitableRobotError
 from frobs_core.models import Pose, joints_below
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnsuitableRobotError
 from frobs_sim_pybullet.articulation import Articulation
 from frobs_sim_pybullet.bullet import pybullet as p
 from frobs_sim_pybullet.bullet import quiet

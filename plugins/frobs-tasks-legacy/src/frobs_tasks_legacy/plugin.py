@@ -2,9 +2,8 @@
 
 from typing import Any
 
-from frobs_core.capabilities import Level
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import EnvironmentRecord, Level, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-legacy"
 _TELEPORT = {"teleport": Level.APPROXIMATE}

@@ -8,8 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError, nearest
-from frobs_core.yaml import find_origin, load_yaml
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError, nearest
+from frobs_core.util.yaml import find_origin, load_yaml
 
 Readers: TypeAlias = Mapping[str, Callable[[str, Any], Any]]
 """For each key, a function that takes the key and a value, validates the value, and returns the converted value."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError
 from frobs_tasks_legacy.navigation.config import FILES
 
 FROBS_RL = """

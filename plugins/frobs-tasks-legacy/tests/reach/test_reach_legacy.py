@@ -8,7 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownNameError
 from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_legacy.reach.task import ReachLegacy
 from frobs_tasks_legacy.reach.velocity import ReachLegacyVelocity

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.interfaces import Body, Marker, Scene, Snapshot
+from frobs_core.contracts import Snapshot
+from frobs_core.description import Body, Marker, ObservationTerm, Scene
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.manipulation import FLOOR_FRICTION, Manipulation
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import GoalTask, StepContext
-from frobs_core.observation import ObservationTerm
+from frobs_core.contracts import GoalTask, StepContext
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.observed import bounded
 

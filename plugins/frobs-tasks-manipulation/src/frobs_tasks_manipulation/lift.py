@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.rewards import nearness

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.capabilities import Level
-from frobs_core.errors import ResetOptionError, UnsuitableRobotError
-from frobs_core.interfaces import Camera, Controller, EndEffector, RobotHandle, Simulation, Snapshot, StepContext, Task
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import quat_from_axis_angle, quat_multiply
-from frobs_core.validation import number_list, numbers, positive, whole_number
+from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import Camera, EndEffector, ObservationTerm
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ResetOptionError, UnsuitableRobotError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import quat_from_axis_angle, quat_multiply
+from frobs_core.util.validation import number_list, numbers, positive, whole_number
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.posture import posture_at
 

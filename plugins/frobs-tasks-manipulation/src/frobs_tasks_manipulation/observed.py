@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.observation import ObservationTerm
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats
 
 
 def bounded(read: Callable[[], Floats], size: int, limit: float, unit: str, scale: float = 1.0) -> ObservationTerm:

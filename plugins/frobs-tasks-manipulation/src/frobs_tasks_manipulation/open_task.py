@@ -7,14 +7,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.errors import ResetOptionError
-from frobs_core.interfaces import Camera, Prop, Scene, Snapshot
+from frobs_core.contracts import Snapshot
+from frobs_core.description import Camera, ObservationTerm, Prop, Scene
 from frobs_core.models import Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import matrix_from_quat, quat_from_axis_angle, quat_rotate
-from frobs_core.validation import positive
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ResetOptionError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, quat_rotate
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.manipulation import FLOOR_FRICTION, Manipulation
 from frobs_tasks_manipulation.observed import bounded
 from frobs_tasks_manipulation.rewards import length, nearness

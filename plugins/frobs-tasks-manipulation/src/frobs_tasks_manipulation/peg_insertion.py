@@ -8,13 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import Body, Marker, Scene, Shape
+from frobs_core.description import Body, Marker, ObservationTerm, Scene, Shape
 from frobs_core.models import Box, Pose
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.rotations import matrix_from_quat
-from frobs_core.validation import positive
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+from frobs_core.util.rotations import matrix_from_quat
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.observed import bounded

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ParameterValueError
-from frobs_core.random import RandomSource
-from frobs_core.validation import non_negative, positive
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import non_negative, positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.rewards import nearness

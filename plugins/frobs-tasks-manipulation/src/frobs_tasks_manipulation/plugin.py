@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-manipulation"
 _ARMS = {"Panda": ("panda", "Panda"), "Ur5": ("ur5_gripper", "UR5 with a parallel gripper")}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import RobotHandle
+from frobs_core.contracts import RobotHandle
 from frobs_core.models import joint_path
-from frobs_core.rotations import quat_difference
-from frobs_core.validation import numbers
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.rotations import quat_difference
+from frobs_core.util.validation import numbers
 
 _SEEDS = 64
 _ITERATIONS = 100

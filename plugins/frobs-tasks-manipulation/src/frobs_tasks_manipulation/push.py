@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.observed import bounded

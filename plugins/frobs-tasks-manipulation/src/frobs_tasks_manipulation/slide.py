@@ -8,13 +8,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import Camera, Scene
+from frobs_core.description import Camera, ObservationTerm, Scene
 from frobs_core.models import Cylinder
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.cube_task import CubeTask
 from frobs_tasks_manipulation.goal_form import GoalForm
 from frobs_tasks_manipulation.observed import bounded

@@ -8,11 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import Scene
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.description import ObservationTerm, Scene
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import positive
 from frobs_tasks_manipulation.cube_task import CUBE, CubeTask
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.observed import bounded

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import BodyHandle
-from frobs_core.observation import ObservationTerm
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.contracts import BodyHandle
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import matrix_from_quat
 from frobs_tasks_manipulation.observed import bounded
 
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.interfaces import Body, Simulation, Snapshot
+from frobs_core.contracts import Simulation, Snapshot
+from frobs_core.description import Body
 from frobs_core.models import Box, Pose
-from frobs_core.random import RandomSource
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.random import RandomSource
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import MovingBox
 

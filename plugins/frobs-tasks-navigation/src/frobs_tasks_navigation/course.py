@@ -7,9 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.interfaces import Snapshot
-from frobs_core.random import RandomSource
+from frobs_core.contracts import Snapshot
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.random import RandomSource
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.floor_plan import FloorPlan
 

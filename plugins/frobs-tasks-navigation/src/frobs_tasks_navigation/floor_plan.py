@@ -11,11 +11,11 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigFileError, ConfigurationError, ModelFileError
-from frobs_core.models import resolve_path
-from frobs_core.validation import validate
-from frobs_core.yaml import load_yaml
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, ModelFileError
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import load_yaml
+from frobs_models import resolve_path
 
 BUILT_IN = ("maze", "empty", "dynamic")
 """Names of the built-in floor plans."""

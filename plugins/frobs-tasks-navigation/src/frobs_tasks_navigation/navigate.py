@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
-from frobs_core.interfaces import Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, StepContext, Task
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.sensors import Sensors
-from frobs_core.validation import boolean, finite, non_negative, positive
+from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import Marker, ObservationTerm, Scene
+from frobs_core.sensing.sensors import Sensors
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, UnknownNameError, UnsuitableRobotError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import boolean, finite, non_negative, positive
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import MovingBoxes
 from frobs_tasks_navigation.course import Course

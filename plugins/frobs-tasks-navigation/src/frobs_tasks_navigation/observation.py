@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Lidar
-from frobs_core.observation import ObservationTerm
+from frobs_core.description import Lidar, ObservationTerm
+from frobs_core.util.arrays import Floats
 from frobs_tasks_navigation import terms
 
 OBSERVABLE = ("distance", "bearing", "direction", "position", "yaw", "way_point", "velocity", "lidar", "nearness")

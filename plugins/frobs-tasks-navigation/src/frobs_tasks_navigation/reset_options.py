@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ResetOptionError
-from frobs_core.validation import numbers
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ResetOptionError
+from frobs_core.util.validation import numbers
 from frobs_tasks_navigation import terms
 
 

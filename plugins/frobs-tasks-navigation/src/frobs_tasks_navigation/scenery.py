@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frobs_core.interfaces import Body, Camera, Scene
+from frobs_core.description import Body, Camera, Scene
 from frobs_core.models import Box, Pose
 from frobs_tasks_navigation import terms
 from frobs_tasks_navigation.boxes import box_bodies

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.util.arrays import Floats, Mask
 
 
 def yaw_of(quat_wxyz: Floats) -> Floats:

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Controller, Simulation, Snapshot
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.validation import positive
+from frobs_core.contracts import Controller, Simulation, Snapshot
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import positive
 from frobs_tasks_reach.motion import Oscillation
 from frobs_tasks_reach.reach import Reach
 from frobs_tasks_reach.reset_options import checked_goal

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import RobotHandle
-from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere, bounding_box
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.contracts import RobotHandle
+from frobs_core.models import Box, Capsule, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.rotations import matrix_from_quat
+from frobs_models import bounding_box
 from frobs_tasks_reach.keep_out import fixed_links
 
 Solid = tuple[Geometry, Floats, Floats]

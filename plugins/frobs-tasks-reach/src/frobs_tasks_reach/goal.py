@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import GoalTask, StepContext
-from frobs_core.observation import ObservationTerm
+from frobs_core.contracts import GoalTask, StepContext
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats
 from frobs_tasks_reach.reach import Reach, distance, missed
 
 _FASTEST = 2.0

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import RobotHandle
+from frobs_core.contracts import RobotHandle
 from frobs_core.models import Box, Capsule, Cylinder, Geometry, JointType, Pose, RobotModel, Sphere
-from frobs_core.rotations import matrix_from_quat
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.rotations import matrix_from_quat
 
 Solid = tuple[Geometry, Floats, Floats]
 """Shape, with its origin (3,) [m] and its rotation matrix (3, 3) in the world frame."""

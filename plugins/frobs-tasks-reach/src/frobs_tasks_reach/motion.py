@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.interfaces import Snapshot
-from frobs_core.random import RandomSource
+from frobs_core.contracts import Snapshot
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.random import RandomSource
 
 
 class Oscillation:

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from frobs_core.hookspecs import hookimpl
-from frobs_core.specs import EnvironmentRecord, TaskRecord
+from frobs_core.plugins.hooks import hookimpl
+from frobs_core.plugins.records import EnvironmentRecord, TaskRecord
 
 _INSTALL = "pip install frobs-tasks-reach"
 

@@ -8,11 +8,11 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import Camera, Controller, Marker, RobotHandle, Scene, Simulation, Snapshot, StepContext
-from frobs_core.observation import ObservationTerm
-from frobs_core.validation import finite, positive
+from frobs_core.contracts import Controller, RobotHandle, Simulation, Snapshot, StepContext
+from frobs_core.description import Camera, Marker, ObservationTerm, Scene
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import UnsuitableRobotError
+from frobs_core.util.validation import finite, positive
 from frobs_tasks_reach.sampling import first_moving_link
 from frobs_tasks_reach.start import EpisodeStart
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ResetOptionError
-from frobs_core.interfaces import RobotHandle
-from frobs_core.validation import numbers
+from frobs_core.contracts import RobotHandle
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ResetOptionError
+from frobs_core.util.validation import numbers
 from frobs_tasks_reach.sampling import in_box
 
 _ROUNDING = 1e-6  # [rad or m] amount by which a joint position may exceed its limits due to float32 rounding

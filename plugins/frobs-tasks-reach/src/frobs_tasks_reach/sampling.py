@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import RobotHandle
+from frobs_core.contracts import RobotHandle
 from frobs_core.models import JointType, RobotModel, joint_path
-from frobs_core.random import RandomSource
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.random import RandomSource
 from frobs_tasks_reach.floor import FloorClearance
 
 _ROUNDS = (4, 16, 64, 256, 1024, 4096, 4096, 4096)

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.capabilities import Level
-from frobs_core.errors import ParameterValueError, UnsuitableRobotError
-from frobs_core.interfaces import RobotHandle, Task
+from frobs_core.contracts import RobotHandle, Task
 from frobs_core.models import JointType, joint_path, longest_reach
-from frobs_core.random import RandomSource
-from frobs_core.validation import box, number_list, numbers
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, UnsuitableRobotError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import box, number_list, numbers
 from frobs_tasks_reach.keep_out import Foot
 from frobs_tasks_reach.reset_options import checked_goal, checked_joint_positions
 from frobs_tasks_reach.sampling import JointSampler, box_of, in_box

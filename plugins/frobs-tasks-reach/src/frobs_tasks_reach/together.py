@@ -7,11 +7,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Camera, Controller, Marker, Scene, Simulation, Snapshot, StepContext, Task
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext, Task
+from frobs_core.description import Camera, Marker, ObservationTerm, Scene
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
 from frobs_tasks_reach.reach import Reach
 
 

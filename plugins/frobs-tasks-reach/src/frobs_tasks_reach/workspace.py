@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
+from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_reach.sampling import in_box
 
 _CELL = 0.05  # [m] edge length of a cell; enough joint vectors are sampled to cover cells of this size

@@ -13,8 +13,9 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.errors import FrobsError, NonFiniteValueError
-from frobs_core.observation import VECTORS, Observations
+from frobs_core.description import VECTORS
+from frobs_core.sensing.observation import Observations
+from frobs_core.util.errors import FrobsError, NonFiniteValueError
 from frobs_train.errors import EndlessEpisodeError, EnvironmentFaultError
 
 _log = logging.getLogger("frobs")

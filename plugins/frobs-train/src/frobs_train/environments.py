@@ -11,12 +11,12 @@ import gymnasium as gym
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
-from frobs_core.compose import check_num_envs, plan
-from frobs_core.config import EnvConfig
-from frobs_core.env import RobotEnv
-from frobs_core.errors import FrobsError, ParameterValueError
-from frobs_core.registry import bare_id, find_spec
-from frobs_core.specs import SimulatorRecord
+from frobs_core.kernel.compose import check_num_envs, plan
+from frobs_core.kernel.config import EnvConfig
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.plugins.records import SimulatorRecord
+from frobs_core.plugins.registry import bare_id, find_spec
+from frobs_core.util.errors import FrobsError, ParameterValueError
 from frobs_train.configuration.components import build_component, load_wrapper
 from frobs_train.configuration.config import ComponentConfig
 from frobs_train.environment_checks import CheckedEnv
@@ -118,7 +118,7 @@ def check_environment(environment: str, kwargs: Mapping[str, Any]) -> None:
         FrobsError: A name or a value is invalid. The errors are those of :func:`make_env`.
     """
     spec = gym.registry.get(bare_id(environment))
-    if spec is not None and spec.entry_point in ("frobs_core.env:RobotEnv", RobotEnv):
+    if spec is not None and spec.entry_point in ("frobs_core.kernel.env:RobotEnv", RobotEnv):
         keywords = {key: value for key, value in {**spec.kwargs, **kwargs}.items() if key not in _OF_GYMNASIUM}
         try:
             plan(EnvConfig.from_dict(keywords), 1)

@@ -1,6 +1,6 @@
 """Errors of training runs.
 
-RunError                    defined in :mod:`frobs_core.errors`, because algorithms also raise it
+RunError                    defined in :mod:`frobs_core.util.errors`, because algorithms also raise it
 ├── RunExistsError          the run folder already exists
 ├── RunBusyError            another process is training in the run folder
 ├── EnvironmentFaultError   an environment raised an exception, or does not follow Gymnasium's interface
@@ -8,7 +8,7 @@ RunError                    defined in :mod:`frobs_core.errors`, because algorit
 ├── TrainingError           training failed; the message contains the cause and the step to resume from
 └── JobsError               at least one of several jobs failed
 
-ConfigurationError          defined in :mod:`frobs_core.errors`
+ConfigurationError          defined in :mod:`frobs_core.util.errors`
 ├── EnvironmentBuildError   an environment cannot be built with the given keywords
 ├── ComponentError          a wrapper or callback cannot be imported or built
 ├── SearchSpaceError        a search space cannot be used
@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, RunError
+from frobs_core.util.errors import ConfigurationError, RunError
 
 
 class RunExistsError(RunError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.contracts import CommandMode, Controller
 
 
 class Faulty(Controller):

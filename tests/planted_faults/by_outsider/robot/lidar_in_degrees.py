@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from frobs_core.interfaces import Lidar
+from frobs_core.description import Lidar
 from templates.my_rover import MY_ROVER
 
 FAULTY = replace(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from templates import my_simulator
 
 EXACT = "determinism snapshot teleport pause batched"

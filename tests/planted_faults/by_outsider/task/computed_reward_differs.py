@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from frobs_core.interfaces import GoalTask
+from frobs_core.contracts import GoalTask
 from templates.my_reach import MyReach, distance_to
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.rotations import quat_from_axis_angle
+from frobs_core.util.rotations import quat_from_axis_angle
 from templates.my_drive import MyDrive
 
 

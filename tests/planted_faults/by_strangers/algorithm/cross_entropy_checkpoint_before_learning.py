@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 from templates.algorithm import CrossEntropy
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from frobs_core.errors import RunError
-from frobs_core.interfaces import TrainingMonitor
+from frobs_core.contracts import TrainingMonitor
+from frobs_core.util.errors import RunError
 from templates.algorithm import CrossEntropy
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from frobs_algos_sb3.recurrent_ppo import RecurrentPPO
-from frobs_core.arrays import Action, Mask
-from frobs_core.interfaces import Observation
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Action, Mask
 
 
 class Faulty(RecurrentPPO):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frobs_controllers.joint_position import JointPosition
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 
 class Faulty(JointPosition):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frobs_controllers.joint_delta_position import JointDeltaPosition
-from frobs_core.arrays import Mask, rows_of
+from frobs_core.util.arrays import Mask, rows_of
 
 
 class Faulty(JointDeltaPosition):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_controllers.tcp_delta_pose import AXES, TcpDeltaPose
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.rotations import quat_rotate
 
 
 class Faulty(TcpDeltaPose):

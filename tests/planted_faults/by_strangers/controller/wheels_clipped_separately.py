@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_controllers.differential_drive import DifferentialDrive
-from frobs_core.arrays import Action, Floats
-from frobs_core.interfaces import JointGroup
+from frobs_core.contracts import JointGroup
+from frobs_core.util.arrays import Action, Floats
 
 
 class Faulty(DifferentialDrive):

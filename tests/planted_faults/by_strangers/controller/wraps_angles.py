@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from frobs_controllers.joint_delta_position import JointDeltaPosition
-from frobs_core.arrays import Action, Floats
-from frobs_core.interfaces import JointGroup
+from frobs_core.contracts import JointGroup
 from frobs_core.models import JointType
+from frobs_core.util.arrays import Action, Floats
 
 
 class Faulty(JointDeltaPosition):

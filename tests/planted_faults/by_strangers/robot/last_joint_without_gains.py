@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from frobs_core.interfaces import DriveGains
+from frobs_core.description import DriveGains
 from frobs_robots_franka.panda_arm import PANDA_ARM
 
 _STIFFNESS = (4000.0, 4000.0, 3000.0, 4000.0, 200.0, 200.0, 40.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.rotations import cross
+from frobs_core.util.rotations import cross
 from frobs_sim_mujoco.robot import MujocoRobot
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import rows_of
-from frobs_core.errors import PhysicsParameterError
+from frobs_core.util.arrays import rows_of
+from frobs_core.util.errors import PhysicsParameterError
 from frobs_sim_mujoco import parameters
 from frobs_sim_mujoco.simulation import MujocoSimulation
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import rows_of
+from frobs_core.util.arrays import rows_of
 from frobs_sim_mujoco.simulation import MujocoSimulation
 
 EXACT = (

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from frobs_core.arrays import rows_of
-from frobs_core.errors import SimulationError
+from frobs_core.util.arrays import rows_of
+from frobs_core.util.errors import SimulationError
 from templates.my_simulator import FreeBody, MySimulator
 
 EXACT, APPROXIMATE = "determinism snapshot teleport pause batched", "drive"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.arrays import Mask
+from frobs_core.util.arrays import Mask
 from templates.my_paced_simulator import MyPacedSimulator
 
 EXACT, APPROXIMATE = "", "real_time drive"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask, rows_of
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.rotations import quat_rotate
 from frobs_sim_pybullet.simulation import PybulletSimulation
 
 EXACT, APPROXIMATE = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.rotations import quat_rotate
 from templates.my_drive import MyDrive
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_tasks_reach.goal import ReachGoal
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Mask, rows_of
-from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext
-from frobs_core.random import RandomSource
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext
+from frobs_core.util.arrays import Mask, rows_of
+from frobs_core.util.random import RandomSource
 from templates.my_reach import MyReach
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.observation import ObservationTerm
+from frobs_core.description import ObservationTerm
 from templates.my_drive import MyDrive
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Controller, Simulation
-from frobs_core.observation import ObservationTerm
+from frobs_core.contracts import Controller, Simulation
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats
 from templates.my_reach import MyReach
 
 

@@ -21,7 +21,7 @@ from frobs_algos_sb3.frobs_rl.parameters import current_parameters, load_paramet
 from frobs_algos_sb3.frobs_rl.saving import SaveEvery, free_name
 from frobs_algos_sb3.frobs_rl.settings import FileSettings, read_settings
 from frobs_algos_sb3.model_files import load_model, save_model, write_replay_buffer
-from frobs_core.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
+from frobs_core.util.errors import ConfigurationError, MissingSettingError, ModelMismatchError, RunError
 
 _log = logging.getLogger("frobs")
 

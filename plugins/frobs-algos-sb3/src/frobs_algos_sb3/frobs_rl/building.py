@@ -19,7 +19,7 @@ from frobs_algos_sb3.frobs_rl.saving import existing_model
 from frobs_algos_sb3.frobs_rl.settings import FileSettings
 from frobs_algos_sb3.model_files import load_model, read_replay_buffer
 from frobs_algos_sb3.model_files.known import algorithm_class
-from frobs_core.errors import ConfigurationError, IncompatibleSpaceError, UntrustedFileError
+from frobs_core.util.errors import ConfigurationError, IncompatibleSpaceError, UntrustedFileError
 
 Env = gym.Env[Any, Any] | VecEnv
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, MissingFileError, nearest
+from frobs_core.util.errors import ConfigurationError, MissingFileError, nearest
 
 DEFAULT_PACKAGE = "frobs_rl"
 """Name of FRobs_RL's package, under which the default files are available even if the package is not installed."""

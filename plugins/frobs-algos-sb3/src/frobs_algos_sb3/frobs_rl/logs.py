@@ -16,7 +16,7 @@ from stable_baselines3.common.logger import (
 )
 
 from frobs_algos_sb3.frobs_rl.errors import LogFolderExistsError
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 
 OnExisting = Literal["error", "increment", "overwrite", "resume"]
 """Ways to handle a log folder that already exists."""

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from frobs_algos_sb3.frobs_rl.settings import ROOT
-from frobs_core.errors import ConfigFileError
-from frobs_core.plain import plain
-from frobs_core.yaml import load_yaml
+from frobs_core.util.errors import ConfigFileError
+from frobs_core.util.plain import plain
+from frobs_core.util.yaml import load_yaml
 
 SERVERS = "frobs.parameter_servers"
 

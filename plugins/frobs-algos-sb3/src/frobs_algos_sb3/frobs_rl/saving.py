@@ -8,7 +8,7 @@ from pathlib import Path
 
 from stable_baselines3.common.callbacks import BaseCallback
 
-from frobs_core.errors import ConfigurationError, nearest
+from frobs_core.util.errors import ConfigurationError, nearest
 
 
 def free_name(path: Path) -> Path:

@@ -9,9 +9,9 @@ from typing import Any, Literal
 from pydantic import Field, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
 
 from frobs_algos_sb3.frobs_rl.blocks import BLOCKS, WITH_NOISE, WITH_SDE, Block, Strict
-from frobs_core.errors import ConfigFileError, ConfigurationError, nearest
-from frobs_core.validation import validate
-from frobs_core.yaml import ConfigMapping, merge
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, nearest
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import ConfigMapping, merge
 
 ROOT = "model_params"
 """Root key of the files."""

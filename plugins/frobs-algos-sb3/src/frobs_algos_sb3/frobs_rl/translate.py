@@ -8,7 +8,7 @@ from typing import Any
 
 from frobs_algos_sb3.frobs_rl.blocks import WITH_NOISE
 from frobs_algos_sb3.frobs_rl.settings import ROOT, FileSettings, read_settings
-from frobs_core.errors import ConfigFileError
+from frobs_core.util.errors import ConfigFileError
 
 _ELSEWHERE = (
     "save_prefix",

@@ -22,9 +22,9 @@ from typing import Any
 
 import torch as th
 
-from frobs_core.errors import CheckpointError, UntrustedFileError
-from frobs_core.files import read_limited
-from frobs_core.plain import to_json
+from frobs_core.util.errors import CheckpointError, UntrustedFileError
+from frobs_core.util.files import read_limited
+from frobs_core.util.plain import to_json
 
 MAX_FILE_BYTES = 2**32
 """Maximum size of a model file."""

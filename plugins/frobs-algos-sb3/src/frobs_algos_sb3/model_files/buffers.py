@@ -11,8 +11,8 @@ import numpy as np
 from stable_baselines3.common.buffers import DictReplayBuffer, ReplayBuffer
 
 from frobs_algos_sb3.storage import write_arrays
-from frobs_core.errors import CheckpointError, ConfigurationError, UntrustedFileError
-from frobs_core.files import write_aside
+from frobs_core.util.errors import CheckpointError, ConfigurationError, UntrustedFileError
+from frobs_core.util.files import write_aside
 
 FORMAT = 1
 """Version of the file format."""

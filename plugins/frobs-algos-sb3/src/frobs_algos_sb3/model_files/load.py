@@ -24,7 +24,7 @@ from frobs_algos_sb3.model_files.save import read_sidecar
 from frobs_algos_sb3.model_files.shared_layers import copy_shared_layers
 from frobs_algos_sb3.model_files.space_text import same_space
 from frobs_algos_sb3.model_files.text import Unreadable
-from frobs_core.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
+from frobs_core.util.errors import CheckpointError, ConfigurationError, ModelMismatchError, UntrustedFileError
 
 _NEEDED = ("policy_class", "policy_kwargs", "observation_space", "action_space", "use_sde")
 """Attributes that are required to build the policy."""

@@ -15,8 +15,8 @@ from stable_baselines3.common.type_aliases import TrainFreq
 
 from frobs_algos_sb3.model_files.archive import ModelArchive
 from frobs_algos_sb3.spaces import space_from_json, space_to_json
-from frobs_core.errors import CheckpointError, ConfigurationError
-from frobs_core.files import write_aside, write_json
+from frobs_core.util.errors import CheckpointError, ConfigurationError
+from frobs_core.util.files import write_aside, write_json
 
 FORMAT = 1
 """Version of the JSON file's format."""

@@ -12,7 +12,7 @@ from frobs_cli.formats import duration
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, EnvId, Json, Robot, Simulator, Tcp
 from frobs_cli.output import only_json, print_json, working
-from frobs_core.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError
 from frobs_devkit.cli.bench_scaling import (
     Jobs,
     Network,
@@ -115,7 +115,7 @@ def bench(
         $ frobs bench frobs/Irb120Reach-v0 --scaling --out scaling.png
         $ frobs bench frobs/Irb120Reach-v0 --scaling --runner ray --ray-address auto --jobs 1,8,16 --predict 10,100,1000
     """
-    from frobs_core.registry import find_spec
+    from frobs_core.plugins.registry import find_spec
 
     find_spec(env_id)
     keywords: dict[str, Any] = {"simulator": simulator, "controller": controller}

@@ -13,7 +13,7 @@ import typer
 from frobs_cli.facts import print_facts
 from frobs_cli.formats import duration, percent
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, working
-from frobs_core.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError
 
 if TYPE_CHECKING:
     from frobs_devkit.scaling import Prediction, ScalingModel, ScalingPoint, ScalingResult

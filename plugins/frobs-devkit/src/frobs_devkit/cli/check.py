@@ -10,7 +10,7 @@ import typer
 from frobs_cli.completion import complete_id
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json
-from frobs_core.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError
 
 if TYPE_CHECKING:
     from frobs_devkit.testing import Report, Result, Subject
@@ -98,8 +98,8 @@ def check(
         $ frobs check CartPole-v1 --json
     """
     with only_json(json):
-        from frobs_core.registry import find_spec
-        from frobs_core.yaml import merge
+        from frobs_core.plugins.registry import find_spec
+        from frobs_core.util.yaml import merge
         from frobs_devkit.testing import find_subject, run_checks
         from frobs_train import read_setting
 

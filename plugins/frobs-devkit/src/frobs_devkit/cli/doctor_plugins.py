@@ -8,9 +8,9 @@ import typer
 
 from frobs_cli.options import Json
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_core.errors import UnknownNameError
-from frobs_core.install_hints import local_install_hint
 from frobs_core.plugins import active
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.install_hints import local_install_hint
 
 if TYPE_CHECKING:
     from rich.text import Text

@@ -13,7 +13,7 @@ from frobs_cli.facts import print_facts
 from frobs_cli.model_options import PackagePath, XacroArgs
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_title
-from frobs_core.errors import MissingSettingError
+from frobs_core.util.errors import MissingSettingError
 from frobs_devkit.scaffold.answers import CHOICES, QUESTIONS, asked, find_problem
 
 _SHIPPED = "frobs/Irb120Reach-v0"  # an ID with a trained policy
@@ -170,7 +170,7 @@ def _facts(context: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     projects = " ".join(f"-e '{place}[test]'" for place in places)  # the extra includes pytest
     following = [f"pip install {projects}", f"pytest {folder}"]
     if configuration.exists():
-        from frobs_core.yaml import load_yaml
+        from frobs_core.util.yaml import load_yaml
 
         environment = load_yaml(configuration)["environment"]
         following += [

@@ -12,7 +12,7 @@ from frobs_cli.completion import complete_id
 from frobs_cli.model_options import PackagePath, XacroArgs, robot_keywords
 from frobs_cli.options import Controller, Json, Robot, Tcp
 from frobs_cli.output import console, only_json, print_json, print_line, print_note, print_table, print_title, working
-from frobs_core.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def parity(
         $ frobs parity frobs/Reach-v0 --robot arm.urdf --tcp tool0 --package-path ~/ros/src
         $ frobs parity frobs/PandaPush-v0 frobs/PandaLift-v0 --runner ray
     """
-    from frobs_core.registry import bare_id, find_spec
+    from frobs_core.plugins.registry import bare_id, find_spec
 
     specs = {env_id: find_spec(env_id) for env_id in env_ids}
     from frobs_devkit.parity import measure_parity

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from frobs_cli.providers import Provider
 
 if TYPE_CHECKING:
-    from frobs_core.interfaces import Robot
+    from frobs_core.description import Robot
 
 
 class DevkitProvider(Provider):

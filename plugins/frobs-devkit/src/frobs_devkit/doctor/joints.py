@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import MOVING, Joint, JointType, RobotModel, default_gains
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.doctor.report import DriveFacts, Finding, JointFacts, Severity, warning
 
 _GRAVITY = 9.81  # [m/s²]

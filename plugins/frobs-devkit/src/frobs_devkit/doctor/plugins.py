@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from frobs_core import __version__, plugins
-from frobs_core.plugins import Candidate, Probe, core_versions, has_upper_bound, is_made_for, missing, probe
+from frobs_core.plugins import Candidate, core_versions, has_upper_bound, is_made_for, missing
 from frobs_devkit.doctor.report import Finding, Severity, warning
+from frobs_devkit.probe import Probe, probe
 
 SLOW = 0.5
 """Import time above which a plugin is reported as slow [s], because slow plugins delay every ``import frobs_core``."""

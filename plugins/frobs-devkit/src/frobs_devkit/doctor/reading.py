@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models import Element, Packages, RobotModel, open_document, read_document
+from frobs_core.models import RobotModel
+from frobs_core.util.errors import ModelFileError
 from frobs_devkit.doctor.report import Difference, Finding, Severity
+from frobs_models import Element, Packages, open_document, read_document
 
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _LOST_PACKAGE = re.compile(r"the ROS package '([^']*)' is not found")

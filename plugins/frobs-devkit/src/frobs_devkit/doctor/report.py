@@ -184,7 +184,7 @@ class TranslatedElement:
     """How a simulator represents one kind of model element.
 
     Attributes:
-        element: Kind of the element, which is a key of ``frobs_core.models.ELEMENTS``.
+        element: Kind of the element, which is a key of ``frobs_models.ELEMENTS``.
         names: Names of the links or joints to which the translation applies.
         treatment: ``kept``, ``approximated``, ``dropped``, or ``unknown`` if the simulator does not report how it
             translates the element.

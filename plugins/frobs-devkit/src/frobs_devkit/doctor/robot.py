@@ -7,14 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from frobs_core import plugins
-from frobs_core.interfaces import Robot
-from frobs_core.models import RobotModel, Treatment, home_positions, robot_bounds
+from frobs_core.description import Robot
+from frobs_core.models import RobotModel, Treatment, home_positions
 from frobs_devkit.doctor.bodies import body_findings, link_facts
 from frobs_devkit.doctor.joints import joint_facts, joint_findings
 from frobs_devkit.doctor.reading import read
 from frobs_devkit.doctor.report import Finding, RobotReport, Severity
 from frobs_devkit.doctor.simulators import simulator_facts, simulator_findings
 from frobs_devkit.doctor.tools import tool_candidates, tool_findings
+from frobs_models import robot_bounds
 
 _NAMED = re.compile(r'^<([\w:]+) name="(.*)">$')
 _ADVICE = {

@@ -10,11 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 
 from frobs_core import plugins
-from frobs_core.errors import FrobsError
-from frobs_core.install_hints import local_install_hint
-from frobs_core.interfaces import CommandMode, Overlap, Placement, Robot, Scene, Simulation
-from frobs_core.models import RobotModel, elements
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Overlap, Placement, Robot, Scene
+from frobs_core.models import RobotModel
+from frobs_core.util.errors import FrobsError
+from frobs_core.util.install_hints import local_install_hint
 from frobs_devkit.doctor.report import Finding, Severity, SimulatorFacts, TranslatedElement, warning
+from frobs_models import elements
 
 _DEEP = 1e-4  # [m] smaller overlaps between links are not reported
 _TIMESTEP = 0.002  # [s]
@@ -28,7 +30,7 @@ def simulator_facts(
     Args:
         model: Model of the robot.
         wanted: Names of the simulators to check. Defaults to all installed simulators.
-        home: Home position by joint name [rad or m], in the form that :class:`~frobs_core.interfaces.Robot` accepts.
+        home: Home position by joint name [rad or m], in the form that :class:`~frobs_core.description.Robot` accepts.
 
     Raises:
         UnknownNameError: A simulator does not exist.

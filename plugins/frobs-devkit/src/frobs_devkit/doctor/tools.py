@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from frobs_core.arrays import Floats
 from frobs_core.models import TOOL_NAMES, RobotModel, default_tcp, joint_path, longest_reach, usual_rank
+from frobs_core.util.arrays import Floats
 from frobs_devkit.doctor.report import Finding, Severity, ToolCandidate
 
 _SAMPLES = 2000

@@ -11,8 +11,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.env import RobotEnv
-from frobs_core.files import write_aside, write_json
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.util.files import write_aside, write_json
 from frobs_devkit.parity.errors import ActionFileError
 
 SUFFIXES = (".json", ".npz")

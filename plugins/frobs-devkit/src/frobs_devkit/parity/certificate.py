@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
-from frobs_core.files import write_aside, write_json, write_text
-from frobs_core.plain import plain
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.files import write_aside, write_json, write_text
+from frobs_core.util.plain import plain
 from frobs_devkit.parity.actions import ActionFile
 from frobs_devkit.parity.draw import draw
 from frobs_devkit.parity.report import markdown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 
 class ActionFileError(ConfigurationError):

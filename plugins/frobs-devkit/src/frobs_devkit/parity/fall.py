@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.free_bodies import Bounded, compare_bodies, compare_values, draw_curves
 from frobs_devkit.parity.result import Comparison, Measurement, Panel
 from frobs_devkit.parity.settling import DURATION, Fall, settle, watch_fall

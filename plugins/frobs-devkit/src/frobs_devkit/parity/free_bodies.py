@@ -8,13 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.env import RobotEnv
-from frobs_core.interfaces import AT_REST, Body
-from frobs_core.models import Pose, shape_points
-from frobs_core.rotations import quat_from_matrix, quat_rotate
+from frobs_core.description import AT_REST, Body
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.models import Pose
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_from_matrix, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
+from frobs_models import shape_points
 
 AWAY = 5.0
 """Distance between the robot and a body on the floor [m], which exceeds the robot's reach."""

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError
-from frobs_core.interfaces import Body
+from frobs_core.description import Body
 from frobs_core.models import Box, Pose, Sphere
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SceneError
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Mask
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
+from frobs_core.util.arrays import Mask
 from frobs_devkit.parity.motion import differences, error_line, position_bounds, record, worst_joint
 from frobs_devkit.parity.result import Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject, follows_exactly

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import RobotHandle
-from frobs_core.rotations import quat_difference, quat_multiply, quat_rotate
+from frobs_core.contracts import RobotHandle
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_difference, quat_multiply, quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip, worst
 from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES

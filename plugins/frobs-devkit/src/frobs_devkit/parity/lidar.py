@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Body, Lidar
+from frobs_core.description import Body, Lidar
 from frobs_core.models import Box, Capsule, Cylinder, Pose, Sphere
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 from frobs_devkit.parity.tolerances import TOLERANCES

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level, abilities
-from frobs_core.errors import ModelMismatchError, UnknownNameError
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import Level
+from frobs_core.util.errors import ModelMismatchError, UnknownNameError
 from frobs_devkit.parity.actions import ActionFile, check_actions, read_actions, smooth_actions
 from frobs_devkit.parity.certificate import Certificate
 from frobs_devkit.parity.fall import fall
@@ -183,7 +184,7 @@ def _keywords_of(run: Run, environment: str) -> Mapping[str, Any]:
 
 
 def _controller(subject: Subject) -> str:
-    from frobs_core.registry import find_spec
+    from frobs_core.plugins.registry import find_spec
 
     return str({**find_spec(subject.environment).kwargs, **subject.keywords}["controller"])
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode, Placement
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement
 from frobs_core.models import home_positions
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Line
 from frobs_devkit.parity.subject import Subject
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from frobs_core.capabilities import Level
+from frobs_core.plugins.records import Level
 from frobs_devkit.parity.result import Comparison, Measurement, Panel, judge, skip
 from frobs_devkit.parity.subject import Subject
 from frobs_train import Evaluation, Run, evaluate

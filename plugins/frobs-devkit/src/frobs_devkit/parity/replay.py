@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.actions import ActionFile
 from frobs_devkit.parity.motion import worst_joint
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.tolerances import TOLERANCES
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge, skip
 from frobs_devkit.parity.rollout import AFTER_A_TOUCH, Rollout, free_steps, play
 from frobs_devkit.parity.subject import Subject, follows_exactly

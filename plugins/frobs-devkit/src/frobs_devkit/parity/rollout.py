@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.env import RobotEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.subject import Subject
 
 _PREFIX = "frobs/reward/"

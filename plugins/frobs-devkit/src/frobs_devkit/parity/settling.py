@@ -8,10 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body, BodyHandle, Simulation
+from frobs_core.contracts import BodyHandle, Simulation
+from frobs_core.description import Body
 from frobs_core.models import Box, Pose
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.parity.result import Comparison, Line, Measurement, Panel, judge
 from frobs_devkit.parity.subject import Subject
 

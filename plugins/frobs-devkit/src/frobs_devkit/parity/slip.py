@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.env import RobotEnv
-from frobs_core.interfaces import CommandMode, EndEffector
-from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_core.contracts import CommandMode
+from frobs_core.description import EndEffector
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.parity.free_bodies import (
     Bounded,
     bodies_of,

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
 from frobs_core.models import composite_inertia
+from frobs_core.util.arrays import Floats
 from frobs_devkit.parity.motion import (
     Motion,
     apart,

@@ -10,16 +10,17 @@ from typing import Any
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level, check_capabilities
-from frobs_core.compose import needs_of_task
-from frobs_core.env import RobotEnv
-from frobs_core.errors import CapabilityError, ConfigurationError, UnknownNameError, UnsuitableRobotError
-from frobs_core.interfaces import Body, CommandMode, Placement, RobotHandle, Scene, Simulation, Task
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation, Task
+from frobs_core.description import Body, Placement, Scene
+from frobs_core.kernel.compose import needs_of_task
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.robot_config import find_record
 from frobs_core.models import JointLimits, JointType
-from frobs_core.registry import find_spec
-from frobs_core.robot_config import find_record
-from frobs_core.specs import ControllerRecord, SimulatorRecord, TaskRecord
+from frobs_core.plugins.capabilities import check_capabilities
+from frobs_core.plugins.records import ControllerRecord, Level, SimulatorRecord, TaskRecord
+from frobs_core.plugins.registry import find_spec
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import CapabilityError, ConfigurationError, UnknownNameError, UnsuitableRobotError
 from frobs_train import make_env
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Camera
+from frobs_core.description import Camera
+from frobs_core.util.arrays import Floats
 
 _FOV = 24.0  # [deg] small field of view, so that near and far parts appear equally large
 _AZIMUTH = -55.0  # [deg] from the robot's x axis, for a view from the robot's front right

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from frobs_core.arrays import Floats
 from frobs_core.models import Joint, JointType, RobotModel, home_positions
+from frobs_core.util.arrays import Floats
 
 _QUARTER = math.pi / 2.0  # [rad] range in both directions for a joint without limits
 _SLIDE = 0.5  # [m] range in both directions for a prismatic joint without limits

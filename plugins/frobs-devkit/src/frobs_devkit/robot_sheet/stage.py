@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level
-from frobs_core.errors import MissingDependencyError
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot, Scene, Simulation
-from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp, drawn_points
-from frobs_core.rotations import matrix_from_quat
-from frobs_core.specs import SimulatorRecord
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Body, Placement, Robot, Scene
+from frobs_core.models import Cylinder, JointType, Pose, RobotModel, default_tcp
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import MissingDependencyError
+from frobs_core.util.rotations import matrix_from_quat
 from frobs_devkit.robot_sheet.framing import View, frame
 from frobs_devkit.robot_sheet.poses import Shot
+from frobs_models import drawn_points
 
 _FINER = 2  # supersampling factor
 _TIMESTEP = 0.002  # [s] irrelevant, because no steps are simulated

@@ -8,9 +8,10 @@ from importlib.util import find_spec
 
 import gymnasium as gym
 
-from frobs_core import plugins, registry
-from frobs_core.errors import UnsuitableRobotError
-from frobs_core.interfaces import Robot
+from frobs_core import plugins
+from frobs_core.description import Robot
+from frobs_core.plugins import registry
+from frobs_core.util.errors import UnsuitableRobotError
 from frobs_devkit.scaffold.errors import NameTakenError
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 
 class AnswerError(ConfigurationError):

@@ -16,11 +16,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
 from frobs_core.models import Joint, RobotModel, default_tcp, home_positions, load_model
-from frobs_core.random import RandomSource
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.random import RandomSource
 from frobs_devkit.scaffold.errors import AnswerError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from frobs_core.registry import find_spec
+from frobs_core.plugins.registry import find_spec
 from frobs_devkit.scaling.processes import measure_cluster, measure_learner, measure_processes
 from frobs_devkit.scaling.ranges import ScalingRanges
 from frobs_devkit.scaling.results import NUM_ENVS, PROCESSES, THREADS, ScalingPoint, ScalingResult

@@ -18,8 +18,8 @@ from statistics import median
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.validation import non_negative, positive, whole_number
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.validation import non_negative, positive, whole_number
 from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, LearnerCosts, ScalingPoint, ScalingResult
 
 COLLECTION, LEARNER, NETWORK = "collection", "learner", "network"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.files import write_aside
+from frobs_core.util.files import write_aside
 from frobs_devkit.scaling.model import ScalingModel
 from frobs_devkit.scaling.results import CLUSTER, NUM_ENVS, PROCESSES, THREADS, ScalingPoint, ScalingResult
 from frobs_train import COLORS, INK, count_text, dress, make_figure

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.plain import to_json
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.plain import to_json
 from frobs_devkit.scaling.results import CLUSTER, LearnerCosts, ScalingPoint
 from frobs_train import Job, Report, RunConfig, Runner
 

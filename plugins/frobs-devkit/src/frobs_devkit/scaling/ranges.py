@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Self
 
-from frobs_core.validation import positive, whole_number
+from frobs_core.util.validation import positive, whole_number
 from frobs_train import RunConfig, decide_threads, is_paced, usable_processors
 
 _NUM_ENVS = (1, 8, 64, 512)

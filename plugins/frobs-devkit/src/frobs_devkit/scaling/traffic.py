@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.scaling.processes import node
 from frobs_devkit.scaling.results import Traffic
 from frobs_train import Job, Report, RunConfig, Runner

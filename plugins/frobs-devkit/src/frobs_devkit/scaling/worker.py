@@ -17,8 +17,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from frobs_core.files import write_aside
-from frobs_core.plain import to_json
+from frobs_core.util.files import write_aside
+from frobs_core.util.plain import to_json
 
 _POLL = 0.005  # [s]
 _BUSY = 0.02  # [s] interval between checks of whether all processes are done

@@ -10,8 +10,8 @@ from functools import partial
 from types import ModuleType
 from typing import Any, TypeVar
 
-from frobs_core.errors import FrobsError
-from frobs_core.keywords import constructor_parameters
+from frobs_core.util.errors import FrobsError
+from frobs_core.util.keywords import constructor_parameters
 
 
 class CheckFailure(FrobsError, AssertionError):  # noqa: N818 - pytest also calls this outcome a failure

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.rotations import quat_multiply, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_multiply, quat_rotate
 from frobs_devkit.testing.checks import CheckFailure
 
 

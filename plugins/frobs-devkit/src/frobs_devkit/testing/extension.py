@@ -10,12 +10,13 @@ import numpy as np
 
 from frobs_cli.catalogue import EXTENSIONS, Listed, listed, load_command
 from frobs_core import plugins
-from frobs_core.capabilities import abilities
-from frobs_core.errors import FrobsError, UnknownNameError
-from frobs_core.interfaces import Scene, Sensor, Simulation
+from frobs_core.contracts import Simulation
+from frobs_core.description import Scene, Sensor
 from frobs_core.models import Pose
-from frobs_core.sensors import Instrument, instrument_of
-from frobs_core.specs import AbilityRecord, ParameterRecord, SimulatorRecord
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import AbilityRecord, ParameterRecord, SimulatorRecord
+from frobs_core.sensing.sensors import Instrument, instrument_of
+from frobs_core.util.errors import FrobsError, UnknownNameError
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable, after, collect, expect
 from frobs_devkit.testing.robot.sensors import expect_sound
 from frobs_devkit.testing.simulator.robots import ROVER

@@ -7,18 +7,15 @@ import sys
 from dataclasses import dataclass
 from functools import lru_cache
 
-from frobs_core import plugins, registry
-from frobs_core.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
-from frobs_core.interfaces import Algorithm, Controller, Robot, Sensor, Simulation, Task
-from frobs_core.models import resolve_path
-from frobs_core.plugins import (
-    Candidate,
-    PluginReport,
-    missing,
-)
-from frobs_core.specs import AlgorithmRecord, Record, TaskRecord
+from frobs_core import plugins
+from frobs_core.contracts import Algorithm, Controller, Simulation, Task
+from frobs_core.description import Robot, Sensor
+from frobs_core.plugins import Candidate, PluginReport, missing, registry
+from frobs_core.plugins.records import AlgorithmRecord, Record, TaskRecord
+from frobs_core.util.errors import FrobsError, ModelFileError, PluginError, UnknownNameError
 from frobs_devkit.doctor.plugins import PluginFacts, examine_plugins
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, after, checks_of, collect, expect
+from frobs_models import resolve_path
 
 _BASES: dict[str, type] = {
     "sensor_type": Sensor,

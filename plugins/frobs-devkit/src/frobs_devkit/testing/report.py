@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.errors import UnknownNameError
+from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.testing.checks import Check, CheckFailure, Inconclusive, NotApplicable
 
 _DECIDING = ("gymnasium", "numpy")

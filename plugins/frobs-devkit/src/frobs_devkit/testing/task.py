@@ -13,11 +13,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from frobs_core import plugins
-from frobs_core.capabilities import abilities
-from frobs_core.errors import ConfigurationError, FrobsError, MissingSettingError
-from frobs_core.interfaces import Marker, Scene, Task
-from frobs_core.registry import COMPOSITIONAL_ID
-from frobs_core.specs import TaskRecord
+from frobs_core.contracts import Task
+from frobs_core.description import Marker, Scene
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import TaskRecord
+from frobs_core.plugins.registry import COMPOSITIONAL_ID
+from frobs_core.util.errors import ConfigurationError, FrobsError, MissingSettingError
 from frobs_devkit.testing.checks import (
     Check,
     CheckFailure,

@@ -14,10 +14,11 @@ from ray.rllib.algorithms.algorithm_config import AlgorithmConfig
 
 from frobs_algos_sb3 import storage
 from frobs_algos_sb3.spaces import space_from_json, space_to_json, suggested_scale
-from frobs_core.arrays import Action, Mask
-from frobs_core.errors import CheckpointError, ModelMismatchError, ParameterValueError, RunError
-from frobs_core.interfaces import Algorithm, Observation, TrainingMonitor
-from frobs_core.validation import validate
+from frobs_core.contracts import Algorithm, TrainingMonitor
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import CheckpointError, ModelMismatchError, ParameterValueError, RunError
+from frobs_core.util.validation import validate
 from frobs_ray.cluster import quiet
 from frobs_ray.rllib import state
 from frobs_ray.rllib.config import RLlibConfig

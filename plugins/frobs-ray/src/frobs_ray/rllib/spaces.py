@@ -8,9 +8,9 @@ import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 
-from frobs_core.arrays import Action
-from frobs_core.errors import FLATTEN_HINT, IncompatibleSpaceError
-from frobs_core.observation import Observation
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Action
+from frobs_core.util.errors import FLATTEN_HINT, IncompatibleSpaceError
 
 Floats32 = np.ndarray[Any, np.dtype[np.float32]]
 

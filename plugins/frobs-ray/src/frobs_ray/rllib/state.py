@@ -10,7 +10,7 @@ import torch as th
 from ray.rllib.core import DEFAULT_MODULE_ID
 from torch import nn
 
-from frobs_core.errors import CheckpointError
+from frobs_core.util.errors import CheckpointError
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 

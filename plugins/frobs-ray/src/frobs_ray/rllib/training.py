@@ -19,7 +19,7 @@ from ray.rllib.core import DEFAULT_MODULE_ID
 from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from ray.rllib.utils.metrics import ENV_RUNNER_RESULTS, LEARNER_RESULTS, NUM_ENV_STEPS_SAMPLED_LIFETIME
 
-from frobs_core.interfaces import TrainingMonitor
+from frobs_core.contracts import TrainingMonitor
 from frobs_ray.cluster import connect
 from frobs_ray.errors import ClusterSizeError, EnvironmentRunnerError
 from frobs_ray.rllib import state

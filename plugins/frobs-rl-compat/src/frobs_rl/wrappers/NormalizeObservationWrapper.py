@@ -1,13 +1,13 @@
 """Normalizes observations to [−1, 1]."""
 
-from frobs_core.wrappers import NormalizeObservationWrapper as _NormalizeObservationWrapper
+from frobs_rl_compat.wrappers import NormalizeObservationWrapper as _NormalizeObservationWrapper
 from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["NormalizeObservWrapper", "NormalizeObservationWrapper"]
 
 
 class NormalizeObservationWrapper(KeepsApi, _NormalizeObservationWrapper):
-    """Version of :class:`frobs_core.wrappers.NormalizeObservationWrapper` that also supports the old gym API."""
+    """Version of :class:`frobs_rl_compat.wrappers.NormalizeObservationWrapper` that also supports the old gym API."""
 
 
 NormalizeObservWrapper = NormalizeObservationWrapper  # alias, because FRobs_RL's documentation uses both names

@@ -1,10 +1,10 @@
 """Limits the number of steps per episode."""
 
-from frobs_core.wrappers import TimeLimitWrapper as _TimeLimitWrapper
+from frobs_rl_compat.wrappers import TimeLimitWrapper as _TimeLimitWrapper
 from frobs_rl_compat.wrapping import KeepsApi
 
 __all__ = ["TimeLimitWrapper"]
 
 
 class TimeLimitWrapper(KeepsApi, _TimeLimitWrapper):
-    """Version of :class:`frobs_core.wrappers.TimeLimitWrapper` that also supports the old gym API."""
+    """Version of :class:`frobs_rl_compat.wrappers.TimeLimitWrapper` that also supports the old gym API."""

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 
 def run(

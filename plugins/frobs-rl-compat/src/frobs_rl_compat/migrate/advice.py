@@ -68,7 +68,7 @@ def note_what_is_left(package: OldPackage, made: Migration) -> None:
         made.leave(
             ", ".join(package.wrappers),
             "actions are already in [−1, 1]; to normalize observations with finite bounds, add wrappers: [{name: "
-            "'frobs_core.wrappers:NormalizeObservationWrapper'}] to train.yaml",
+            "'frobs_rl_compat.wrappers:NormalizeObservationWrapper'}] to train.yaml",
         )
 
 

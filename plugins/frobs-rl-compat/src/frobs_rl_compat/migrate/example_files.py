@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.specs import TaskRecord
-from frobs_core.yaml import dump_yaml
+from frobs_core.plugins.records import TaskRecord
+from frobs_core.util.yaml import dump_yaml
 from frobs_rl_compat.migrate.examples import Example
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration

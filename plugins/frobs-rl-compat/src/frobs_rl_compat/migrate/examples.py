@@ -6,7 +6,7 @@ import ast
 from dataclasses import dataclass, field
 from typing import Any
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.recognition import factors, recognize
 from frobs_rl_compat.migrate.robot import RobotSource

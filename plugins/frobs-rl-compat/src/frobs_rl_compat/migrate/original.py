@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from frobs_core.plain import plain
+from frobs_core.util.plain import plain
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal

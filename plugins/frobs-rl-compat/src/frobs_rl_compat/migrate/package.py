@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import UnknownNameError
+from frobs_core.util.errors import UnknownNameError
 from frobs_rl_compat.migrate.constructor import Constructed, construct
 from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.python_files import OldClass, PythonFiles, Registration, read_file, read_python_files

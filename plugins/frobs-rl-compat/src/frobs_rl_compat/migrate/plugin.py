@@ -10,8 +10,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, TargetExistsError
-from frobs_core.interfaces import Lidar
+from frobs_core.description import Lidar
+from frobs_core.util.errors import ConfigurationError, TargetExistsError
 from frobs_devkit.scaffold import copy_model, render, resolve
 from frobs_rl_compat.migrate.advice import note_the_task, note_what_is_left
 from frobs_rl_compat.migrate.comments import todo
@@ -181,7 +181,7 @@ def _lidars_text(lidars: Mapping[str, Lidar]) -> str:
                   if getattr(lidar, each.name) != each.default}  # fmt: skip
         shown = "".join(f"            {key}={literal(value)},\n" for key, value in values.items())
         rows += f'        "{name}": Lidar(\n{shown}        ),\n'
-    told = "    # tasks read these sensors with frobs_core.sensors.Sensors\n"
+    told = "    # tasks read these sensors with frobs_core.sensing.sensors.Sensors\n"
     return f"{told}    sensors={{\n{rows}    }},\n" if rows else '    # sensors={"scan": Lidar(frame="base_link", …)}\n'
 
 

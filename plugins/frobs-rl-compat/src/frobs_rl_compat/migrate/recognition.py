@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frobs_core.yaml import load_yaml
+from frobs_core.util.yaml import load_yaml
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.python_files import OldClass
 

@@ -9,9 +9,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from frobs_core.errors import FrobsError
-from frobs_core.interfaces import Lidar
-from frobs_core.models import Packages, RobotModel, default_tcp, forward_kinematics, load_model
+from frobs_core.description import Lidar
+from frobs_core.models import RobotModel, default_tcp, forward_kinematics, load_model
+from frobs_core.util.errors import FrobsError
+from frobs_models import Packages
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_ros import gazebo_elements, read_friction, read_lidars, read_plugins
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.models import Element, Packages, parse_xml, read_bytes
+from frobs_models import Element, Packages, parse_xml, read_bytes
 from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.values import UntranslatableError, bounds_of, check_any_heading, value_of
 

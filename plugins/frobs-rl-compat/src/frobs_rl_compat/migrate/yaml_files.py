@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from frobs_algos_sb3.frobs_rl import ROOT, algorithms_in, translate
-from frobs_core.errors import ConfigurationError, TargetExistsError
-from frobs_core.plain import plain, to_json
-from frobs_core.yaml import dump_yaml, load_yaml
+from frobs_core.util.errors import ConfigurationError, TargetExistsError
+from frobs_core.util.plain import plain, to_json
+from frobs_core.util.yaml import dump_yaml, load_yaml
 from frobs_rl_compat.migrate.errors import MigrationError
 from frobs_rl_compat.migrate.report import Migration
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from frobs_core.errors import FrobsError, nearest
+from frobs_core.util.errors import FrobsError, nearest
 
 
 class MoveItCommanderException(FrobsError):  # noqa: N818 - the name is MoveIt's

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from frobs_controllers_planning import Plan, Reason, ToolGoal
-from frobs_core.arrays import Floats
 from frobs_core.models import compose
-from frobs_core.rotations import rpy_from_quat
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import rpy_from_quat
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit.description import read_description
 from frobs_rl_compat.moveit.errors import MoveItCommanderException, NotOfferedError

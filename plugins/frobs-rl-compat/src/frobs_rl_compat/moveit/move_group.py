@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import FrobsError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import FrobsError
 from frobs_rl_compat.moveit import poses, settings
 from frobs_rl_compat.moveit.description import read_description
 from frobs_rl_compat.moveit.errors import MoveItCommanderException

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from frobs_controllers_planning import Plan, Planner, ToolGoal
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Robot, Scene
+from frobs_core.description import Robot, Scene
 from frobs_core.models import Joint, JointLimits, JointType, Link, RobotModel
+from frobs_core.util.arrays import Floats
 from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.description import RobotDescription
 from frobs_rl_compat.moveit.errors import MoveItCommanderException

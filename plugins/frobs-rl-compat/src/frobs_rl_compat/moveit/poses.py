@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.rotations import quat_conjugate, quat_from_rpy, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_conjugate, quat_from_rpy, quat_rotate
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])

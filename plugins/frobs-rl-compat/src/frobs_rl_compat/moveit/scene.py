@@ -10,22 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.interfaces import Body, Shape
-from frobs_core.models import (
-    Box,
-    Collision,
-    Cylinder,
-    Geometry,
-    Mesh,
-    MeshPart,
-    Sphere,
-    compose,
-    joined,
-    pose_from_array,
-    read_mesh,
-    scaled,
-    write_stl,
-)
+from frobs_core.description import Body, Shape
+from frobs_core.models import Box, Collision, Cylinder, Geometry, Mesh, Sphere, compose, pose_from_array
+from frobs_models import MeshPart, joined, read_mesh, scaled, write_stl
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit.errors import MoveItCommanderException
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.models import Element, RobotModel, joint_path, outward, parse_xml
+from frobs_core.models import RobotModel, joint_path, outward
+from frobs_models import Element, parse_xml
 
 
 @dataclass(frozen=True)

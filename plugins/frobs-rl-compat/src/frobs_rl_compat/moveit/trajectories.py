@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frobs_controllers_planning import Plan
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 _SPACING = 0.05  # [s] between points
 _LEAST = 10  # minimum number of points in a motion

@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from frobs_core.arrays import Floats
 from frobs_core.models import compose
+from frobs_core.util.arrays import Floats
 from frobs_rl_compat.moveit import poses
 from frobs_rl_compat.moveit import scene as scenes
 from frobs_rl_compat.moveit.errors import MoveItCommanderException

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.util.arrays import Floats
 
 _POSITION, _VELOCITY, _EFFORT = CommandMode.POSITION, CommandMode.VELOCITY, CommandMode.EFFORT
 

@@ -9,9 +9,9 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from frobs_core.interfaces import Lidar
-from frobs_core.models import parse_numbers
-from frobs_core.rotations import quat_from_rpy
+from frobs_core.description import Lidar
+from frobs_core.util.rotations import quat_from_rpy
+from frobs_models import parse_numbers
 from frobs_ros.bridge.poses import Place
 from frobs_ros.errors import GazeboElementError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 if TYPE_CHECKING:
     from frobs_ros.bridge.world import World

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.interfaces import Camera
-from frobs_core.rotations import quat_rotate
+from frobs_core.description import Camera
+from frobs_core.util.rotations import quat_rotate
 from frobs_ros.bridge.extras import SensorElement
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Place, place_of

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from frobs_core.errors import SimulationError
+from frobs_core.util.errors import SimulationError
 
 if TYPE_CHECKING:
     from frobs_ros.bridge.bridge import Bridge

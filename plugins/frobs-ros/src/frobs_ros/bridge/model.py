@@ -8,9 +8,10 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Body, Placement, Robot
 from frobs_core.models import Pose, RobotModel, default_gains, home_positions
+from frobs_core.util.arrays import Floats
 from frobs_ros.bridge.drive import Drive
 from frobs_ros.bridge.extras import read_sensors
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place, place_of

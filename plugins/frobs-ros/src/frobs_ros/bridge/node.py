@@ -11,9 +11,9 @@ from pathlib import Path
 from urllib.parse import urlparse
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level, check_capabilities
-from frobs_core.errors import ConfigurationError
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.capabilities import check_capabilities
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.errors import ConfigurationError
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.world import World
 

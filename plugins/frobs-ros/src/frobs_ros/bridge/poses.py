@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
 from frobs_core.models import Pose
-from frobs_core.rotations import quat_conjugate, quat_multiply, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
+from frobs_core.util.rotations import quat_conjugate, quat_multiply, quat_rotate
 
 
 class Place(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_ros.bridge.bridge import LOG, Bridge
 from frobs_ros.bridge.component import Component, stamp
 from frobs_ros.bridge.poses import Motion, Place, write_pose, write_twist

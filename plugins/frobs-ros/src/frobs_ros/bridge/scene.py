@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from frobs_core.interfaces import Contact, Scene
+from frobs_core.description import Contact, Scene
 from frobs_ros.bridge.lens import camera_name, make_camera
 from frobs_ros.bridge.model import Model
 

@@ -7,8 +7,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from frobs_core.interfaces import Robot
-from frobs_core.robot_config import RobotConfig
+from frobs_core.description import Robot
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.manager import ControllerManager

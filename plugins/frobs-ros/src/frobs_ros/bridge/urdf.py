@@ -11,7 +11,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from frobs_core.interfaces import CommandMode, Placement, Robot
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Placement, Robot
 from frobs_core.models import RobotModel, load_model
 from frobs_ros.bridge.extras import read_lidars
 from frobs_ros.bridge.model import Description, with_gains

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, ParameterValueError, UnknownNameError
-from frobs_core.interfaces import Simulation
-from frobs_core.specs import SimulatorRecord
+from frobs_core.contracts import Simulation
+from frobs_core.plugins.records import SimulatorRecord
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, ParameterValueError, UnknownNameError
 from frobs_ros.bridge.forces import Forces
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import REST, WORLD, Motion, Place

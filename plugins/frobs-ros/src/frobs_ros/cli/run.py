@@ -86,9 +86,10 @@ def run(
     """
     import numpy as np
 
-    from frobs_core.models import fingerprint, load_model
-    from frobs_core.registry import pretrained_path
+    from frobs_core.models import load_model
+    from frobs_core.plugins.registry import pretrained_path
     from frobs_deploy import Policy, read_bundle, read_manifest
+    from frobs_models import fingerprint
     from frobs_ros.environment import use_ros
     from frobs_ros.mirror import Mirror
     from frobs_ros.policy_loop import Report, act

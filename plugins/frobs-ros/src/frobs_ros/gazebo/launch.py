@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from frobs_core.errors import MissingFileError, MissingSettingError, ParameterValueError
+from frobs_core.util.errors import MissingFileError, MissingSettingError, ParameterValueError
 from frobs_ros import backends, master, processes
 from frobs_ros.errors import ProcessError
 from frobs_ros.log import answers

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.log import answers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 
 _TOLERANCE = 1e-3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import ServiceError
 from frobs_ros.gazebo.poses import pose_message, position

@@ -8,7 +8,7 @@ import subprocess
 import time
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
+from frobs_core.util.errors import ParameterValueError
 from frobs_ros.environment import child_variables, use_ros
 from frobs_ros.errors import ProcessError, ServiceError
 from frobs_ros.log import answers

@@ -9,7 +9,7 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-from frobs_core.files import cache_folder, write_aside
+from frobs_core.util.files import cache_folder, write_aside
 from frobs_ros.environment import link_modules
 from frobs_ros.errors import RosError, RosNotFoundError
 from frobs_ros.messages.generator import generate

@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import FrobsError
-from frobs_core.yaml import load_yaml
+from frobs_core.util.errors import FrobsError
+from frobs_core.util.yaml import load_yaml
 from frobs_ros import ros_controllers, services
 from frobs_ros.environment import use_ros
 from frobs_ros.log import or_raise

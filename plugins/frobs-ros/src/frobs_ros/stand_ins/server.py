@@ -7,8 +7,8 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from frobs_core.errors import ConfigurationError, FrobsError, MissingFileError, ParameterValueError
-from frobs_core.models import path_folders
+from frobs_core.util.errors import ConfigurationError, FrobsError, MissingFileError, ParameterValueError
+from frobs_models import path_folders
 from frobs_ros import backends
 from frobs_ros.stand_ins import arguments
 

@@ -7,9 +7,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import FrobsError, MissingFileError
-from frobs_core.models import path_folders
-from frobs_core.rotations import quat_from_rpy
+from frobs_core.util.errors import FrobsError, MissingFileError
+from frobs_core.util.rotations import quat_from_rpy
+from frobs_models import path_folders
 from frobs_ros.environment import use_ros
 from frobs_ros.errors import MasterError, ServiceError
 from frobs_ros.gazebo.poses import pose_message

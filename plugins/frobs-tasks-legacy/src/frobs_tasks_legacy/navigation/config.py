@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
-from frobs_core.validation import finite, non_negative, positive
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.validation import finite, non_negative, positive
 from frobs_tasks_legacy.yaml import TaskFiles
 
 

@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ParameterValueError
-from frobs_core.interfaces import Controller, Simulation, StepContext
+from frobs_core.contracts import Controller, Simulation, StepContext
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ParameterValueError
 from frobs_tasks_legacy.navigation.config import FILES
 from frobs_tasks_navigation import Navigate
 

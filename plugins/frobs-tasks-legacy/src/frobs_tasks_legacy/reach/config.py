@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_core.errors import ParameterValueError
-from frobs_core.validation import boolean, finite, non_negative, number_list, positive
+from frobs_core.util.errors import ParameterValueError
+from frobs_core.util.validation import boolean, finite, non_negative, number_list, positive
 from frobs_tasks_legacy.yaml import TaskFiles
 
 _AXES = ("x", "y", "z")

@@ -9,12 +9,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.errors import ConfigurationError, MissingSettingError, ParameterValueError
-from frobs_core.interfaces import Controller, Simulation, Snapshot, StepContext
-from frobs_core.observation import ObservationTerm
-from frobs_core.random import RandomSource
-from frobs_core.validation import non_negative
+from frobs_core.contracts import Controller, Simulation, Snapshot, StepContext
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError, MissingSettingError, ParameterValueError
+from frobs_core.util.random import RandomSource
+from frobs_core.util.validation import non_negative
 from frobs_tasks_legacy.reach.config import FILES
 from frobs_tasks_reach import JointSampler, Oscillation, Reach, checked_goal, distance
 

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.interfaces import StepContext
-from frobs_core.observation import ObservationTerm
+from frobs_core.contracts import StepContext
+from frobs_core.description import ObservationTerm
+from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_legacy.reach.task import ReachLegacy
 
 

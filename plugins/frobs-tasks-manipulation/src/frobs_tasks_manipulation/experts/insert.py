@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.env import RobotEnv
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.experts.grasp import ABOVE, CARRY, CLOSE, GraspCube
 from frobs_tasks_manipulation.manipulation import UP
 from frobs_tasks_manipulation.peg_insertion import HEIGHT, PegInsertion

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.env import RobotEnv
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Floats, Mask
 from frobs_tasks_manipulation.experts.tool_expert import ToolExpert
 from frobs_tasks_manipulation.rewards import length
 from frobs_tasks_manipulation.slide import GRAVITY, Slide

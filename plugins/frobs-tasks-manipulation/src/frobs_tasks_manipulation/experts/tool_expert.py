@@ -7,11 +7,11 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.env import RobotEnv
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Controller, Expert
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.contracts import Controller, Expert
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError
 from frobs_tasks_manipulation.manipulation import Manipulation, gripper_of
 
 _GAIN = 0.4

@@ -12,7 +12,7 @@ import typer
 from frobs_cli.formats import duration, number, percent
 from frobs_cli.options import Json
 from frobs_cli.output import only_json, print_json, print_line, print_note, print_table, print_title
-from frobs_core.errors import CommandLineError
+from frobs_core.util.errors import CommandLineError
 from frobs_train.cli.runner_options import JobCpus, JobMemory, RayAddress, RunnerName, open_runner
 
 if TYPE_CHECKING:

@@ -77,7 +77,7 @@ def readable_run(facts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _best(run: Run) -> int | None:
-    from frobs_core.errors import CheckpointError
+    from frobs_core.util.errors import CheckpointError
 
     try:
         return run.find_checkpoint("best")[0].steps
@@ -87,7 +87,7 @@ def _best(run: Run) -> int | None:
 
 def _threads(path: Path) -> str | None:
     """Return a description of the processors and threads at the start of the run, or None if unknown."""
-    from frobs_core.files import read_json
+    from frobs_core.util.files import read_json
     from frobs_train import Threads
 
     try:

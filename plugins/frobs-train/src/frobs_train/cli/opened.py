@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frobs_core.errors import CommandLineError, ConflictingOptionsError
+from frobs_core.util.errors import CommandLineError, ConflictingOptionsError
 
 if TYPE_CHECKING:
     from frobs_train import Run
@@ -95,7 +95,7 @@ def open_run(
         BundleError: The file is not a bundle.
         UntrustedFileError: The bundle requires ``--trust``.
     """
-    from frobs_core.registry import bare_id, pretrained_ids
+    from frobs_core.plugins.registry import bare_id, pretrained_ids
     from frobs_train import ExpertRun, ModelFile, open_pretrained
     from frobs_train.export.bundle_run import open_run_or_bundle
 

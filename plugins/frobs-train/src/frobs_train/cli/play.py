@@ -9,7 +9,7 @@ import typer
 
 from frobs_cli.options import CheckpointName, LongestEpisode, Randomized
 from frobs_cli.output import print_line, working
-from frobs_core.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
+from frobs_core.util.errors import ConflictingOptionsError, RenderingUnavailableError, RunError
 from frobs_train.cli.opened import (
     ModelAlgorithm,
     ModelPath,

@@ -11,7 +11,7 @@ from frobs_cli.providers import Provider
 from frobs_train.cli.describe_run import describe_run, is_run, readable_run
 
 if TYPE_CHECKING:
-    from frobs_core.specs import EnvironmentRecord
+    from frobs_core.plugins.records import EnvironmentRecord
 
 
 class TrainProvider(Provider):
@@ -56,7 +56,7 @@ PROVIDER = TrainProvider()
 
 def _pretrained(id: str) -> dict[str, Any]:
     """Return facts about an ID's trained policy, or ``{"error": message}`` if the policy file cannot be used."""
-    from frobs_core.errors import FrobsError
+    from frobs_core.util.errors import FrobsError
     from frobs_deploy import DeployError
     from frobs_train.export.pretrained import describe_pretrained, read_pretrained
 

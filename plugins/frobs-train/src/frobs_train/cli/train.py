@@ -104,7 +104,7 @@ def train(
         $ frobs train frobs/Irb120Reach-v0 --seeds 10 --runner ray
         $ WANDB_MODE=offline frobs train frobs/Irb120Reach-v0 --log wandb
     """
-    from frobs_core.registry import find_spec
+    from frobs_core.plugins.registry import find_spec
 
     find_spec(env_id)  # check the ID before importing torch, so that a typo is reported immediately
     from frobs_train import default_run_dir, resolve_config

@@ -141,7 +141,7 @@ def tune(
         $ frobs tune CartPole-v1 --trials 20 --steps 20_000 --seeds 3 --space space.yaml
         $ frobs train frobs/Irb120Reach-v0 --config studies/frobs/Irb120Reach-v0/ppo/best.yaml
     """
-    from frobs_core.registry import find_spec
+    from frobs_core.plugins.registry import find_spec
 
     find_spec(env_id)
     from frobs_train import Search

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from frobs_core.errors import ParameterValueError, RunError
+from frobs_core.util.errors import ParameterValueError, RunError
 from frobs_train.comparison.confidence import Estimate, estimate, probability_of_improvement
 from frobs_train.comparison.groups import group_runs
 from frobs_train.comparison.scores import Curve, RunScore, curve_of, has_success, score_run

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 RESAMPLES = 10_000
 """Number of bootstrap samples per interval. Changing the random seed moves the bounds by less than 1 % of the interval

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from frobs_core.plain import spell_numbers, to_json
+from frobs_core.util.plain import spell_numbers, to_json
 from frobs_train.runs.run import Run
 
 _INDIFFERENT = (

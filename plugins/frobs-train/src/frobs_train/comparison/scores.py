@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import RunError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import RunError
 from frobs_train.comparison.confidence import band
 from frobs_train.logs.progress import STEPS, smooth
 from frobs_train.runs.run import Run

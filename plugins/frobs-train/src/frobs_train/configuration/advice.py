@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.registry import bare_id, environments
+from frobs_core.plugins.registry import bare_id, environments
 from frobs_train.configuration.config import RunConfig
 from frobs_train.configuration.resolve import resolve_config
 

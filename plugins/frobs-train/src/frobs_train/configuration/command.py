@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from typing import Any
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_train.configuration.config import RunConfig, differences
 from frobs_train.configuration.resolve import resolve_config, write_setting
 

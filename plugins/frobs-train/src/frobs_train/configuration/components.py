@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, FrobsError, UnknownParameterError, nearest
-from frobs_core.yaml import find_origin
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, FrobsError, UnknownParameterError, nearest
+from frobs_core.util.yaml import find_origin
 from frobs_train.errors import ComponentError
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, UnknownParameterError
 from frobs_core.plugins import get_record
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.yaml import find_origin
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, UnknownParameterError
+from frobs_core.util.yaml import find_origin
 
 OWNER = "the run configuration"
 """Name of the configuration in error messages."""
@@ -69,7 +69,7 @@ class RunConfig(BaseModel):
     Attributes:
         environment: Gymnasium ID. If the ID has the form ``"module:ID"``, the module is imported first.
         environment_kwargs: Keyword arguments of the environment, such as simulator, controller and task parameters.
-        randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.randomization`.
+        randomize: Randomization of environments and episodes during training, see :mod:`frobs_core.sensing.randomization`.
             Evaluations are randomized only on request.
         reset_from: Settings of the reverse curriculum, or None for no curriculum. Evaluations never use the curriculum.
         stagger: Whether to end the first episodes at random times, so that the environments do not all reach the time

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigFileError
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.yaml import ConfigMapping, load_yaml
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import ConfigFileError
+from frobs_core.util.yaml import ConfigMapping, load_yaml
 
 _log = logging.getLogger("frobs")
 

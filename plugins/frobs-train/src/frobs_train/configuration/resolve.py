@@ -8,7 +8,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, cast
 
-from frobs_core.errors import (
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.sensing.randomization import read_settings
+from frobs_core.util.errors import (
     CommandLineError,
     ConfigFileError,
     ConfigurationError,
@@ -16,11 +18,9 @@ from frobs_core.errors import (
     MissingSettingError,
     nearest,
 )
-from frobs_core.plain import spell_numbers, to_json
-from frobs_core.randomization import read_settings
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.validation import validate
-from frobs_core.yaml import ConfigMapping, find_origin, load_yaml_text, load_yaml_value, merge
+from frobs_core.util.plain import spell_numbers, to_json
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import ConfigMapping, find_origin, load_yaml_text, load_yaml_value, merge
 from frobs_train.configuration.components import check_components
 from frobs_train.configuration.config import OWNER, RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.configuration.other_layouts import read_config_file

@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.errors import RunError
-from frobs_core.files import write_json
-from frobs_core.plain import plain, spell_numbers, to_json
-from frobs_core.registry import find_spec
-from frobs_core.specs import SimulatorRecord
-from frobs_core.validation import whole_number
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.plugins.registry import find_spec
+from frobs_core.util.errors import RunError
+from frobs_core.util.files import write_json
+from frobs_core.util.plain import plain, spell_numbers, to_json
+from frobs_core.util.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import is_paced, make_vector_env
 from frobs_train.evaluation.playing import OctantResult, play_episodes

@@ -9,8 +9,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
+from frobs_core.util.arrays import Floats
 from frobs_train.environment_checks import has_time_limit
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
 

@@ -11,10 +11,10 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.errors import ParameterValueError, RunError
-from frobs_core.files import write_aside
-from frobs_core.interfaces import Algorithm
-from frobs_core.validation import whole_number
+from frobs_core.contracts import Algorithm
+from frobs_core.util.errors import ParameterValueError, RunError
+from frobs_core.util.files import write_aside
+from frobs_core.util.validation import whole_number
 from frobs_train.environment_checks import EpisodeChecks, fault_named, has_time_limit
 from frobs_train.environments import make_env
 from frobs_train.runs.policy import acting_policy

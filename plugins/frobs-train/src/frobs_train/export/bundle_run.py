@@ -9,10 +9,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Action, Mask
-from frobs_core.errors import RunError
-from frobs_core.interfaces import Observation
-from frobs_core.validation import validate
+from frobs_core.description import Observation
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import RunError
+from frobs_core.util.validation import validate
 from frobs_deploy import Bundle, BundleError, BundleMismatchError, Policy, read_bundle
 from frobs_train.configuration.config import RunConfig
 from frobs_train.environments import make_vector_env

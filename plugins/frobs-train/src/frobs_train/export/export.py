@@ -10,8 +10,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.files import write_aside
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
+from frobs_core.util.files import write_aside
 from frobs_deploy import BundleError, Policy, pack_bundle, parse_bundle
 from frobs_train.environments import make_vector_env
 from frobs_train.export.export_facts import environment_facts, license_text, training_facts

@@ -12,15 +12,16 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core import registry
-from frobs_core.compose import parameter_defaults
-from frobs_core.errors import ConfigurationError, PluginError, PolicyExportError, RunError
-from frobs_core.files import read_json
-from frobs_core.interfaces import RobotHandle
-from frobs_core.models import JointType, fingerprint
-from frobs_core.observation import Observations
-from frobs_core.plain import plain, to_json
+from frobs_core.contracts import RobotHandle
+from frobs_core.kernel.compose import parameter_defaults
+from frobs_core.models import JointType
+from frobs_core.plugins import registry
+from frobs_core.sensing.observation import Observations
+from frobs_core.util.errors import ConfigurationError, PluginError, PolicyExportError, RunError
+from frobs_core.util.files import read_json
+from frobs_core.util.plain import plain, to_json
 from frobs_deploy import space_to_json
+from frobs_models import fingerprint
 from frobs_train.configuration.command import training_command
 from frobs_train.configuration.config import RunConfig
 from frobs_train.logs.progress import STEPS, read_progress

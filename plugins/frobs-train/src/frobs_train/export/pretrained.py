@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_core import registry
+from frobs_core.plugins import registry
 from frobs_deploy import Bundle, BundleError, read_bundle
 
 

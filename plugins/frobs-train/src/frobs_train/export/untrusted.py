@@ -9,9 +9,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
-from frobs_core.budgets import Meter
-from frobs_core.errors import UntrustedFileError
-from frobs_core.interfaces import Task
+from frobs_core.contracts import Task
+from frobs_core.util.budgets import Meter
+from frobs_core.util.errors import UntrustedFileError
 from frobs_train.configuration.config import RunConfig
 
 PARTS = ("task", "robot", "controller", "simulator")
@@ -20,7 +20,7 @@ PARTS = ("task", "robot", "controller", "simulator")
 WRAPPERS: frozenset[str] = frozenset(
     {
         *(
-            f"frobs_core.wrappers:{name}"
+            f"frobs_rl_compat.wrappers:{name}"
             for name in ("NormalizeActionWrapper", "NormalizeObservationWrapper", "TimeLimitWrapper")
         ),
         *(

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from frobs_core.files import write_aside
+from frobs_core.util.files import write_aside
 
 _HEADER = struct.Struct("<QI")
 _FOOTER = 4  # bytes

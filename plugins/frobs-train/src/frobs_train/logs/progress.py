@@ -13,10 +13,10 @@ from typing import IO, Self
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.budgets import BUDGETS
-from frobs_core.errors import RunError
-from frobs_core.files import UnsuitableFileError, read_limited, write_aside
+from frobs_core.util.arrays import Floats
+from frobs_core.util.budgets import BUDGETS
+from frobs_core.util.errors import RunError
+from frobs_core.util.files import UnsuitableFileError, read_limited, write_aside
 from frobs_train.logs.events import EventLog
 
 _REMOVE = "Remove the file to use the run without its log; a resumed run starts a new log."

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_train.environment_checks import TERM_PREFIX, EpisodeChecks, fault_named
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frobs_core.errors import MissingDependencyError, RunError
-from frobs_core.files import read_json, write_json
+from frobs_core.util.errors import MissingDependencyError, RunError
+from frobs_core.util.files import read_json, write_json
 from frobs_train.errors import RunBusyError
 from frobs_train.logs.progress import STEPS, read_progress
 from frobs_train.runs.lock import RunLock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#444444")
 """Colors that color-blind people can distinguish (Okabe and Ito 2008, without yellow)."""

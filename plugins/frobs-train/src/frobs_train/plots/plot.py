@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import RunError
-from frobs_core.files import write_aside
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import RunError
+from frobs_core.util.files import write_aside
 from frobs_train.comparison.groups import group_runs
 from frobs_train.logs.progress import STEPS, read_columns, smooth
 from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from frobs_core.files import write_aside
+from frobs_core.util.files import write_aside
 from frobs_train.comparison.compare import Comparison, Group
 from frobs_train.plots.figures import COLORS, FAINT, INK, dress, make_figure
 from frobs_train.plots.plot import count_text

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.errors import ConfigurationError
 from frobs_train.runners.runner import LOCAL, Job, Outcome, Runner, RunnerOptions
 from frobs_train.training.monitor import Progress
 from frobs_train.tuning.study import StudyResult, TrialResult

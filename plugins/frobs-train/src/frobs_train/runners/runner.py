@@ -16,7 +16,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_train.errors import JobsError
 from frobs_train.training.monitor import Progress
 

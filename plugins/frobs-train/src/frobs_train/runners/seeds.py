@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from frobs_core.errors import RunError
+from frobs_core.util.errors import RunError
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.runners.jobs import training_job
 from frobs_train.runners.runner import Outcome, Runner

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from frobs_core.errors import CheckpointError, NonFiniteValueError
-from frobs_core.files import sync
+from frobs_core.util.errors import CheckpointError, NonFiniteValueError
+from frobs_core.util.files import sync
 from frobs_train.runs import checksums
 
 _NAME = re.compile(r"^step_(\d+)$")

@@ -7,10 +7,10 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from frobs_core.budgets import BUDGETS
-from frobs_core.errors import CheckpointError
-from frobs_core.files import check_regular, read_json
-from frobs_core.plain import to_json
+from frobs_core.util.budgets import BUDGETS
+from frobs_core.util.errors import CheckpointError
+from frobs_core.util.files import check_regular, read_json
+from frobs_core.util.plain import to_json
 
 NAME = "checksums.json"
 """Name of the file that lists the checksums. A checkpoint folder is complete if it contains this file."""

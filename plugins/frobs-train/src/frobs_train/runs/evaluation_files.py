@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from frobs_core.budgets import BUDGETS
-from frobs_core.errors import RunError
-from frobs_core.files import read_json
+from frobs_core.util.budgets import BUDGETS
+from frobs_core.util.errors import RunError
+from frobs_core.util.files import read_json
 
 _Count = Annotated[int, Field(ge=0, le=2**63)]
 _Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from frobs_core.errors import RunError
-from frobs_core.validation import choice
+from frobs_core.util.errors import RunError
+from frobs_core.util.validation import choice
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.lock import RunLock

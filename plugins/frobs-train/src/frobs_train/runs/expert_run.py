@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from frobs_core.arrays import Action, Mask
-from frobs_core.env import RobotEnv
-from frobs_core.errors import RunError
-from frobs_core.interfaces import load_expert
-from frobs_core.validation import validate
-from frobs_core.vector_env import RobotVectorEnv
-from frobs_core.yaml import merge
+from frobs_core.contracts import load_expert
+from frobs_core.kernel.env import RobotEnv
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Action, Mask
+from frobs_core.util.errors import RunError
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import merge
 from frobs_train.configuration.config import RunConfig
 from frobs_train.configuration.resolve import read_setting
 from frobs_train.runs.run import Run

@@ -13,12 +13,12 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from frobs_core.config import KEYWORDS
-from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.files import read_json, write_json, write_text
-from frobs_core.plain import plain, read_numbers, spell_numbers
-from frobs_core.validation import validate
-from frobs_core.yaml import dump_yaml
+from frobs_core.kernel.config import KEYWORDS
+from frobs_core.util.errors import ConfigurationError, RunError
+from frobs_core.util.files import read_json, write_json, write_text
+from frobs_core.util.plain import plain, read_numbers, spell_numbers
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, differences
 
 FILE = "history.json"

@@ -14,8 +14,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from frobs_core.errors import RunError
-from frobs_core.plain import to_json
+from frobs_core.util.errors import RunError
+from frobs_core.util.plain import to_json
 from frobs_train.errors import RunBusyError
 
 NAME = ".lock"

@@ -10,10 +10,10 @@ from typing import Any, cast
 import gymnasium as gym
 
 from frobs_core import plugins
-from frobs_core.errors import ConfigurationError, MissingSettingError
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.validation import validate
-from frobs_core.yaml import merge
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import ConfigurationError, MissingSettingError
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.configuration.resolve import read_setting
 from frobs_train.runs.run import Run

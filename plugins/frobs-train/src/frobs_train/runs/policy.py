@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import gymnasium as gym
 
-from frobs_core.errors import CheckpointError, RunError
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
+from frobs_core.util.errors import CheckpointError, RunError
 from frobs_train.configuration.config import algorithm_record, differences
 from frobs_train.export.bundle_run import BundleRun
 from frobs_train.runs.expert_run import ExpertPolicy, ExpertRun

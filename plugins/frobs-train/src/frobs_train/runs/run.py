@@ -13,10 +13,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from frobs_core.errors import CheckpointError, RunError
-from frobs_core.files import write_json
-from frobs_core.validation import validate
-from frobs_core.yaml import load_yaml
+from frobs_core.util.errors import CheckpointError, RunError
+from frobs_core.util.files import write_json
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import load_yaml
 from frobs_train.configuration.config import RunConfig
 from frobs_train.errors import RunExistsError
 from frobs_train.runs.checkpoints import Checkpoint, list_checkpoints, newest_checkpoint

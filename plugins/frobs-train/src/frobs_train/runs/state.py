@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from frobs_core.errors import CheckpointError
-from frobs_core.files import read_json
-from frobs_core.plain import to_json
+from frobs_core.util.errors import CheckpointError
+from frobs_core.util.files import read_json
+from frobs_core.util.plain import to_json
 
 FORMAT = 1
 """Version of the file format of ``run.json``."""

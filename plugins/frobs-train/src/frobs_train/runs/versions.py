@@ -8,7 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import cast
 
-from frobs_core.files import read_json
+from frobs_core.util.files import read_json
 
 _LIBRARIES = ("numpy", "gymnasium", "mujoco", "torch", "stable-baselines3")
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core import plugins, registry
-from frobs_core.capabilities import Level
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import Level
 from frobs_train.configuration.config import RunConfig, algorithm_record
 
 _STATELESS = ("RescaleAction", "ClipAction", "TransformAction", "FlattenObservation", "FilterObservation",

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 from frobs_train.environment_checks import has_time_limit
 from frobs_train.logs.progress import STEPS, ProgressLog
 from frobs_train.logs.recorder import EpisodeRecorder, FinishedEpisodes
@@ -71,7 +71,7 @@ class RunContext:
 
 
 class RunMonitor:
-    """Implementation of :class:`frobs_core.interfaces.TrainingMonitor` that writes to a run folder.
+    """Implementation of :class:`frobs_core.contracts.TrainingMonitor` that writes to a run folder.
 
     Args:
         run: The run.

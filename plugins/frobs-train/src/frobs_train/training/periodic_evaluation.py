@@ -9,8 +9,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.errors import CheckpointError
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
+from frobs_core.util.errors import CheckpointError
 from frobs_train.environments import make_vector_env
 from frobs_train.evaluation.evaluate import usual_num_envs
 from frobs_train.evaluation.playing import play_episodes

@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
 from frobs_train.configuration.config import RunConfig, algorithm_record, resolve_algorithm_config
 from frobs_train.logs.recorder import EpisodeRecorder
 from frobs_train.logs.statistics import EpisodeStatistics

@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from pathlib import Path
 
-from frobs_core.errors import CheckpointError, ParameterValueError
-from frobs_core.interfaces import Algorithm
-from frobs_core.yaml import merge
+from frobs_core.contracts import Algorithm
+from frobs_core.util.errors import CheckpointError, ParameterValueError
+from frobs_core.util.yaml import merge
 from frobs_train.configuration.config import RunConfig, algorithm_record, differences
 from frobs_train.configuration.resolve import check_config, read_setting
 from frobs_train.environments import check_environment

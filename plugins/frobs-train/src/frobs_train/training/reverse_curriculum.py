@@ -9,10 +9,10 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.arrays import Floats, Mask, rows_of, widened
-from frobs_core.errors import ConfigurationError, RunError
-from frobs_core.interfaces import load_expert
-from frobs_core.vector_env import RobotVectorEnv
+from frobs_core.contracts import load_expert
+from frobs_core.kernel.vector_env import RobotVectorEnv
+from frobs_core.util.arrays import Floats, Mask, rows_of, widened
+from frobs_core.util.errors import ConfigurationError, RunError
 from frobs_train.configuration.config import ResetFromConfig
 from frobs_train.logs.recorder import FROM_PATH
 

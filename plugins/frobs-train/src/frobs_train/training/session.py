@@ -12,9 +12,9 @@ from typing import Any
 
 import gymnasium as gym
 
-from frobs_core.errors import IncompatibleSpaceError, NonFiniteValueError, RunError
-from frobs_core.interfaces import Algorithm
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.contracts import Algorithm
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import IncompatibleSpaceError, NonFiniteValueError, RunError
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.environments import EnvironmentRecipe, make_vector_env
 from frobs_train.errors import EndlessEpisodeError, EnvironmentFaultError, TrainingError

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from frobs_core import registry
-from frobs_core.validation import whole_number
+from frobs_core.plugins import registry
+from frobs_core.util.validation import whole_number
 from frobs_train.configuration.config import RunConfig
 
 _most: int | None = None  # maximum number of processors, set by a runner

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from frobs_core.errors import ConfigFileError, ConfigurationError, MissingSettingError
-from frobs_core.plain import spell_numbers, to_json
-from frobs_core.specs import AlgorithmRecord
-from frobs_core.validation import validate
-from frobs_core.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
+from frobs_core.plugins.records import AlgorithmRecord
+from frobs_core.util.errors import ConfigFileError, ConfigurationError, MissingSettingError
+from frobs_core.util.plain import spell_numbers, to_json
+from frobs_core.util.validation import validate
+from frobs_core.util.yaml import ConfigMapping, find_origin, load_yaml, load_yaml_text
 from frobs_train.errors import SearchSpaceError
 
 if TYPE_CHECKING:

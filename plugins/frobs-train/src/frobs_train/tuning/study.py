@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from frobs_core.errors import ParameterValueError, RunError
-from frobs_core.plain import spell_numbers, to_json
+from frobs_core.util.errors import ParameterValueError, RunError
+from frobs_core.util.plain import spell_numbers, to_json
 from frobs_train.errors import StudyError
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, RunError, UnknownParameterError
-from frobs_core.files import write_text
-from frobs_core.validation import whole_number
-from frobs_core.yaml import dump_yaml
+from frobs_core.util.errors import ConfigurationError, RunError, UnknownParameterError
+from frobs_core.util.files import write_text
+from frobs_core.util.validation import whole_number
+from frobs_core.util.yaml import dump_yaml
 from frobs_train.configuration.config import RunConfig, algorithm_record
 from frobs_train.configuration.resolve import resolve_config, write_setting
 from frobs_train.errors import SearchSpaceError

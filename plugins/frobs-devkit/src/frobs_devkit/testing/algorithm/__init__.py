@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.plugins.records import AlgorithmRecord
 from frobs_devkit.testing.algorithm import aiming, continuing, learning, saving, values
 from frobs_devkit.testing.algorithm.subject import ENVIRONMENTS, AlgorithmUnderTest
 from frobs_devkit.testing.checks import Check, NotApplicable, checks_of, collect, only

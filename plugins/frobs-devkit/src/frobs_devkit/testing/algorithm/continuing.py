@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Algorithm
+from frobs_core.contracts import Algorithm
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.algorithm.subject import AlgorithmUnderTest, Monitor, Watched
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import difference, expect_close, expect_same

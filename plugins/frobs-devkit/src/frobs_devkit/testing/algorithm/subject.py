@@ -15,8 +15,8 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
-from frobs_core.interfaces import Algorithm
-from frobs_core.specs import AlgorithmRecord
+from frobs_core.contracts import Algorithm
+from frobs_core.plugins.records import AlgorithmRecord
 from frobs_devkit.testing.compare import difference
 
 ENVIRONMENTS = {"Box": "Pendulum-v1", "Discrete": "CartPole-v1"}

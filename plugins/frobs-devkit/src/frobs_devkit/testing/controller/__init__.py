@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.interfaces import Robot
-from frobs_core.specs import ControllerRecord, SimulatorRecord
+from frobs_core.description import Robot
+from frobs_core.plugins.records import ControllerRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.controller import contract, motion, rest, timing
 from frobs_devkit.testing.controller.subject import ControllerUnderTest

@@ -7,11 +7,12 @@ from copy import deepcopy
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level, abilities
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import CommandMode, Controller
+from frobs_core.contracts import CommandMode, Controller
 from frobs_core.models import JointType
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_keyword_only
 from frobs_devkit.testing.compare import expect_close, expect_rows, expect_same
 from frobs_devkit.testing.controller.subject import NUM_ENVS, Bound, ControllerUnderTest

@@ -10,13 +10,14 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Floats
-from frobs_core.compose import build
-from frobs_core.control import RobotControl, joint_groups
-from frobs_core.errors import ConfigurationError, FrobsError
-from frobs_core.interfaces import CommandMode, Controller, JointGroup, Placement, Robot, Scene, Simulation
+from frobs_core.contracts import CommandMode, Controller, JointGroup, Simulation
+from frobs_core.contracts.control import RobotControl, joint_groups
+from frobs_core.description import Placement, Robot, Scene
+from frobs_core.kernel.compose import build
+from frobs_core.kernel.robot_config import RobotConfig
 from frobs_core.models import Pose, RobotModel
-from frobs_core.robot_config import RobotConfig
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.controller.subject import EARTH, ControllerUnderTest, has_zero
 from frobs_devkit.testing.simulator.subject import WEIGHTLESS

@@ -10,12 +10,13 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats, Mask
-from frobs_core.compose import build, count_physics_steps
-from frobs_core.errors import ConfigurationError
-from frobs_core.interfaces import Controller, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.contracts import Controller, RobotHandle, Simulation
+from frobs_core.description import Placement, Robot, Scene
+from frobs_core.kernel.compose import build, count_physics_steps
 from frobs_core.models import Pose, RobotModel, load_model
-from frobs_core.specs import ControllerRecord, SimulatorRecord
+from frobs_core.plugins.records import ControllerRecord, SimulatorRecord
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ConfigurationError
 from frobs_devkit.testing.checks import Inconclusive
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.simulator.robots import ARM, ROVER, model_of

@@ -8,10 +8,10 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
-from frobs_core.interfaces import CommandMode, Controller
-from frobs_core.keywords import constructor_parameters
+from frobs_core.contracts import CommandMode, Controller
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_core.util.keywords import constructor_parameters
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.controller.subject import EARTH, NUM_ENVS, Bound, ControllerUnderTest, has_zero

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
-from frobs_core.errors import CapabilityError
+from frobs_core.util.errors import CapabilityError
 from frobs_devkit.testing.checks import Check, Inconclusive, NotApplicable, checks_of, collect, only
 from frobs_devkit.testing.environment import (
     api,

@@ -16,7 +16,7 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 
-from frobs_core.errors import UnknownParameterError
+from frobs_core.util.errors import UnknownParameterError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, after, expect_raises
 from frobs_devkit.testing.compare import expect_same
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play

@@ -11,7 +11,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_core.observation import VECTORS
+from frobs_core.description import VECTORS
 from frobs_devkit.testing.checks import CheckFailure, expect
 from frobs_devkit.testing.compare import expect_array, expect_same, leaves
 from frobs_devkit.testing.environment.rollout import draw_actions

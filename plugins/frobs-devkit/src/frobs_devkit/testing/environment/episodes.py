@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.environment.rollout import draw_actions
 from frobs_devkit.testing.environment.subject import achieved_goal
 

@@ -10,7 +10,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from frobs_core.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
+from frobs_core.util.errors import FrobsError, InvalidActionError, ResetNeededError, UnknownParameterError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import difference, expect_close, expect_same, row
 from frobs_devkit.testing.environment.rollout import draw_actions

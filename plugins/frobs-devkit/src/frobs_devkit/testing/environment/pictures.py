@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.errors import CapabilityError, RenderingUnavailableError
+from frobs_core.util.errors import CapabilityError, RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_array
 from frobs_devkit.testing.environment.rollout import draw_actions, expect_same_play, play

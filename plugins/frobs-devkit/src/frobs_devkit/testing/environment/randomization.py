@@ -8,10 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Bumper, CommandMode, Sensor
-from frobs_core.randomization import find_units, physical_parameters
-from frobs_core.specs import SimulatorRecord
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Bumper, Sensor
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.sensing.randomization import find_units, physical_parameters
 from frobs_devkit.testing.checks import NotApplicable, after
 from frobs_devkit.testing.environment import seeding, state, vector
 from frobs_devkit.testing.environment.subject import EnvUnderTest, inside, require_ours

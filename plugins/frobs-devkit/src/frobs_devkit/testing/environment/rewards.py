@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import FrobsError
+from frobs_core.util.errors import FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.environment.episodes import PATH, begin_with_goal, longest_path, random_steps

@@ -13,8 +13,9 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode
 
-from frobs_core import plugins, registry
-from frobs_core.specs import SimulatorRecord
+from frobs_core import plugins
+from frobs_core.plugins import registry
+from frobs_core.plugins.records import SimulatorRecord
 from frobs_devkit.testing.checks import NotApplicable
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, FrobsError
-from frobs_core.interfaces import Expert, load_expert
+from frobs_core.contracts import Expert, load_expert
+from frobs_core.util.errors import ConfigurationError, FrobsError
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.environment.episodes import PATH, RANDOM_STEPS, begin_with_goal, longest_path, random_steps
 from frobs_devkit.testing.environment.rollout import draw_actions

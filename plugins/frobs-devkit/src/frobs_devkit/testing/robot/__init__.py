@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from frobs_core import plugins
-from frobs_core.interfaces import Robot
-from frobs_core.specs import RobotRecord, SimulatorRecord
+from frobs_core.description import Robot
+from frobs_core.plugins.records import RobotRecord, SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.robot import description, sensors, standing
 from frobs_devkit.testing.robot.subject import RobotUnderTest

@@ -9,9 +9,8 @@ from itertools import combinations
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.arrays import Floats
-from frobs_core.control import joint_groups
-from frobs_core.interfaces import Robot
+from frobs_core.contracts.control import joint_groups
+from frobs_core.description import Robot
 from frobs_core.models import (
     JointType,
     RobotModel,
@@ -21,11 +20,11 @@ from frobs_core.models import (
     home_positions,
     inertia_matrix,
     joint_path,
-    link_bounds,
     load_model,
     usual_rank,
 )
-from frobs_core.rotations import quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.doctor.bodies import body_findings
 from frobs_devkit.doctor.joints import gravity_efforts, joint_facts, joint_findings
 from frobs_devkit.doctor.report import Finding, Severity
@@ -33,6 +32,7 @@ from frobs_devkit.testing.checks import Inconclusive, NotApplicable, after, expe
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.robot.subject import RobotUnderTest
 from frobs_devkit.testing.simulator.robots import ARM, model_of
+from frobs_models import link_bounds
 
 _LIGHT = 0.02  # fraction of the robot's mass below which a link needs no collision shape
 _FARTHEST = 20.0  # [m] maximum plausible position of a prismatic joint

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Bumper, Lidar, Sensor
-from frobs_core.sensors import instrument_of
+from frobs_core.description import Bumper, Lidar, Sensor
+from frobs_core.plugins.records import Level
+from frobs_core.sensing.sensors import instrument_of
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest
 

@@ -6,10 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import CommandMode, Contact, RobotHandle, Scene
-from frobs_core.rotations import quat_rotate
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Contact, Scene
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import quat_rotate
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose, placed
 from frobs_devkit.testing.robot.subject import TIMESTEP, RobotUnderTest

@@ -7,11 +7,11 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import CommandMode, DriveGains, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation
+from frobs_core.description import DriveGains, Placement, Robot, Scene
 from frobs_core.models import RobotModel, default_gains, home_positions, load_model
-from frobs_core.sensors import with_contacts
-from frobs_core.specs import RobotRecord, SimulatorRecord
+from frobs_core.plugins.records import Level, RobotRecord, SimulatorRecord
+from frobs_core.sensing.sensors import with_contacts
 
 TIMESTEP = 0.002
 """Duration of one physics step [s]."""

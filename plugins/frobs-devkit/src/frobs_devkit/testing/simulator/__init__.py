@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frobs_core import plugins
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import SimulatorRecord
 from frobs_devkit.testing.checks import Check, checks_of, collect
 from frobs_devkit.testing.simulator import (
     bodies,

@@ -9,15 +9,16 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import SceneError, SimulationError
-from frobs_core.interfaces import AT_REST, Attachment, Body, Prop, Shape
-from frobs_core.models import Box, Mesh, MeshPart, Pose, Sphere, inertia_matrix, write_stl
-from frobs_core.rotations import matrix_from_quat, quat_conjugate, quat_multiply, quat_rotate
+from frobs_core.description import AT_REST, Attachment, Body, Prop, Shape
+from frobs_core.models import Box, Mesh, Pose, Sphere, inertia_matrix
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import SceneError, SimulationError
+from frobs_core.util.rotations import matrix_from_quat, quat_conjugate, quat_multiply, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT
 from frobs_devkit.testing.simulator.subject import BALL, BAR, TILTED, TIMESTEP, SimulatorUnderTest, verifies
+from frobs_models import MeshPart, write_stl
 
 _WEIGHTLESS = (0.0, 0.0, 0.0)
 _QUARTER_TURN = (0.5**0.5, 0.0, 0.0, 0.5**0.5)  # about z

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.interfaces import Body, CommandMode, Contact, RobotHandle, Simulation
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation
+from frobs_core.description import Body, Contact
 from frobs_core.models import Box, JointType, Pose
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level, abilities
-from frobs_core.errors import FrobsError, SimulationError, UnknownNameError
-from frobs_core.interfaces import CommandMode, Contact, Placement, RobotHandle, Scene, Simulation
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation
+from frobs_core.description import Contact, Placement, Scene
 from frobs_core.models import Pose
+from frobs_core.plugins.capabilities import abilities
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import FrobsError, SimulationError, UnknownNameError
 from frobs_devkit.testing.checks import NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close, expect_rows, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, LIFT, model_of

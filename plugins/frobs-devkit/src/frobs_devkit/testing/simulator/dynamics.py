@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level
-from frobs_core.interfaces import Body, CommandMode, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.description import Body
 from frobs_core.models import Box, Inertial, Treatment, inertia_matrix
-from frobs_core.rotations import matrix_from_quat, quat_from_axis_angle, quat_multiply, quat_rotate
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats
+from frobs_core.util.rotations import matrix_from_quat, quat_from_axis_angle, quat_multiply, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same_pose
 from frobs_devkit.testing.simulator.robots import LIFT, LIFT_INERTIA, model_of

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import CapabilityError, UnknownNameError
-from frobs_core.interfaces import ForceTorque, RobotHandle, Simulation
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.contracts import RobotHandle, Simulation
+from frobs_core.description import ForceTorque
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import CapabilityError, UnknownNameError
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_devkit.testing.checks import NotApplicable, after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import ARM

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import RobotHandle
-from frobs_core.rotations import quat_conjugate, quat_multiply
+from frobs_core.contracts import RobotHandle
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.rotations import quat_conjugate, quat_multiply
 from frobs_devkit.testing.checks import Inconclusive, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same, expect_same_pose, placed
 from frobs_devkit.testing.simulator.robots import ARM

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from frobs_core.interfaces import Pacer, Simulation
+from frobs_core.contracts import Pacer, Simulation
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, expect
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.subject import TIMESTEP, SimulatorUnderTest, verifies

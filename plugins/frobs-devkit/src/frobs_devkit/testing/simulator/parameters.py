@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError, UnknownNameError
-from frobs_core.interfaces import Body, CommandMode, Shape, Simulation
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.description import Body, Shape
 from frobs_core.models import Box, Pose, Sphere
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_devkit.testing.checks import after, expect, expect_raises
 from frobs_devkit.testing.compare import expect_close
 from frobs_devkit.testing.simulator.robots import GRIPPER, LIFT, LIFT_INERTIA

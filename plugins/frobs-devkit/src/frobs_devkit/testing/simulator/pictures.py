@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Mask
-from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import Body, Camera
+from frobs_core.description import Body, Camera
 from frobs_core.models import Box, Pose
+from frobs_core.util.arrays import Mask
+from frobs_core.util.errors import RenderingUnavailableError
 from frobs_devkit.testing.checks import Inconclusive, after, expect
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.subject import WALL, SimulatorUnderTest, verifies

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from frobs_core.interfaces import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
+from frobs_core.description import ALL, DifferentialDrive, DriveGains, EndEffector, Robot
 from frobs_core.models import RobotModel, load_model
 
 ARM = Robot(

@@ -6,8 +6,8 @@ import time
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode, RobotHandle, Simulation
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation
+from frobs_core.util.arrays import Floats
 from frobs_devkit.testing.checks import CheckFailure, Inconclusive, NotApplicable, after, expect
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import LIFT

@@ -6,8 +6,8 @@ from copy import deepcopy
 
 import numpy as np
 
-from frobs_core.errors import SimulationError
-from frobs_core.interfaces import Robot
+from frobs_core.description import Robot
+from frobs_core.util.errors import SimulationError
 from frobs_devkit.testing.checks import expect_raises
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM

@@ -10,12 +10,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.capabilities import Level
-from frobs_core.errors import ConfigurationError, SceneError
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot, RobotHandle, Scene, Simulation
+from frobs_core.contracts import CommandMode, RobotHandle, Simulation
+from frobs_core.description import Body, Placement, Robot, Scene
 from frobs_core.models import Box, Pose, RobotModel, Sphere
-from frobs_core.specs import SimulatorRecord
+from frobs_core.plugins.records import Level, SimulatorRecord
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError, SceneError
 from frobs_devkit.testing.checks import NotApplicable
 from frobs_devkit.testing.compare import expect_close, expect_same
 from frobs_devkit.testing.simulator.robots import ARM, model_of

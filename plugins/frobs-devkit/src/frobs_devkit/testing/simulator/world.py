@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, RenderingUnavailableError, UnknownNameError
-from frobs_core.interfaces import Camera, CommandMode, Contact, Lidar, Marker
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Camera, Contact, Lidar, Marker
 from frobs_core.models import Pose
+from frobs_core.util.errors import ConfigurationError, RenderingUnavailableError, UnknownNameError
 from frobs_devkit.testing.checks import Inconclusive, NotApplicable, expect, expect_raises
 from frobs_devkit.testing.compare import expect_array, expect_close
 from frobs_devkit.testing.simulator.robots import LIFT, ROVER

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import CommandMode, RobotHandle
+from frobs_core.contracts import CommandMode, RobotHandle
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnknownNameError
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.world import World

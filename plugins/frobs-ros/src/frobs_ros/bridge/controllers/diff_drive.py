@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.wheels import Base, Driver, Driving

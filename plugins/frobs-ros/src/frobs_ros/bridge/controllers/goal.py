@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnknownNameError
 from frobs_ros.errors import TrajectoryError, TrajectoryJointsError
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
 from frobs_core.models import JointType
+from frobs_core.util.arrays import Floats
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.pid import Pid
 from frobs_ros.bridge.model import Model

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.controllers.controller import INTERFACES, Controller

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import ConfigurationError
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import ConfigurationError
 
 
 class Pid:

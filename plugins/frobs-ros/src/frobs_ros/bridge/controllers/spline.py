@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 
 class Spline:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
+from frobs_core.util.arrays import Floats
 
 SETTLING = 0.5
 """Minimum settling time at the end of a trajectory [s].

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import FrobsError, UnknownNameError
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import FrobsError, UnknownNameError
 from frobs_ros.bridge.controllers.controller import Controller, listed
 from frobs_ros.bridge.controllers.goal import Points, read_points
 from frobs_ros.bridge.controllers.pid import Pid

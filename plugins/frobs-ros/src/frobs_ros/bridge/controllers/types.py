@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from frobs_core.interfaces import CommandMode
+from frobs_core.contracts import CommandMode
 from frobs_ros.bridge.controllers.controller import Controller
 from frobs_ros.bridge.controllers.diff_drive import DiffDriveController
 from frobs_ros.bridge.controllers.group import Commanded, Regulated

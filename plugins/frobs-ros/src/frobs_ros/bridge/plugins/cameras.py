@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.errors import RenderingUnavailableError
-from frobs_core.interfaces import Simulation
+from frobs_core.contracts import Simulation
+from frobs_core.util.errors import RenderingUnavailableError
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.lens import Lens, camera_name, read_lens

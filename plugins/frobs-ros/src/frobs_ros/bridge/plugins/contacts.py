@@ -10,7 +10,7 @@ header but does not rotate the force.
 
 from __future__ import annotations
 
-from frobs_core.errors import UnknownNameError
+from frobs_core.util.errors import UnknownNameError
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.interfaces import Simulation
+from frobs_core.contracts import Simulation
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.plugins.cameras import CameraTopics, Pixels

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from frobs_core.errors import UnknownNameError
-from frobs_core.interfaces import CommandMode
-from frobs_core.rotations import quat_conjugate
+from frobs_core.contracts import CommandMode
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.rotations import quat_conjugate
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.poses import Motion, Place

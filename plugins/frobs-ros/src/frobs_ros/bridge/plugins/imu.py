@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.arrays import Floats
-from frobs_core.errors import UnknownNameError
-from frobs_core.rotations import quat_conjugate, quat_from_rpy, quat_multiply, quat_rotate
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.rotations import quat_conjugate, quat_from_rpy, quat_multiply, quat_rotate
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.extras import Plugin
 from frobs_ros.bridge.model import Model

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from frobs_core.interfaces import Lidar
-from frobs_core.rotations import quat_conjugate
+from frobs_core.description import Lidar
+from frobs_core.util.rotations import quat_conjugate
 from frobs_ros.bridge.component import Component
 from frobs_ros.bridge.model import Model
 from frobs_ros.bridge.wheels import odometry

@@ -10,9 +10,11 @@ from functools import lru_cache
 from pathlib import Path
 from xml.etree.ElementTree import Element as PlainElement
 
-from frobs_core.errors import ModelFileError
-from frobs_core.interfaces import Body, CommandMode, Placement, Robot
-from frobs_core.models import Element, Pose, parse_xml, read_urdf
+from frobs_core.contracts import CommandMode
+from frobs_core.description import Body, Placement, Robot
+from frobs_core.models import Pose
+from frobs_core.util.errors import ModelFileError
+from frobs_models import Element, parse_xml, read_urdf
 from frobs_ros.bridge.extras import SENSORS, read_lidars
 from frobs_ros.bridge.model import Description, with_gains
 from frobs_ros.bridge.poses import Place

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.errors import ModelFileError, nearest
-from frobs_core.models import Element, Packages, parse_numbers, parse_xml, read_bytes
-from frobs_core.rotations import quat_from_rpy
+from frobs_core.util.errors import ModelFileError, nearest
+from frobs_core.util.rotations import quat_from_rpy
+from frobs_models import Element, Packages, parse_numbers, parse_xml, read_bytes
 from frobs_ros.bridge.poses import WORLD, Place
 
 _MODELS = Path("~/.gazebo/models")

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frobs_core.errors import ModelFileError
-from frobs_core.models import Box, Cylinder, Element, Geometry, Mesh, Sphere
+from frobs_core.models import Box, Cylinder, Geometry, Mesh, Sphere
+from frobs_core.util.errors import ModelFileError
+from frobs_models import Element
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, packages_of, place_of, text_of
 

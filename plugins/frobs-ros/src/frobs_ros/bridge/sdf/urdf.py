@@ -11,8 +11,9 @@ from xml.etree.ElementTree import SubElement
 
 import numpy as np
 
-from frobs_core.models import Box, Cylinder, Element, Mesh, Sphere
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.models import Box, Cylinder, Mesh, Sphere
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
+from frobs_models import Element
 from frobs_ros.bridge.poses import WORLD, Place
 from frobs_ros.bridge.sdf.reading import check, number_of, numbers_of, place_of, says, text_of
 from frobs_ros.bridge.sdf.shapes import Shape

@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from frobs_core.models import Element, read_bytes
+from frobs_models import Element, read_bytes
 from frobs_ros.bridge.model import Description
 from frobs_ros.bridge.poses import Place
 from frobs_ros.bridge.sdf.model import describe_model

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, UnknownNameError
 from frobs_core.models import JointType
+from frobs_core.util.errors import ConfigurationError, UnknownNameError
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.forces import JointEffort
 from frobs_ros.bridge.services.links import times

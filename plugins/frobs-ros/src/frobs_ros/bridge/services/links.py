@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import UnknownNameError
 from frobs_core.models import Link
-from frobs_core.rotations import quat_conjugate, quat_rotate
+from frobs_core.util.errors import UnknownNameError
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.forces import BodyWrench
 from frobs_ros.bridge.model import Model

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.errors import ConfigurationError, FrobsError, UnknownNameError
-from frobs_core.rotations import quat_conjugate
+from frobs_core.util.errors import ConfigurationError, FrobsError, UnknownNameError
+from frobs_core.util.rotations import quat_conjugate
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.model import Description, Model
 from frobs_ros.bridge.poses import Motion, place_of, read_pose, read_state, write_pose, write_twist

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from frobs_core.errors import FrobsError, SimulationError
+from frobs_core.util.errors import FrobsError, SimulationError
 from frobs_ros.bridge.bridge import Bridge
 
 LOG = logging.getLogger("frobs.bridge")

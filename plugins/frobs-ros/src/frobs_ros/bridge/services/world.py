@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from frobs_core.errors import ConfigurationError, ParameterValueError
+from frobs_core.util.errors import ConfigurationError, ParameterValueError
 from frobs_ros.bridge.bridge import Bridge
 from frobs_ros.bridge.poses import read_vector
 from frobs_ros.bridge.services.offer import Offers, done, failed

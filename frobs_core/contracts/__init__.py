@@ -1,0 +1,48 @@
+"""Contracts of the five kinds of plugins: the abstract classes that they implement, and helpers to implement them."""
+
+from frobs_core.contracts.algorithm import Algorithm, TrainingMonitor
+from frobs_core.contracts.applied_wrenches import AppliedWrenches, Wrench
+from frobs_core.contracts.body_handle import BodyHandle
+from frobs_core.contracts.contacts import ContactState
+from frobs_core.contracts.control import Control, RobotControl
+from frobs_core.contracts.controller import Controller, ControllerWrapper
+from frobs_core.contracts.expert import Expert, load_expert
+from frobs_core.contracts.joint_group import JointGroup, JointSubset
+from frobs_core.contracts.model_reader import ModelReader
+from frobs_core.contracts.pacing import Pacer
+from frobs_core.contracts.parameters import WrittenParameters
+from frobs_core.contracts.robot_handle import RobotHandle, active_gains
+from frobs_core.contracts.simulation import BareEngine, Simulation, Snapshot
+from frobs_core.contracts.step_context import StepContext
+from frobs_core.contracts.task import GoalTask, ResetOptions, Task
+from frobs_core.description.command import CommandMode
+
+__all__ = [
+    "Algorithm",
+    "AppliedWrenches",
+    "BareEngine",
+    "BodyHandle",
+    "CommandMode",
+    "ContactState",
+    "Control",
+    "Controller",
+    "ControllerWrapper",
+    "Expert",
+    "GoalTask",
+    "JointGroup",
+    "JointSubset",
+    "ModelReader",
+    "Pacer",
+    "ResetOptions",
+    "RobotControl",
+    "RobotHandle",
+    "Simulation",
+    "Snapshot",
+    "StepContext",
+    "Task",
+    "TrainingMonitor",
+    "Wrench",
+    "WrittenParameters",
+    "active_gains",
+    "load_expert",
+]

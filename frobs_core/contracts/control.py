@@ -1,0 +1,247 @@
+"""Combines the controllers of an environment, so that a single action moves the joint groups of all robots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.contracts.controller import Controller
+from frobs_core.contracts.joint_group import JointSubset
+from frobs_core.contracts.robot_handle import RobotHandle
+from frobs_core.contracts.simulation import Snapshot
+from frobs_core.description import ALL, Robot
+from frobs_core.models import RobotModel
+from frobs_core.util.arrays import Action, Floats, Mask
+from frobs_core.util.errors import IncompatibleSpaceError, UnsuitableRobotError
+
+
+def joint_groups(robot: Robot, model: RobotModel) -> dict[str, tuple[str, ...]]:
+    """Return a robot's joints by joint group. If the robot defines no groups, all joints belong to the group ``"all"``.
+
+    Raises:
+        UnsuitableRobotError: A group is empty, names a joint that is not actuated, or shares a joint with another
+            group.
+    """
+    if not robot.groups:
+        return {ALL: model.joint_names}
+    group_of: dict[str, str] = {}
+    for group, joints in robot.groups.items():
+        if not joints:
+            raise UnsuitableRobotError(robot.name, f"has an empty joint group '{group}'.")
+        for joint in joints:
+            if joint not in model.joint_names:
+                known = ", ".join(model.joint_names)
+                raise UnsuitableRobotError(
+                    robot.name, f"has no actuated joint '{joint}' for its group '{group}'; actuated joints: {known}."
+                )
+            if joint in group_of:
+                raise UnsuitableRobotError(
+                    robot.name, f"has the joint '{joint}' in two groups, '{group_of[joint]}' and '{group}'."
+                )
+            group_of[joint] = group
+    return {group: tuple(joints) for group, joints in robot.groups.items()}
+
+
+class RobotControl:
+    """Controllers of one robot, bound to its joint groups. Joints without a controller stay at their home positions.
+
+    Args:
+        robot: Handle of the robot.
+        controllers: Controllers, by joint group.
+        control_timestep: [s]
+        decimation: Physics steps per control step.
+
+    Attributes:
+        robot: Handle of the robot.
+        controllers: Controllers, by joint group.
+        physics_rate: Whether any controller computes a new command at every physics step.
+        only: The robot's controller, if there is only one and it moves all joints at the control rate. Otherwise, None.
+    """
+
+    def __init__(
+        self, robot: RobotHandle, controllers: Mapping[str, Controller], control_timestep: float, decimation: int
+    ) -> None:
+        self.robot, self.controllers = robot, controllers
+        self._columns: list[slice | np.ndarray[Any, Any]] = []  # columns of each group in the robot's command
+        groups = joint_groups(robot.robot, robot.model)
+        for name, controller in controllers.items():
+            group = robot.group(groups[name], robot.robot.tcp_of(name))
+            controller.bind(group, control_timestep, decimation)
+            self._columns.append(group.columns if isinstance(group, JointSubset) else slice(None))
+        self._covers_all = len(controllers) == 1 and self._columns == [slice(None)]
+        self.physics_rate = any(controller.rate == "physics" for controller in controllers.values())
+        self.only = next(iter(controllers.values())) if self._covers_all and not self.physics_rate else None
+        # Joints without a controller keep their home positions. All other columns are overwritten at each step.
+        self._held: Floats = np.repeat(robot.home[:1], robot.num_envs, axis=0)
+        self._commands: list[Floats] = []
+        self._physics_step = 0
+
+    def command(self, actions: list[Action]) -> Floats:
+        """Return the command for all joints, given one action per controller.
+
+        Args:
+            actions: One action per controller, (num_envs, …) each.
+
+        Returns:
+            The command, (num_envs, dof), or (num_envs, decimation, dof) if a controller returns one row per physics
+            step.
+        """
+        self._physics_step = 0
+        self._commands = [
+            controller.apply(action) for controller, action in zip(self.controllers.values(), actions, strict=True)
+        ]
+        if self.physics_rate:
+            return self._join([_at(command, 0) for command in self._commands])
+        if self._covers_all:
+            return self._commands[0]
+        if any(command.ndim == 3 for command in self._commands):
+            return self._join([command if command.ndim == 3 else command[:, None] for command in self._commands])
+        return self._join(self._commands)
+
+    def update(self) -> Floats:
+        """Return the command for all joints for the next physics step, (num_envs, dof)."""
+        self._physics_step += 1
+        return self._join(
+            [
+                controller.update() if controller.rate == "physics" else _at(command, self._physics_step)
+                for controller, command in zip(self.controllers.values(), self._commands, strict=True)
+            ]
+        )
+
+    def _join(self, commands: list[Floats]) -> Floats:
+        """Combine the commands of all groups, each of shape (num_envs, dof) or (num_envs, 1 or decimation, dof)."""
+        whole = self._held
+        if commands and commands[0].ndim == 3:
+            rows = max(command.shape[1] for command in commands)
+            whole = np.repeat(whole[:, None], rows, axis=1)
+        for columns, command in zip(self._columns, commands, strict=True):
+            whole[..., columns] = command
+        return whole
+
+
+def _at(command: Floats, physics_step: int) -> Floats:
+    return command if command.ndim == 2 else command[:, physics_step]
+
+
+class Control:
+    """All controllers of an environment.
+
+    The action space combines the controllers' action spaces, in the order of the robots and their joint groups. Boxes
+    are combined into one Box, and Discrete spaces into a MultiDiscrete. If there is only one controller, its action
+    space is used unchanged.
+
+    Args:
+        robots: Controllers of each robot, by robot name.
+
+    Attributes:
+        robots: Controllers of each robot, by robot name.
+        controllers: Controllers, by ``"robot/group"``.
+        action_space: Action space of a single environment.
+        physics_rate: Whether any controller computes a new command at every physics step.
+        only: The controller, if there is only one and it moves all joints of the only robot at the control rate.
+            Otherwise, None.
+        last_commands: Latest command that :meth:`update` sent to each robot, by robot name, (num_envs, dof).
+
+    Raises:
+        IncompatibleSpaceError: The action spaces cannot be combined.
+    """
+
+    def __init__(self, robots: Mapping[str, RobotControl]) -> None:
+        self.robots = dict(robots)
+        self._first = next(iter(self.robots.values()))
+        self.last_commands: dict[str, Floats] = {}
+        self.only = self._first.only if len(self.robots) == 1 else None
+        self.controllers = {
+            f"{name}/{group}": controller
+            for name, robot in robots.items()
+            for group, controller in robot.controllers.items()
+        }
+        self.physics_rate = any(robot.physics_rate for robot in robots.values())
+        spaces = {name: controller.action_space for name, controller in self.controllers.items()}
+        self.action_space = next(iter(spaces.values())) if len(spaces) == 1 else _join_spaces(spaces)
+        self._places: list[list[slice | int]] = []  # columns of each controller's action in the full action, by robot
+        start = 0
+        for robot in robots.values():
+            places: list[slice | int] = []
+            for controller in robot.controllers.values():
+                discrete = isinstance(controller.action_space, gym.spaces.Discrete)
+                width = 1 if discrete else controller.action_space.shape[0]  # type: ignore[index]
+                places.append(start if discrete else slice(start, start + width))
+                start += width
+            self._places.append(places)
+
+    def commands(self, actions: Action) -> list[Floats]:
+        """Return one command per robot, in the order of ``robots``.
+
+        Args:
+            actions: Actions in the batched action space, (num_envs, …).
+        """
+        if len(self.controllers) == 1:
+            return [self._first.command([actions])]
+        return [
+            robot.command([actions[:, place] for place in places])
+            for robot, places in zip(self.robots.values(), self._places, strict=True)
+        ]
+
+    def update(self) -> None:
+        """Command the next physics step."""
+        for name, robot in self.robots.items():
+            self.last_commands[name] = command = robot.update()
+            robot.robot.command(command)
+
+    def reset(self, mask: Mask | None) -> None:
+        """Begin an episode. The task must already have placed the robots."""
+        for controller in self.controllers.values():
+            controller.reset(mask)
+
+    @property
+    def max_action_change(self) -> Floats | None:
+        """Largest action change per control step that the joints can follow.
+
+        The value is None if the actions of any controller are not joint positions.
+        """
+        changes = [controller.max_action_change for controller in self.controllers.values()]
+        known = [change for change in changes if change is not None]
+        return np.concatenate(known) if len(known) == len(changes) else None
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of all controllers."""
+        return {
+            f"{name}/{key}": array
+            for name, controller in self.controllers.items()
+            for key, array in controller.snapshot().items()
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+        for name, controller in self.controllers.items():
+            start = f"{name}/"
+            controller.restore(
+                {key.removeprefix(start): array for key, array in snapshot.items() if key.startswith(start)}
+            )
+
+
+def _join_spaces(spaces: Mapping[str, gym.Space[Any]]) -> gym.Space[Any]:
+    """Return the combined action space of all controllers.
+
+    Raises:
+        IncompatibleSpaceError: The spaces are not all one-dimensional Boxes, and not all Discrete spaces that start at
+            0.
+    """
+    boxes = [space for space in spaces.values() if isinstance(space, gym.spaces.Box) and len(space.shape) == 1]
+    moves = [space for space in spaces.values() if isinstance(space, gym.spaces.Discrete) and space.start == 0]
+    if len(boxes) == len(spaces):
+        low, high = np.concatenate([box.low for box in boxes]), np.concatenate([box.high for box in boxes])
+        return gym.spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+    if len(moves) == len(spaces):
+        return gym.spaces.MultiDiscrete([int(space.n) for space in moves])
+    listed = "; ".join(f"{name}: {space}" for name, space in spaces.items())
+    raise IncompatibleSpaceError(
+        "the environment:",
+        spaces,
+        f"action spaces of different kinds cannot be combined ({listed}); use only controllers with Box spaces, or "
+        "only controllers with Discrete spaces (the controller 'discrete' converts a Box space to a Discrete space).",
+    )

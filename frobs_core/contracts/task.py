@@ -1,0 +1,154 @@
+"""The interface for tasks. A task is written once for batches of environments, independently of the physics engine."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, ClassVar, TypedDict
+
+from frobs_core.contracts.controller import Controller
+from frobs_core.contracts.simulation import Simulation, Snapshot
+from frobs_core.contracts.step_context import StepContext
+from frobs_core.description import ObservationTerm
+from frobs_core.description.scene import Marker, Scene
+from frobs_core.plugins.records import Level
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+
+
+class ResetOptions(TypedDict, total=False):
+    """Options that ``reset(options=…)`` accepts. A task may accept more."""
+
+    goal: Floats
+    joint_positions: Floats
+
+
+class Task(ABC):
+    """Base class of tasks.
+
+    The constructor validates and stores keyword-only parameters, which users pass to the environment. ``bind`` is
+    called once, after the simulation is built.
+
+    During a control step, the environment calls ``advance``, reads the observation terms, and calls ``reward``,
+    ``is_terminated`` and ``is_success``, in this order. During a reset, the environment calls ``reset`` and reads the
+    observation terms.
+
+    Do not multiply (num_envs, k) arrays by a matrix (``@``, ``dot``), and do not compute statistics across
+    environments. Such operations would make the results of a vector environment differ from those of single
+    environments.
+
+    Attributes:
+        reward_types: Valid values of ``reward_type``, the first of which is the default.
+        reset_options: Keys of ``options`` that ``reset`` accepts.
+        control_timestep: Default time between two actions [s].
+        physics_timestep: Default duration of one physics step [s].
+        success_rule: Success condition of an episode, as one sentence without a period, for listings and documentation
+            pages.
+        reward_meanings: Description of each reward term, by name, for listings and documentation pages.
+        late_terms: Observation terms that are constant until the agent makes progress. For example, if all episodes
+            start with the same waypoint, the term that contains the current waypoint changes only after the agent has
+            reached it. Because the conformance kit takes random actions, it does not expect these terms to vary.
+        expert: ``"module:class"`` of the task's :class:`~frobs_core.contracts.Expert`, or empty if the task has no
+            expert.
+        reward_type: The selected reward type, set before ``bind``.
+    """
+
+    reward_types: ClassVar[Sequence[str]] = ("dense",)
+    reset_options: ClassVar[Sequence[str]] = ()
+    control_timestep: ClassVar[float] = 0.04
+    physics_timestep: ClassVar[float] = 0.002
+    success_rule: ClassVar[str] = ""
+    reward_meanings: ClassVar[Mapping[str, str]] = {}
+    late_terms: ClassVar[Sequence[str]] = ()
+    expert: ClassVar[str] = ""
+
+    reward_type: str
+
+    def scene(self) -> Scene:
+        """Return everything in the simulation except the controlled robots."""
+        return Scene()
+
+    def reset_needs(self, options: Collection[str] = ()) -> Mapping[str, Level]:
+        """Return the simulator capabilities that a reset requires, in addition to those in the task's record.
+
+        A task that starts with the robot at home requires no capabilities. A task that places the robot elsewhere
+        requires ``teleport``. The environment calls this method without options before it builds the simulator, and
+        with the given options in each ``reset``.
+
+        Args:
+            options: Names of the options passed to ``reset``.
+
+        Returns:
+            Minimum level of each capability, by name.
+        """
+        return {}
+
+    @abstractmethod
+    def bind(self, simulation: Simulation, controller: Controller, control_timestep: float) -> None:
+        """Prepare for a simulation: store its handles and allocate buffers."""
+
+    @abstractmethod
+    def reset(self, mask: Mask | None, rng: RandomSource, options: Mapping[str, Any]) -> None:
+        """Begin an episode after the simulation has been reset, for example by placing the robot and sampling a goal.
+
+        Args:
+            mask: The environments to reset.
+            rng: The only source of random numbers that the task may use.
+            options: The given options whose keys are in ``reset_options``, as (num_envs, …) arrays. Only the rows
+                selected by ``mask`` are valid.
+        """
+
+    def advance(self, context: StepContext) -> None:
+        """Update quantities that several terms use. Called once per control step, after the simulation has stepped."""
+
+    @abstractmethod
+    def observation_terms(self) -> Mapping[str, ObservationTerm]:
+        """Return the observation terms by name, in order. Called once, after :meth:`bind`.
+
+        The names are used to configure noise and delays. The environment reads terms after ``advance`` and after
+        ``reset``. Reading a term must not change any state.
+        """
+
+    @abstractmethod
+    def reward(self, context: StepContext) -> Floats:
+        """Return the reward of the step that has just ended, (num_envs,)."""
+
+    def reward_terms(self) -> Mapping[str, Floats]:
+        """Return the terms that add up to the last reward, (num_envs,) each, for logs."""
+        return {}
+
+    def is_terminated(self) -> Mask | None:
+        """Return which environments are in a terminal state, (num_envs,) bool, or None if episodes never terminate."""
+        return None
+
+    @abstractmethod
+    def is_success(self) -> Mask:
+        """Return which environments currently satisfy the success condition, (num_envs,) bool."""
+
+    def markers(self) -> Sequence[Marker]:
+        """Return markers to render in addition to the scene."""
+        return ()
+
+    def snapshot(self) -> Snapshot:
+        """Return the state that the task stores between steps, excluding the simulation's state."""
+        return {}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+
+
+class GoalTask(Task):
+    """A goal-conditioned task, with observation terms under the keys ``"achieved_goal"`` and ``"desired_goal"``."""
+
+    @abstractmethod
+    def compute_reward(self, achieved_goal: Floats, desired_goal: Floats, info: Any) -> Floats:
+        """Return the reward for given goals, regardless of the current state.
+
+        Args:
+            achieved_goal: (..., k)
+            desired_goal: (..., k)
+            info: Ignored.
+
+        Returns:
+            Rewards of the shape (...), which equal :meth:`reward` for the goals of the last step.
+        """

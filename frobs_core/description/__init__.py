@@ -1,0 +1,39 @@
+"""Descriptions of robots, scenes, sensors and observation terms, as frozen data."""
+
+from frobs_core.description.bodies import AT_REST, Body, Shape, Twist
+from frobs_core.description.observation_term import VECTORS, Observation, ObservationTerm
+from frobs_core.description.robot import ALL, DifferentialDrive, EndEffector, Robot
+from frobs_core.description.scene import Attachment, Camera, Contact, Marker, Placement, Prop, Scene
+from frobs_core.description.sensor import SENSORS, Bumper, ForceTorque, Imu, Lidar, Sensor
+from frobs_core.description.translation import Overlap, Translation
+from frobs_core.models.gains import DriveGains
+
+__all__ = [
+    "ALL",
+    "AT_REST",
+    "SENSORS",
+    "VECTORS",
+    "Attachment",
+    "Body",
+    "Bumper",
+    "Camera",
+    "Contact",
+    "DifferentialDrive",
+    "DriveGains",
+    "EndEffector",
+    "ForceTorque",
+    "Imu",
+    "Lidar",
+    "Marker",
+    "Observation",
+    "ObservationTerm",
+    "Overlap",
+    "Placement",
+    "Prop",
+    "Robot",
+    "Scene",
+    "Sensor",
+    "Shape",
+    "Translation",
+    "Twist",
+]

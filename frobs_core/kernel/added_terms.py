@@ -1,0 +1,263 @@
+"""Observation terms that users add to a task with the ``observations`` keyword."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from frobs_core.contracts import RobotHandle, Simulation, Snapshot, StepContext
+from frobs_core.contracts.control import Control
+from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sensor
+from frobs_core.plugins.records import Level
+from frobs_core.sensing.sensors import Sensors
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import ObservationTermError, UnknownNameError
+from frobs_core.util.random import RandomSource
+
+TYPES: Mapping[str, frozenset[str]] = {
+    "joint_positions": frozenset({"robot"}),
+    "joint_velocities": frozenset({"robot"}),
+    "joint_efforts": frozenset({"robot"}),
+    "tcp_pose": frozenset({"robot"}),
+    "body": frozenset({"body"}),
+    "contact": frozenset({"contact"}),
+    "sensor": frozenset({"sensor", "robot"}),
+    "previous_action": frozenset(),
+    "camera": frozenset({"camera", "size", "modality", "fast", "markers"}),
+}
+"""Settings that each type of observation term accepts."""
+
+_OPTIONAL = frozenset({"robot", "size", "modality", "fast", "markers"})
+
+MODALITIES = ("rgb", "depth")
+
+MAX_SIDE = 4_096
+"""Maximum height and width of an observed image [pixels]."""
+
+
+def read_settings(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the settings of each added term, including the term's type. Terms set to None are omitted.
+
+    Raises:
+        ConfigurationError: A term has an unknown type or setting, or a required setting is missing.
+    """
+    found = {}
+    for name, value in given.items():
+        if value is None:  # drops the task's term
+            continue
+        if not isinstance(value, Mapping):
+            raise ObservationTermError(
+                name, f'must be a mapping such as {{"type": "joint_positions"}}, but it is {value!r}.'
+            )
+        settings = dict(value)
+        if "camera" in settings:
+            settings.setdefault("type", "camera")
+        kind = str(settings.get("type"))
+        if kind not in TYPES:
+            raise UnknownNameError(f"type of the observation term '{name}'", kind, TYPES)
+        for key in settings.keys() - {"type"}:
+            if key not in TYPES[kind]:
+                raise UnknownNameError(f"setting of the observation term '{name}'", str(key), TYPES[kind])
+        for key in TYPES[kind] - _OPTIONAL:
+            if not isinstance(settings.get(key), str):
+                raise ObservationTermError(name, f"requires the setting '{key}', which is the name of a {key}.")
+        if kind == "camera":
+            _check_camera(name, settings)
+        found[name] = settings
+    return found
+
+
+def _check_camera(name: str, settings: dict[str, Any]) -> None:
+    size = settings.setdefault("size", (84, 84))
+    whole = isinstance(size, list | tuple) and all(isinstance(side, int | np.integer) for side in size)
+    if not whole or len(size) != 2 or not all(0 < side <= MAX_SIDE for side in size):
+        raise ObservationTermError(
+            name, f"has the invalid size {size!r}; write [height, width] in pixels, each between 1 and {MAX_SIDE}."
+        )
+    if settings.setdefault("modality", "rgb") not in MODALITIES:
+        raise UnknownNameError(f"modality of the observation term '{name}'", str(settings["modality"]), MODALITIES)
+    for key, default in {"fast": True, "markers": False}.items():
+        if not isinstance(settings.setdefault(key, default), bool):
+            raise ObservationTermError(
+                name, f"has the setting '{key}' = {settings[key]!r}, which must be true or false."
+            )
+
+
+def without_dropped(terms: Mapping[str, ObservationTerm], given: Mapping[str, Any]) -> dict[str, ObservationTerm]:
+    """Return a task's terms without the terms that the user sets to None.
+
+    The name ``"*"`` drops all terms except goals.
+
+    Raises:
+        UnknownNameError: A name to drop does not belong to any of the task's terms.
+        ConfigurationError: A goal would be dropped.
+    """
+    dropped = {name for name, value in given.items() if value is None}
+    for name in dropped - {"*"}:
+        if terms[_known("term of the task", name, terms)].key != VECTORS:
+            raise ObservationTermError(
+                name, "cannot be dropped, because goal-conditioned tasks require their goal terms."
+            )
+    if "*" in dropped:
+        return {name: term for name, term in terms.items() if term.key != VECTORS}
+    return {name: term for name, term in terms.items() if name not in dropped}
+
+
+def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Level]]:
+    """Return the capabilities that each term requires of the simulator."""
+    needed = {"camera": "cameras", "contact": "contacts"}
+    return {
+        f"observations.{name}": {needed[term["type"]]: Level.APPROXIMATE}
+        for name, term in settings.items()
+        if term["type"] in needed
+    }
+
+
+class AddedTerms:
+    """Added observation terms, bound to a simulation.
+
+    Args:
+        settings: Result of :func:`read_settings`.
+        simulation: The simulation to observe.
+        scene: Scene of the simulation.
+        control: All controllers of the environment.
+        context: Step context of the environment.
+        markers: Function that returns the task's markers.
+        control_timestep: [s]
+
+    Attributes:
+        terms: Terms, by name.
+        stateful: Whether the terms store state, so that :meth:`reset` and :meth:`advance` must be called.
+
+    Raises:
+        UnknownNameError: A robot, body, contact, sensor or camera does not exist.
+    """
+
+    def __init__(
+        self,
+        settings: Mapping[str, Mapping[str, Any]],
+        simulation: Simulation,
+        scene: Scene,
+        control: Control,
+        context: StepContext,
+        markers: Callable[[], Sequence[Marker]],
+        control_timestep: float,
+    ) -> None:
+        self._simulation, self._scene, self._control, self._markers = simulation, scene, control, markers
+        self._sensors: dict[str, Sensors] = {}
+        self.terms: dict[str, ObservationTerm] = {}
+        for name, term in settings.items():
+            if term["type"] == "sensor":
+                self.terms[name] = self._sensor(name, term, control_timestep)
+            elif term["type"] == "camera":
+                self.terms[name] = self._camera(name, term)
+            elif term["type"] == "previous_action":
+                self.terms[name] = _previous_action(context, control)
+            else:
+                self.terms[name] = self._state(name, term)
+        self.stateful = bool(self._sensors)
+
+    def reset(self, rng: RandomSource, mask: Mask | None) -> None:
+        """Take the first sensor samples of an episode."""
+        for sensors in self._sensors.values():
+            sensors.reset(mask, rng)
+
+    def advance(self, rng: RandomSource) -> None:
+        """Update the sensor measurements once per control step."""
+        for sensors in self._sensors.values():
+            sensors.advance(rng)
+
+    def snapshot(self) -> Snapshot:
+        """Return the state that the terms store between steps, by term name."""
+        return {
+            f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
+        }
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+        for name, part in self._sensors.items():
+            start = f"{name}/"
+            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+
+    def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
+        robots = self._simulation.robots
+        chosen = term.get("robot", next(iter(self._control.robots)))
+        return chosen, robots[_known(f"robot of the observation term '{name}'", chosen, robots)]
+
+    def _state(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
+        if term["type"] == "body":
+            bodies = self._simulation.bodies
+            body = bodies[_known(f"body of the observation term '{name}'", term["body"], bodies)]
+            return _unbounded(lambda: np.concatenate(body.pose, axis=1), 7, "m, 1")
+        if term["type"] == "contact":
+            contact = _known(f"contact of the observation term '{name}'", term["contact"], self._scene.contacts)
+            zero = np.zeros(1)
+            return ObservationTerm(
+                read=lambda: self._simulation.contact(contact)[:, None], low=zero, high=zero + 1.0, unit="1"
+            )
+        _, robot = self._robot(name, term)
+        if term["type"] == "tcp_pose":
+            return _unbounded(lambda: np.concatenate(robot.frame_pose("tcp"), axis=1), 7, "m, 1")
+        reads: dict[str, tuple[Callable[[], Floats], str]] = {
+            "joint_positions": (lambda: robot.joint_positions, "rad or m"),
+            "joint_velocities": (lambda: robot.joint_velocities, "rad/s or m/s"),
+            "joint_efforts": (lambda: robot.joint_efforts, "N·m or N"),
+        }
+        read, unit = reads[term["type"]]
+        return _unbounded(read, robot.dof, unit)
+
+    def _sensor(self, name: str, term: Mapping[str, Any], control_timestep: float) -> ObservationTerm:
+        robot, handle = self._robot(name, term)
+        known: Mapping[str, Sensor] = handle.robot.sensors
+        sensor = _known(f"sensor of the observation term '{name}'", term["sensor"], known)
+        self._sensors[name] = sensors = Sensors(self._simulation, control_timestep, robot, [sensor])
+        return replace(sensors.term(sensor), imperfect=not known[sensor].is_ideal)
+
+    def _camera(self, name: str, term: Mapping[str, Any]) -> ObservationTerm:
+        camera = _known(f"camera of the observation term '{name}'", term["camera"], self._scene.cameras)
+        size, modality, fast, with_markers = tuple(term["size"]), term["modality"], term["fast"], term["markers"]
+        view = {"camera": camera, **asdict(self._scene.cameras[camera]), "modality": modality, "markers": with_markers}
+        if view["up"] is None:  # omit the key, because older exported policies do not contain it
+            del view["up"]
+
+        def read() -> np.ndarray[Any, Any]:
+            markers = self._markers() if with_markers else ()
+            return self._simulation.render(None, camera, size, modality, markers, fast=fast)
+
+        if modality == "rgb":
+            black = np.zeros((*size, 3), np.uint8)
+            white = black + np.uint8(255)
+            return ObservationTerm(read=read, low=black, high=white, unit="1", key=name, dtype="uint8", view=view)
+        near = np.zeros((*size, 1), np.float32)
+        return ObservationTerm(read=read, low=near, high=near + np.float32(np.inf), unit="m", key=name, view=view)
+
+
+def _known(kind: str, name: str, known: Collection[str]) -> str:
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return name
+
+
+def _unbounded(read: Callable[[], Floats], width: int, unit: str) -> ObservationTerm:
+    far = np.full(width, np.inf)
+    return ObservationTerm(read=read, low=-far, high=far, unit=unit)
+
+
+def _previous_action(context: StepContext, control: Control) -> ObservationTerm:
+    low, high = _action_bounds(control)
+    return ObservationTerm(
+        read=lambda: context.action.reshape(-1, len(low)).astype(np.float64), low=low, high=high, unit="1"
+    )
+
+
+def _action_bounds(control: Control) -> tuple[Floats, Floats]:
+    """Return an action's lower and upper bounds, each of shape (k,). For a Discrete space, k is 1."""
+    space: Any = control.action_space
+    if hasattr(space, "low"):
+        return space.low.astype(np.float64).ravel(), space.high.astype(np.float64).ravel()
+    if hasattr(space, "nvec"):
+        return np.zeros(len(space.nvec)), space.nvec - 1.0
+    return np.array([float(space.start)]), np.array([space.start + space.n - 1.0])

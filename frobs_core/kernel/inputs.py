@@ -1,0 +1,92 @@
+"""Validation of the arguments of ``step`` and ``reset``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+
+from frobs_core.util.arrays import Action, Floats
+from frobs_core.util.errors import InvalidActionError, ParameterValueError, ResetOptionError, UnknownParameterError
+
+
+def as_numbers(action: Any, dtype: type[np.generic], space: gym.Space[Any]) -> Action:
+    """Return an action as an array.
+
+    Raises:
+        InvalidActionError: The action does not consist of numbers, or its rows have different lengths.
+    """
+    try:
+        return np.asarray(action, dtype)
+    except (TypeError, ValueError, OverflowError):
+        raise invalid_action(action, space) from None
+
+
+def invalid_action(action: Any, space: gym.Space[Any]) -> InvalidActionError:
+    """Return an error that explains why an action is not in the action space."""
+    try:
+        given = np.asarray(action)
+    except ValueError:
+        return InvalidActionError(
+            f"the rows of the action have different lengths; the action space has the shape {space.shape}."
+        )
+    if given.shape != space.shape:
+        return InvalidActionError(
+            f"the action has the shape {given.shape}, but the action space has the shape {space.shape}."
+        )
+    if given.dtype.kind not in "biuf":
+        return InvalidActionError(
+            f"the action {action!r:.80} does not consist of numbers; the action space is {space}."
+        )
+    where = np.argwhere(~np.isfinite(given)).tolist()
+    if where:
+        return InvalidActionError(
+            f"the action contains non-finite values at the indices {where[:3]}; the first is {given[tuple(where[0])]}."
+        )
+    return InvalidActionError(f"the action {action!r} is not in {space}.")
+
+
+def option_mapping(options: Any) -> dict[str, Any]:
+    """Return reset options as a new dictionary.
+
+    Raises:
+        ConfigurationError: The options are not a mapping.
+    """
+    if not isinstance(options, Mapping | None):
+        raise ParameterValueError("options", options, "a mapping by name, or None")
+    return dict(options or {})
+
+
+def batch_options(options: Mapping[str, Any] | None, known: Sequence[str], num_envs: int) -> dict[str, Floats]:
+    """Validate reset options and repeat them for every environment.
+
+    Args:
+        options: Option values by name: either one value for all environments, or one row per environment.
+        known: Options that the task accepts.
+        num_envs: ≥ 1.
+
+    Returns:
+        Option values by name, (num_envs, …) float64 each.
+
+    Raises:
+        UnknownParameterError: The task does not accept one of the options.
+        ConfigurationError: A value is not finite, or has the wrong number of rows.
+    """
+    batched = {}
+    for name, value in option_mapping(options).items():
+        if name not in known:
+            raise UnknownParameterError("reset(options=…)", str(name), known)
+        try:
+            array = np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ResetOptionError(name, f"is {value!r:.80}; it must consist of numbers.") from None
+        if not np.isfinite(array).all():
+            raise ResetOptionError(name, f"contains a number that is not finite: {value}.")
+        if array.ndim < 2:
+            array = np.broadcast_to(array, (num_envs, *array.shape))
+        elif len(array) != num_envs:
+            raise ResetOptionError(name, f"has {len(array)} rows for {num_envs} environments.")
+        batched[name] = array
+    return batched

@@ -1,0 +1,288 @@
+"""Configuration of one robot in an environment: its description, changes to the description, and its controllers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from frobs_core import plugins
+from frobs_core.description import ALL, DifferentialDrive, Robot
+from frobs_core.models import (
+    Pose,
+    RobotModel,
+    compose,
+    default_tcp,
+    home_positions,
+    load_model,
+    pose_array,
+    pose_from_array,
+)
+from frobs_core.models.load import find_reader
+from frobs_core.plugins.records import ControllerRecord, Record
+from frobs_core.sensing.sensors.settings import apply_settings
+from frobs_core.util.errors import MissingSettingError, ParameterValueError, UnknownNameError, UnknownParameterError
+from frobs_core.util.rotations import quat_from_rpy
+from frobs_core.util.validation import choice, number_list, positive
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
+
+BASES = ("fixed", "floating", "wheeled")
+
+_NEAR = 0.005  # [m] height above the lowest point; links below this height touch the floor
+_TOUCHING = 1e-3  # [m] distance from the floor; bases within this distance are not moved
+_MODEL_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotConfig:
+    """Configuration of one robot in an environment.
+
+    Args:
+        robot: Name of the robot, path of a URDF, xacro or MJCF file, or a robot description. ``"ARM+TOOL"`` attaches a
+            named tool to the tool center point of an arm, for example ``"irb120+parallel_gripper"``.
+        controller: Name or record of the controller for the robot's first joint group, or a mapping from joint groups
+            to controllers. In the mapping, None leaves a group without a controller. Omitted groups use the robot's
+            default controllers.
+        controller_kwargs: Keywords of the controller. If ``controller`` is a mapping, ``controller_kwargs`` maps joint
+            groups to keywords.
+        robot_args: Arguments for the robot's xacro file.
+        package_paths: Folders of the ROS packages that the robot's model file refers to, by package name.
+        home: Rest positions by joint name [rad or m]. Omitted joints keep the robot's default.
+        tcp: Link that serves as the tool center point, or None for the robot's default.
+        sensors: Overrides of sensor settings, by sensor name; see :mod:`frobs_core.sensing.sensors`.
+        base: Type of the base: ``"fixed"``, ``"floating"`` or ``"wheeled"``, or None for the robot's default.
+        differential_drive: Differential drive of a robot whose description does not define one, as a mapping with the
+            fields of :class:`~frobs_core.description.DifferentialDrive`. With this setting, the base is wheeled, and all
+            links on the floor except the wheels slide without friction.
+        pose: Base pose in the world frame, ``{"pos": [x, y, z], "rpy": [roll, pitch, yaw]}`` [m, rad]. Defaults to the
+            task's pose.
+    """
+
+    robot: str | Robot = ""
+    controller: str | ControllerRecord | Mapping[str, str | ControllerRecord | None] = ""
+    controller_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    robot_args: Mapping[str, str] = field(default_factory=dict)
+    package_paths: Mapping[str, str] = field(default_factory=dict)
+    home: Mapping[str, float] = field(default_factory=dict)
+    tcp: str | None = None
+    sensors: Mapping[str, Any] | None = None
+    base: str | None = None
+    differential_drive: Mapping[str, Any] | None = None
+    pose: Mapping[str, Any] | None = None
+
+    @classmethod
+    def from_value(cls, name: str, value: Any, defaults: Mapping[str, Any]) -> RobotConfig:
+        """Return the configuration for one entry of an environment's ``robots``.
+
+        Args:
+            name: Name of the robot in the environment.
+            value: Name of a robot, path of a model file, a robot description, or a mapping with the fields of this
+                class.
+            defaults: Values for fields that the entry does not set.
+
+        Raises:
+            UnknownParameterError: The mapping has an unknown key.
+            ParameterValueError: The value has the wrong type.
+        """
+        if isinstance(value, str | Robot):
+            value = {"robot": value}
+        if not isinstance(value, Mapping):
+            raise ParameterValueError(f"robots.{name}", value, "the name of a robot, or a mapping of settings")
+        known = [item.name for item in fields(cls)]
+        for key in value:
+            if key not in known:
+                raise UnknownParameterError(f"robots.{name}", str(key), known)
+        return cls(**{**defaults, **value})
+
+    def describe(self) -> Robot:
+        """Return the robot description with all changes of this configuration.
+
+        Raises:
+            UnknownNameError: No plugin provides the robot, or ``sensors`` names a sensor that the robot does not have.
+            MissingSettingError: The robot is missing.
+            ConfigurationError: A sensor setting cannot be used.
+        """
+        description = _look_up(self.robot, self.robot_args, self.package_paths)
+        changes: dict[str, Any] = {} if self.tcp is None else {"tcp": self.tcp}
+        if self.home:
+            changes["home"] = {**description.home, **self.home}
+        if self.differential_drive is not None:
+            changes |= {"differential_drive": self._drive(), "base": "wheeled"}
+        if self.base is not None:
+            changes["base"] = choice("base", self.base, BASES)
+        if self.sensors:
+            changes["sensors"] = apply_settings(description.sensors, self.sensors)
+        return replace(description, **changes)
+
+    def _drive(self) -> DifferentialDrive:
+        given, known = self.differential_drive or {}, [item.name for item in fields(DifferentialDrive)]
+        required = [item.name for item in fields(DifferentialDrive) if item.default is MISSING]
+        for key in given:
+            if key not in known:
+                raise UnknownParameterError("differential_drive", str(key), known)
+        missing = [key for key in required if key not in given]
+        if missing:
+            raise MissingSettingError("differential_drive", ", ".join(missing), f"set all of {', '.join(known)}")
+        numbers: dict[str, Any] = {
+            key: positive(f"differential_drive.{key}", value)
+            for key, value in given.items()
+            if key not in ("left", "right")
+        }
+        wheels = {}
+        for side in ("left", "right"):
+            names = given[side]
+            wheels[side] = (
+                (names,) if isinstance(names, str) else tuple(names) if isinstance(names, list | tuple) else ()
+            )
+            if not wheels[side] or not all(isinstance(name, str) for name in wheels[side]):
+                raise ParameterValueError(
+                    f"differential_drive.{side}", names, "the name of a joint, or a list of names"
+                )
+        return DifferentialDrive(left=wheels["left"], right=wheels["right"], **numbers)
+
+    def place(self, robot: Robot, model: RobotModel, pose: Pose, *, on_floor: bool) -> tuple[Robot, Pose]:
+        """Return the robot description adapted to the scene, and the base pose in the world frame.
+
+        If this configuration does not set ``pose``, a movable base starts at the root pose defined by its model file,
+        relative to the base pose that the task defines. If there is a floor, the base is moved vertically so that its
+        lowest point touches the floor.
+
+        Args:
+            robot: Description of the robot.
+            model: Model of the robot.
+            pose: Base pose that the task defines.
+            on_floor: Whether there is a floor at z = 0.
+
+        Raises:
+            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
+            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
+            UnknownNameError: A wheel is not an actuated joint.
+        """
+        pose = self.base_pose(pose)
+        if robot.base == "fixed":
+            return robot, pose
+        if self.pose is None and model.root_pose != Pose():
+            pose = pose_from_array(compose(pose_array(pose), pose_array(model.root_pose)))
+        heights = find_reader(model.path).lowest_points(model, home_positions(model, robot.home), pose.quat_wxyz)
+        lowest = min(heights.values(), default=math.inf)
+        if self.differential_drive is not None and robot.differential_drive is not None:
+            wheels = _links_of_wheels(robot.name, robot.differential_drive, model)
+            standing = [link for link, height in heights.items() if height < lowest + _NEAR]
+            gliding = {link: 0.0 for link in standing if link not in wheels}
+            robot = replace(robot, friction=gliding | dict(robot.friction))
+        if self.pose is None and on_floor and heights and abs(pose.pos[2] + lowest) > _TOUCHING:
+            pose = replace(pose, pos=(*pose.pos[:2], -lowest))
+        return robot, pose
+
+    def controllers(self, robot: Robot) -> dict[str, tuple[ControllerRecord, Mapping[str, Any]]]:
+        """Return the controller record and keywords of each joint group, in the order of the groups.
+
+        Args:
+            robot: Description of the robot.
+
+        Raises:
+            UnknownNameError: A controller or joint group does not exist.
+            MissingSettingError: No group has a controller.
+        """
+        groups = list(robot.groups) or [ALL]
+        chosen: dict[str, str | ControllerRecord | None] = dict(robot.default_controllers)
+        if isinstance(self.controller, Mapping):
+            chosen |= self.controller
+            keywords: Mapping[str, Mapping[str, Any]] = self.controller_kwargs
+        else:
+            if self.controller:
+                chosen[groups[0]] = self.controller
+            keywords = {groups[0]: self.controller_kwargs}
+        for group in (*chosen, *keywords):
+            if group not in groups:
+                raise UnknownNameError(f"joint group of robot '{robot.name}'", group, groups)
+        found = {
+            group: (find_record(ControllerRecord, "controller", part), keywords.get(group, {}))
+            for group in groups
+            if (part := chosen.get(group))
+        }
+        if not found:
+            raise MissingSettingError(f"robot '{robot.name}'", "a controller", "pass controller='joint_delta_position'")
+        return found
+
+    def base_pose(self, default: Pose) -> Pose:
+        """Return the base pose in the world frame.
+
+        Raises:
+            UnknownParameterError: ``pose`` has a key that is neither ``pos`` nor ``rpy``.
+            ParameterValueError: A value in ``pose`` does not consist of three finite numbers.
+        """
+        if self.pose is None:
+            return default
+        for key in self.pose:
+            if key not in ("pos", "rpy"):
+                raise UnknownParameterError("pose", str(key), ("pos", "rpy"))
+        x, y, z = number_list("pose.pos", self.pose.get("pos", (0.0, 0.0, 0.0)), 3)
+        a, b, c, d = quat_from_rpy(number_list("pose.rpy", self.pose.get("rpy", (0.0, 0.0, 0.0)), 3)).tolist()
+        return Pose((x, y, z), (a, b, c, d))
+
+
+def _look_up(robot: str | Robot, xacro_args: Mapping[str, str], package_paths: Mapping[str, str]) -> Robot:
+    """Return the description of a robot, to whose model file the arguments and the folders are passed.
+
+    For ``"ARM+TOOL"``, the arguments belong to the arm's file, and the folders to both files.
+    """
+    is_name = isinstance(robot, str) and not robot.lower().endswith(_MODEL_ENDINGS)
+    arm_name, _, tool_name = str(robot).rpartition("+") if is_name else ("", "", "")
+    if arm_name:
+        arm, tool = _look_up(arm_name, xacro_args, package_paths), _look_up(tool_name, {}, package_paths)
+        model = load_model(arm.model, xacro_args=arm.xacro_args, package_paths=arm.package_paths)
+        return arm.attach(arm.tcp or default_tcp(model), tool)
+    found = _named(robot)
+    changes: dict[str, Any] = {}
+    if xacro_args:
+        changes["xacro_args"] = {**found.xacro_args, **xacro_args}
+    if package_paths:
+        changes["package_paths"] = {**found.package_paths, **package_paths}
+    return replace(found, **changes) if changes else found
+
+
+def _named(robot: str | Robot) -> Robot:
+    if isinstance(robot, Robot):
+        return robot
+    if not robot:
+        known = ", ".join(f"'{name}'" for name in plugins.records("robot")) or "none"
+        raise MissingSettingError(
+            "this environment",
+            "a robot",
+            "pass a model file, such as robot='path/to/arm.urdf' (or .urdf.xacro, or .xml for MJCF) and tcp='LINK', "
+            f"or the name of an installed robot: {known}",
+        )
+    if robot.lower().endswith(_MODEL_ENDINGS):
+        return Robot(model=robot, name=Path(robot).name.partition(".")[0])
+    found: Robot = plugins.get_record("robot", robot).load()
+    return found
+
+
+def _links_of_wheels(robot: str, drive: DifferentialDrive, model: RobotModel) -> list[str]:
+    driven = {*drive.left, *drive.right}
+    for wheel in driven:
+        if wheel not in model.joint_names:
+            raise UnknownNameError(f"actuated joint of '{robot}'", wheel, model.joint_names)
+    return [joint.child for joint in model.joints if joint.name in driven]
+
+
+def find_record(cls: type[AnyRecord], kind: str, part: str | Record) -> AnyRecord:
+    """Return a record by its name. A record is returned unchanged.
+
+    Args:
+        cls: Class of the record.
+        kind: Kind of the record, such as ``"controller"``.
+        part: Name or record.
+
+    Raises:
+        UnknownNameError: No plugin provides the name.
+        ParameterValueError: ``part`` is neither a name nor a record of this class.
+    """
+    record = plugins.get_record(kind, part) if isinstance(part, str) else part
+    if not isinstance(record, cls):
+        raise ParameterValueError(kind, part, f"a name or a {cls.__name__}")
+    return record

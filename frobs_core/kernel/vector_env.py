@@ -1,0 +1,327 @@
+"""Gymnasium vector environment that steps many environments with the same task in a single call.
+
+If the simulator's ``determinism`` is exact, environment *i* of a vector environment seeded with *s* is bit-identical to
+a single environment seeded with *s + i*.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from frobs_core.contracts import Snapshot
+from frobs_core.description import Observation
+from frobs_core.kernel.compose import compose
+from frobs_core.kernel.config import RENDER_MODES, EnvConfig
+from frobs_core.kernel.copying import CopiedByArguments
+from frobs_core.kernel.inputs import as_numbers, invalid_action, option_mapping
+from frobs_core.kernel.loop import Loop
+from frobs_core.util.arrays import Action, Mask, rows_of
+from frobs_core.util.errors import ParameterValueError, ResetNeededError, ResetOptionError
+from frobs_core.util.validation import whole_number
+
+
+class RobotVectorEnv(CopiedByArguments, gym.vector.VectorEnv[Any, Any, Any]):
+    """Gymnasium vector environment of ``num_envs`` environments with the same task.
+
+    ``info`` follows Gymnasium's convention for vector environments: each key contains an array of values, and ``_key``
+    contains a mask of the environments whose values are valid. With same-step autoreset, ``final_obs`` and
+    ``final_info`` describe the last step of each finished episode. For adapters, :attr:`final_observation` contains the
+    same observations as a single batch.
+
+    Args:
+        num_envs: ≥ 1.
+        max_episode_steps: Number of control steps before truncation, or None for no time limit.
+        autoreset_mode: Autoreset mode: same-step, next-step or disabled.
+        stagger: Whether a reset without ``"reset_mask"`` starts each environment at a random step count, so that the
+            episodes do not all reach the time limit at the same step.
+        keywords: Fields of :class:`frobs_core.kernel.config.EnvConfig`. All other keywords are passed to the task.
+
+    Attributes:
+        config: The keywords.
+        control: All controllers.
+        robot: Handle of the first controlled robot.
+        controller: Controller of the first controlled robot's first joint group.
+        final_observation: Final observations of the latest step in which episodes ended, (num_envs, …). Only the rows
+            of environments whose episode ended are valid.
+        observations: Observation terms, with their columns and units.
+        randomization: The randomization with its current values, or None if nothing is randomized.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES)}  # noqa: RUF012 - declared as in Gymnasium
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        stagger: bool = False,
+        **keywords: Any,
+    ) -> None:
+        if stagger and max_episode_steps is None:
+            raise ParameterValueError("stagger", stagger, "False without a time limit")
+        self.config = config = EnvConfig.from_dict(keywords)
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        parts = compose(config, num_envs, self.autoreset_mode is AutoresetMode.SAME_STEP)
+        self._loop = Loop(parts, num_envs)
+        self.step_context = parts.context
+        self.simulation, self.control, self.task = parts.simulation, parts.control, parts.task
+        self.robot, self.controller = parts.robot, parts.controller
+        self.randomization = parts.randomization
+        self.control_timestep, self.decimation = parts.control_timestep, parts.decimation
+        self.num_envs = num_envs
+        self.single_action_space = parts.control.action_space
+        self.observations = parts.observations
+        self.single_observation_space = parts.observations.space
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.render_mode = config.render_mode
+        self.metadata = {
+            "render_modes": list(RENDER_MODES),
+            "render_fps": round(1.0 / parts.control_timestep),
+            "autoreset_mode": self.autoreset_mode,
+        }
+        self.max_episode_steps = math.inf if max_episode_steps is None else max_episode_steps
+        self._stagger = stagger
+        self.final_observation: Observation | None = None
+        self._elapsed = np.zeros(num_envs, np.int64)
+        self._ended = np.ones(num_envs, np.bool_)  # environments that wait for a reset
+        self._none = np.zeros(num_envs, np.bool_)
+        self._all = np.ones(num_envs, np.bool_)
+        self._seeded = False
+        self._checked = self._check_discrete if self._loop.discrete else self._check_box
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: With an integer s, environment *i* is seeded with s + i. A list must contain one seed for each
+                environment. With None, each environment continues its current random sequence.
+            options: Values for the task's ``reset_options``, either one value for all environments or one row per
+                environment. The additional option ``"reset_mask"``, (num_envs,) bool, selects the environments to
+                reset.
+
+        Returns:
+            Tuple of observations and info.
+
+        Raises:
+            UnknownParameterError: The task does not accept one of the options.
+            ConfigurationError: An option is invalid.
+        """
+        given = option_mapping(options)
+        mask = given.pop("reset_mask", None)
+        if mask is not None:
+            mask = self._reset_mask(mask)
+        batched = self._loop.batch_options(given)
+        self._seed(seed, mask)
+        rows = rows_of(mask)
+        self._elapsed[rows] = 0
+        if self._stagger and mask is None:
+            drawn = self._loop.rng.uniform("stagger")
+            self._elapsed[:] = np.floor(drawn * self.max_episode_steps)
+        observation = self._loop.begin(mask, batched)
+        self._ended[rows] = False
+        if self.render_mode == "human":
+            self.simulation.open_viewer()
+        return observation, self._reset_info(self._all if mask is None else mask)
+
+    def _reset_mask(self, given: Any) -> Mask:
+        try:
+            mask = np.asarray(given)
+        except ValueError:  # rows of different lengths
+            mask = np.empty(0)
+        if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise ResetOptionError(
+                "reset_mask",
+                f"is {given}; it must be a boolean array of shape ({self.num_envs},) with at least one True.",
+            )
+        return mask
+
+    def _reset_info(self, mask: Mask) -> dict[str, Any]:
+        """Return the reset info for the environments selected by ``mask``."""
+        if self.randomization is None:
+            return {}
+        drawn: dict[str, Any] = {}
+        for name, values in self.randomization.values.items():
+            drawn[name], drawn[f"_{name}"] = values, mask
+        return {"frobs/randomization": drawn, "_frobs/randomization": mask}
+
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: Mask | None) -> None:
+        rng = self._loop.rng
+        if seed is None or isinstance(seed, (int, np.integer)):
+            super().reset(seed=None if seed is None else int(seed))
+            if seed is not None or not self._seeded:
+                base = self.np_random_seed
+                assert base is not None
+                seeds = [base + i for i in range(self.num_envs)]
+                if not self._seeded or mask is None:
+                    rng.seed(seeds)
+                else:
+                    rng.seed([s for s, chosen in zip(seeds, mask, strict=True) if chosen], mask)
+        else:
+            if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
+                raise ParameterValueError(
+                    "seed", seed, "a whole number, a list with one number per environment, or None"
+                )
+            for number in seed:
+                if number is not None:
+                    whole_number("seed", number)
+            if len(seed) != self.num_envs:
+                raise ParameterValueError("number of seeds", len(seed), f"{self.num_envs}, one for each environment")
+            if not self._seeded:
+                rng.seed([int(self.np_random.integers(2**63)) for _ in range(self.num_envs)])
+            chosen = np.array([s is not None for s in seed]) & (self._all if mask is None else mask)
+            rng.seed([int(s) for s, is_chosen in zip(seed, chosen, strict=True) if is_chosen and s is not None], chosen)
+        self._seeded = True
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+        """Advance all environments by one control step.
+
+        Args:
+            actions: Actions in the batched action space, (num_envs, …). Actions outside the bounds of a Box space are
+                clipped.
+
+        Returns:
+            Tuple of observations, rewards (num_envs,) float64, terminations and truncations (num_envs,) bool, and info.
+
+        Raises:
+            InvalidActionError: The actions have the wrong shape or are not finite.
+            ResetNeededError: ``reset`` has not been called, or an episode has ended and autoreset is disabled.
+        """
+        waiting = self._ended if self._ended.any() else None
+        if waiting is not None and (self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._seeded):
+            which = np.flatnonzero(waiting).tolist()
+            raise ResetNeededError(f"no episode is running in environments {which[:8]}; call reset() first.")
+        # Invalid actions raise an error before any state changes, including the random state.
+        checked = self._checked(actions)
+        if waiting is not None and waiting.all():  # next-step autoreset: actions are ignored, so no robot moves
+            self._elapsed[:], self._ended = 0, self._none.copy()
+            observation = self._loop.begin(None, {})
+            none, zeros = self._none.copy(), np.zeros(self.num_envs)
+            return observation, zeros, none, none.copy(), {"is_success": zeros.copy(), "_is_success": none.copy()}
+        observation, rewards, ends, diverged, infos = self._loop.step(checked)
+        self._elapsed += 1
+        reward = rewards.copy()
+        terminated = self._none.copy() if ends is None else ends.copy()
+        truncated = self._elapsed >= self.max_episode_steps
+        info: dict[str, Any] = {"is_success": infos.pop("is_success").astype(np.float64), "_is_success": self._all}
+        for name, values in infos.items():
+            info[name], info["_" + name] = values.copy(), self._all
+        if diverged is not None:
+            truncated |= diverged
+            reward[diverged] = 0.0
+            info["frobs/diverged"], info["_frobs/diverged"] = diverged, diverged
+
+        if waiting is not None:  # next-step autoreset: these environments begin an episode and ignore their actions
+            reset = waiting.copy()
+            observation = self._begin_again(reset, observation)
+            reward[reset], terminated[reset], truncated[reset] = 0.0, False, False
+            info = {name: (~reset if name.startswith("_") else values) for name, values in info.items()}
+        done = terminated | truncated
+        if done.any():
+            if self.autoreset_mode is AutoresetMode.SAME_STEP:
+                self.final_observation = observation
+                info = _final_info(observation, info, done)
+                observation = self._begin_again(done, observation)
+            else:
+                self._ended = done | (self._ended if self.autoreset_mode is AutoresetMode.DISABLED else self._none)
+        return observation, reward, terminated, truncated, info
+
+    def _begin_again(self, mask: Mask, observation: Observation) -> Observation:
+        """Reset the environments selected by ``mask`` and insert their first observations into ``observation``."""
+        self._elapsed[mask] = 0
+        fresh = self._loop.begin(mask, {})
+        self._ended = self._none.copy()
+        if isinstance(observation, dict):
+            assert isinstance(fresh, dict)
+            return {key: _merge(observation[key], fresh[key], mask) for key in observation}
+        assert isinstance(fresh, np.ndarray)
+        return _merge(observation, fresh, mask)
+
+    def _check_box(self, actions: Any) -> Action:
+        array = as_numbers(actions, np.float64, self.action_space)
+        # A dot product would be faster than isfinite, but its threads would compete with the engine's threads.
+        if array.shape != self.action_space.shape or not np.isfinite(array).all():
+            raise invalid_action(actions, self.action_space)
+        return array
+
+    def _check_discrete(self, actions: Any) -> Action:
+        array = as_numbers(actions, np.int64, self.action_space)
+        if array.shape != self.action_space.shape or not self.action_space.contains(array):
+            raise invalid_action(actions, self.action_space)
+        return array
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return one image per environment, (height, width, 3) uint8, if ``render_mode`` is ``"rgb_array"``."""
+        if self.render_mode != "rgb_array":
+            return None
+        config = self.config
+        return tuple(self.simulation.render(None, config.camera, config.render_size, "rgb", self.task.markers()))
+
+    def snapshot(self) -> Snapshot:
+        """Return the complete state.
+
+        If the simulator supports exact snapshots, a restored environment continues exactly like the original.
+        """
+        return {**self._loop.snapshot(), "elapsed": self._elapsed.copy(), "ended": self._ended.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot of this environment or of another environment with the same configuration."""
+        self._loop.restore(snapshot)
+        self._elapsed[:], self._ended = snapshot["elapsed"], snapshot["ended"].copy()
+        self._seeded = True
+
+    def restore_rows(self, mask: Mask, snapshot: Snapshot, rows: npt.NDArray[np.int64]) -> None:
+        """Restore some environments from rows of a snapshot, without changing their random streams.
+
+        Args:
+            mask: Mask that selects n environments, (num_envs,) bool.
+            snapshot: Snapshot of this environment or of another environment with the same configuration. The snapshot
+                may have any number of rows.
+            rows: Indices of the snapshot's rows, (n,).
+        """
+        self._loop.restore_rows(mask, snapshot, rows)
+        self._elapsed[mask] = snapshot["elapsed"][rows]
+
+    def call_after_reset(self, callback: Callable[[Mask | None], None]) -> None:
+        """Add a function that is called after each reset with the mask of the reset environments, or None for all.
+
+        The function is called before the environments are observed, so it may change the episodes' initial states, for
+        example with :meth:`restore_rows`. Several functions are called in the order in which they were added.
+        """
+        self._loop.after_reset.append(callback)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Release the simulation."""
+        self.simulation.close()
+
+
+def _merge(rows: np.ndarray[Any, Any], fresh: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
+    merged = rows.copy()  # do not modify ``rows``, which are also the final observation
+    merged[mask] = fresh[mask]
+    return merged
+
+
+def _final_info(observation: Observation, info: dict[str, Any], done: Mask) -> dict[str, Any]:
+    """Return the info with ``final_obs`` and ``final_info`` of ended episodes, in Gymnasium's format."""
+    final_obs = np.full(len(done), None, dtype=object)
+    for i in np.flatnonzero(done):
+        final_obs[i] = (
+            {key: values[i] for key, values in observation.items()} if isinstance(observation, dict) else observation[i]
+        )
+    final = {name: (values & done if name.startswith("_") else values) for name, values in info.items()}
+    going = {name: (values & ~done if name.startswith("_") else values) for name, values in info.items()}
+    return {**going, "final_obs": final_obs, "_final_obs": done, "final_info": final, "_final_info": done}

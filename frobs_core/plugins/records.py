@@ -1,0 +1,280 @@
+"""Immutable records that plugins provide. Records can be listed without importing the implementations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from importlib import import_module
+from typing import Any, ClassVar
+
+from frobs_core.util.errors import FrobsError, PluginError
+from frobs_core.util.install_hints import local_install_hint
+
+
+class Level(IntEnum):
+    """Support level of a capability. A level also satisfies requirements for lower levels."""
+
+    UNSUPPORTED = 0
+    APPROXIMATE = 1
+    EXACT = 2
+
+    def __str__(self) -> str:
+        """Return the name in lowercase, as shown in tables."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Common fields of all records.
+
+    Attributes:
+        name: Name of the object, in lowercase letters, digits and underscores.
+        summary: One line for lists.
+        entry_point: Implementation, as ``"module:attribute"``. The module is imported on first use.
+        install_hint: Command that installs the implementation's dependencies.
+    """
+
+    name: str
+    summary: str
+    entry_point: str
+    install_hint: str = ""
+
+    kind: ClassVar[str] = ""
+    """Kind of the record. Each direct subclass defines its kind, in lowercase letters and underscores."""
+
+    def load(self) -> Any:
+        """Import and return the implementation.
+
+        Raises:
+            PluginError: The module cannot be imported, or the attribute is missing.
+        """
+        module, _, attribute = self.entry_point.partition(":")
+        try:
+            return getattr(import_module(module), attribute)
+        except PluginError:  # the module's error message already explains the fix
+            raise
+        except FrobsError as error:  # so does this message, for example that an engine is not installed
+            raise PluginError(f"'{self.name}' cannot be used: {error}") from error
+        except Exception as error:
+            hint = f" To install what it needs: {local_install_hint(self.install_hint)}." if self.install_hint else ""
+            raise PluginError(
+                f"'{self.name}' cannot be imported from '{self.entry_point}': {type(error).__name__}: "
+                f"{str(error).rstrip('.')}.{hint}"
+            ) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatorRecord(Record):
+    """Record of a simulator. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Simulation`.
+
+    Attributes:
+        capabilities: Support level of each capability. Omitted capabilities are unsupported.
+    """
+
+    kind: ClassVar[str] = "simulator"
+
+    capabilities: Mapping[str, Level]
+
+    @property
+    def is_paced(self) -> bool:
+        """Whether the simulation runs continuously, so that ``step`` must wait for it (ability ``real_time``)."""
+        return bool(self.capabilities.get("real_time", Level.UNSUPPORTED))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotRecord(Record):
+    """Record of a robot. ``entry_point`` names an instance of :class:`frobs_core.description.Robot`."""
+
+    kind: ClassVar[str] = "robot"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerRecord(Record):
+    """Record of a controller. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Controller`.
+
+    Attributes:
+        needs: Minimum level of each capability that the controller requires.
+        control_timestep: Default time between two actions [s], or None for the task's default.
+    """
+
+    kind: ClassVar[str] = "controller"
+
+    needs: Mapping[str, Level] = field(default_factory=dict)
+    control_timestep: float | None = None
+
+
+class ControllerDefaults(dict[str, Any]):
+    """Keywords that an ID sets for its own controller. If the user chooses another controller, they do not apply.
+
+    Args:
+        controller: Name of the ID's controller.
+        keywords: Keywords of this controller.
+    """
+
+    def __init__(self, controller: str, keywords: Mapping[str, Any]) -> None:
+        super().__init__(keywords)
+        self.controller = controller
+
+    def of(self, chosen: Any) -> dict[str, Any]:
+        """Return the keywords for a chosen controller, or for a mapping from joint groups to controllers."""
+        if isinstance(chosen, Mapping):
+            return {group: dict(self) for group, one in chosen.items() if self._is_own(one)}
+        return dict(self) if self._is_own(chosen) else {}
+
+    def _is_own(self, chosen: Any) -> bool:
+        return (chosen.name if isinstance(chosen, ControllerRecord) else chosen) == self.controller
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnvironmentRecord:
+    """Record of a Gymnasium ID, which combines a task, a robot and default keywords for the environment.
+
+    Attributes:
+        id: Gymnasium ID, such as ``"frobs/Irb120Reach-v0"``. The ID's version is incremented whenever the environment's
+            behavior changes.
+        summary: One line for lists.
+        robot: Name of the robot, or an empty string if the user must choose a robot.
+        controller: Name of the controller.
+        max_episode_steps: Control steps before truncation.
+        simulator: Name of the simulator.
+        parameters: Additional keywords of :class:`frobs_core.kernel.env.RobotEnv`. ``controller_kwargs`` apply only to
+            ``controller``, and not to another controller that the user chooses.
+        pretrained: Policy bundle that is shipped with the environment, as ``"package:path.frobs"``, or an empty string.
+            ``frobs export`` creates such bundles.
+    """
+
+    id: str
+    summary: str
+    robot: str
+    controller: str
+    max_episode_steps: int
+    simulator: str = "mujoco"
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    pretrained: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaskRecord(Record):
+    """Record of a task. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Task`.
+
+    Attributes:
+        needs: Minimum level of each capability that the task requires.
+        arrays: Array libraries that the task's terms support.
+        environments: Gymnasium IDs to register for the task.
+    """
+
+    kind: ClassVar[str] = "task"
+
+    needs: Mapping[str, Level] = field(default_factory=dict)
+    arrays: tuple[str, ...] = ("numpy",)
+    environments: tuple[EnvironmentRecord, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlgorithmRecord(Record):
+    """Record of an algorithm. ``entry_point`` names a subclass of :class:`frobs_core.contracts.Algorithm`.
+
+    Attributes:
+        action_spaces: Supported Gymnasium action spaces, such as ``"Box"`` and ``"Discrete"``.
+        tuned: Tuned configuration files in the form ``"package:path.yaml"``, by environment ID.
+        search_space: Default search space for ``frobs tune``, as ``"package:path.yaml"``, or an empty string.
+        config_files: Additional YAML formats for ``frobs train --config``. Each key is the dotted path of a setting by
+            which a file of the format is recognized, and each value names a function as ``"module:function"``. The
+            function receives the mapping read from the file, the algorithm's name and the path. The function returns
+            run configuration keys and a one-line message about settings without an equivalent.
+        model_files: File formats of trained models for ``frobs evaluate --model``. Each key is a file suffix
+            (``".zip"``), and each value names a function as ``"module:function"``. The function receives the path, the
+            environment's observation space and action space, the algorithm's name or None, and whether the file is
+            trusted. The function returns an object that has the spaces and the ``predict`` method of an algorithm, and
+            the number of environment steps for which the model was trained.
+        exact_resume: Whether a training run that is saved, loaded and continued produces the same result as an
+            uninterrupted run. If this field is False, a message is shown when a run is resumed.
+        reproducible: Whether two training runs with the same seed produce the same result. Algorithms that learn while
+            their environments are being stepped are not reproducible.
+    """
+
+    kind: ClassVar[str] = "algorithm"
+
+    action_spaces: tuple[str, ...] = ("Box",)
+    tuned: Mapping[str, str] = field(default_factory=dict)
+    search_space: str = ""
+    config_files: Mapping[str, str] = field(default_factory=dict)
+    model_files: Mapping[str, str] = field(default_factory=dict)
+    exact_resume: bool = True
+    reproducible: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class AbilityRecord(Record):
+    """Record of an additional simulator ability.
+
+    Simulators declare the ability in their ``capabilities``. Tasks, controllers, sensors and parameters can require the
+    ability.
+
+    Attributes:
+        entry_point: Always empty, because an ability does not have a separate implementation.
+        methods: Methods that simulators with this ability implement.
+    """
+
+    kind: ClassVar[str] = "ability"
+
+    entry_point: str = ""
+    methods: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorTypeRecord(Record):
+    """Record of a sensor type. ``entry_point`` names a subclass of :class:`frobs_core.description.Sensor`.
+
+    The record's name is used as ``type`` in the sensor settings of an environment.
+    """
+
+    kind: ClassVar[str] = "sensor_type"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRecord(Record):
+    """Record of a physical parameter that can be randomized on simulators with a given ability.
+
+    These simulators list the parameter's targets in ``parameter_targets``. The simulators' methods ``parameter`` and
+    ``write_parameter`` read and write the parameter's values, (num_envs,) for each target.
+
+    Attributes:
+        entry_point: Always empty, because the simulator implements the parameter.
+        ability: Ability that the simulator must have.
+    """
+
+    kind: ClassVar[str] = "parameter"
+
+    entry_point: str = ""
+    ability: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFormatRecord(Record):
+    """Record of a format of model files. ``entry_point`` names a :class:`~frobs_core.contracts.ModelReader`.
+
+    Attributes:
+        suffixes: Suffixes of the files, in lowercase and with the dot.
+        content: ``"robot"`` or ``"mesh"``.
+    """
+
+    kind: ClassVar[str] = "model_format"
+
+    suffixes: tuple[str, ...]
+    content: str = "robot"
+
+
+KINDS: Mapping[str, type[Record]] = {
+    record.kind: record for record in (SimulatorRecord, RobotRecord, ControllerRecord, TaskRecord, AlgorithmRecord)
+}
+"""The five main kinds of records, in the order in which they are listed."""
+
+EXTENSIONS: Mapping[str, type[Record]] = {
+    record.kind: record for record in (AbilityRecord, SensorTypeRecord, ParameterRecord, ModelFormatRecord)
+}
+"""Additional kinds of records: abilities, sensor types, physical parameters and formats of model files."""
+
+RECORDS: Mapping[str, type[Record]] = {**KINDS, **EXTENSIONS}
+"""All kinds of records that the core defines. Other distributions may define further kinds of extensions."""

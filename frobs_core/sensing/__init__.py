@@ -1,0 +1,1 @@
+"""Sensors, and randomization of physics, commands and observations."""

@@ -1,0 +1,204 @@
+"""Randomization of one physical parameter of the simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+import numpy.typing as npt
+
+from frobs_core.contracts import CommandMode, Simulation
+from frobs_core.contracts.simulation import Snapshot
+from frobs_core.sensing.randomization.schedule import Draw
+from frobs_core.sensing.randomization.settings import CAPABILITY, Setting
+from frobs_core.sensing.randomization.targets import find_units, matches
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.errors import RandomizationError
+from frobs_core.util.random import RandomSource
+
+_LEAST = {"mass": 0.01, "size": 0.01}
+"""Minimum mass and size of a body, as fractions of its nominal mass and size."""
+
+_VECTORS = ("stiffness", "damping", "joint_damping", "gravity")
+"""Parameters with an array for each target: (n, dof) or (n, 3). All other parameters have one number for each
+target.
+"""
+
+_OF_ROBOTS = ("mass", "stiffness", "damping", "joint_damping")
+"""Parameters that are randomized only for robots by default."""
+
+_WITHOUT_EFFECT = {
+    ("stiffness", CommandMode.VELOCITY): "the controller commands velocities, for which the drives use only damping",
+    ("stiffness", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
+    ("damping", CommandMode.EFFORT): "the controller commands efforts, for which the drives do not use their gains",
+}
+
+
+class PhysicalParameter:
+    """Randomization of one physical parameter for all objects that have this parameter.
+
+    Settings are applied in order. The first setting changes the nominal value, and each subsequent setting changes the
+    result of the previous one.
+
+    Args:
+        name: Name of the parameter in :meth:`frobs_core.contracts.Simulation.parameter`.
+        settings: Settings of this parameter.
+        simulation: Simulation to write to.
+        robots: Names of the robots with controllers. By default, only the links and joints of these robots change.
+        control_timestep: [s]
+
+    Raises:
+        UnknownNameError: A target does not exist.
+        ConfigurationError: A draw could produce a physically impossible value, or a setting would have no effect.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        settings: Sequence[Setting],
+        simulation: Simulation,
+        robots: Sequence[str],
+        control_timestep: float,
+    ) -> None:
+        self._name, self._simulation, self._robots = name, simulation, robots
+        modes = {mode for robot in robots for mode in simulation.robots[robot].command_modes}
+        if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
+            raise RandomizationError(
+                settings[0].place,
+                f"this setting has no effect, because "
+                f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
+            )
+        units = find_units(simulation, name)
+        self.names = tuple(column for unit in units for column in unit.names)
+        self.nominal: Floats = np.concatenate([unit.nominal for unit in units], axis=1)  # (num_envs, columns)
+        self.current = self.nominal.copy()
+        self._changes: list[tuple[str, npt.NDArray[np.intp], Draw]] = []
+        for setting in settings:
+            columns = np.array(self._columns(setting), np.intp)
+            self._changes.append((setting.change, columns, self._draw(setting, columns, control_timestep)))
+        self.touched = sorted({int(column) for _, columns, _ in self._changes for column in columns})
+        self._writes: list[tuple[str, slice | int]] = []  # target, and the columns that contain its value
+        start = 0
+        for unit in units:
+            stop = start + len(unit.names)
+            if any(start <= column < stop for column in self.touched):
+                self._writes.append((unit.target, slice(start, stop) if name in _VECTORS else start))
+            start = stop
+        self._least = self._floor(settings)
+        self._changing = [draw for _, _, draw in self._changes if draw.changes_in_episode]
+
+    @property
+    def draws(self) -> list[Draw]:
+        """All draws for this parameter."""
+        return [draw for _, _, draw in self._changes]
+
+    def begin(self, rng: RandomSource, mask: Mask) -> None:
+        """Draw and write values for new episodes in the environments selected by ``mask``, (num_envs,) bool."""
+        drawn = np.zeros_like(mask)
+        for _, _, draw in self._changes:
+            drawn |= draw.begin(rng, mask)
+        if drawn.any():
+            self._write(drawn)
+
+    def step(self, rng: RandomSource) -> None:
+        """Draw and write new values for the environments whose interval has elapsed."""
+        for draw in self._changing:
+            drawn = draw.step(rng)
+            if drawn is not None:
+                self._write(drawn)
+
+    def values(self) -> Iterator[tuple[str, Floats]]:
+        """Yield the name and the current values of each randomized quantity.
+
+        The values have the shape (num_envs,), or (num_envs, 3) for gravity.
+        """
+        if self._name == "gravity":
+            yield "gravity", self.current.copy()
+            return
+        for column in self.touched:
+            yield f"{self._name}/{self.names[column]}", self.current[:, column].copy()
+
+    def snapshot(self) -> Snapshot:
+        """Return the current values."""
+        return {f"{self._name}/current": self.current.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot. The simulation's own snapshot restores the values in the engine."""
+        self.current[:] = snapshot[f"{self._name}/current"]
+
+    def _columns(self, setting: Setting) -> list[int]:
+        if self._name == "gravity":
+            return [0, 1, 2]
+        patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self._name in _OF_ROBOTS else ["*"])
+        found = matches(patterns, self.names, f"target of {setting.place}")
+        if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
+            raise RandomizationError(
+                setting.place,
+                f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so "
+                "scale has no effect; use add or set.",
+            )
+        return found
+
+    def _draw(self, setting: Setting, columns: npt.NDArray[np.intp], control_timestep: float) -> Draw:
+        vector = self._name == "gravity"
+        shared = setting.shared or (vector and setting.change == "scale")
+        width = 1 if shared else len(columns)
+        given = setting.distribution.width
+        if given != 1 and (not vector or given != width):
+            one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
+            raise RandomizationError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
+        sample = partial(_sample, setting, width)
+        return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
+
+    def _write(self, rows: Mask) -> None:
+        value = self.nominal[rows]
+        for change, columns, draw in self._changes:
+            numbers = draw.numbers[rows]
+            match change:
+                case "scale":
+                    value[:, columns] *= numbers
+                case "add":
+                    value[:, columns] += numbers
+                case _:
+                    value[:, columns] = numbers
+        if self._least is not None:
+            np.maximum(value, self._least[rows], out=value)
+        self.current[rows] = value
+        mask = None if rows.all() else rows
+        for target, its in self._writes:
+            self._simulation.write_parameter(self._name, target, value[:, its], mask)
+
+    def _floor(self, settings: Sequence[Setting]) -> Floats | None:
+        """Return the minimum values, (num_envs, columns), and reject settings whose values could fall below them.
+
+        Draws from an unbounded distribution are clipped to the minimum values instead.
+        """
+        if self._name == "gravity" or self._name not in CAPABILITY:
+            return None
+        least = self.nominal * _LEAST.get(self._name, 0.0)
+        value = self.nominal.copy()
+        for setting, (change, columns, _) in zip(settings, self._changes, strict=True):
+            low = setting.distribution.low
+            match change:
+                case "scale":
+                    # Unbounded distributions pass this check, because their draws are later clipped.
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] * low)
+                case "add":
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, value[:, columns] + low)
+                case _:
+                    value[:, columns] = np.where(np.isneginf(low), np.inf, low)
+        wrong = np.flatnonzero((value < least).any(axis=0))
+        if wrong.size:
+            column = int(wrong[0])
+            bound = f"{_LEAST[self._name]:.0%} of the nominal {self._name}" if self._name in _LEAST else "0"
+            raise RandomizationError(
+                settings[-1].place,
+                f"the {self._name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
+                f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",
+            )
+        return least
+
+
+def _sample(setting: Setting, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:
+    return setting.distribution.draw(rng, stream, width, mask)

@@ -1,0 +1,114 @@
+"""Converts true values into the readings of an imperfect sensor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frobs_core.contracts import Snapshot
+from frobs_core.description import Sensor
+from frobs_core.util.arrays import Floats, Mask
+from frobs_core.util.random import RandomSource
+
+
+class Channel:
+    """Samples of one sensor, including samples that have not arrived yet.
+
+    Samples are taken at a reset and every ``period`` control steps after the reset. Each sample becomes readable
+    ``delay`` steps after it was taken. The first sample of an episode is returned until later samples arrive, as if the
+    robot had been in the same state for a long time.
+
+    Args:
+        stream: Name of the random stream, which must be unique for each sensor.
+        sensor: Description of the sensor.
+        num_envs: ≥ 1.
+        period: Number of control steps between two samples.
+        delay: Number of control steps between taking a sample and reading it.
+    """
+
+    def __init__(self, stream: str, sensor: Sensor, num_envs: int, period: int, delay: int) -> None:
+        self._noise_stream, self._dropout_stream = f"{stream}/noise", f"{stream}/dropout"
+        self._sensor, self._period = sensor, period
+        (self._low, self._high), self._lost = sensor.bounds, sensor.lost
+        self._noise, self._resolution = np.asarray(sensor.noise), np.asarray(sensor.resolution)
+        # Divisor that is never 0. Elements without a resolution do not use the result of the division.
+        self._grain = np.where(self._resolution > 0.0, self._resolution, 1.0)
+        self._samples: Floats = np.zeros((delay + 1, num_envs, sensor.width))  # ring buffer of the last control steps
+        self._newest = 0
+        self._everywhere = np.ones(num_envs, np.bool_)
+
+    @property
+    def reading(self) -> Floats:
+        """Sample that arrives at the current step, (num_envs, width)."""
+        found: Floats = self._samples[(self._newest + 1) % len(self._samples)]
+        return found
+
+    def due(self, rng: RandomSource) -> Mask:
+        """Return a mask of the environments whose sensor takes a sample at this step, (num_envs,) bool."""
+        if self._period == 1:
+            return self._everywhere
+        due: Mask = rng.steps % np.uint64(self._period) == 0
+        return due
+
+    def reset(self, rng: RandomSource, true: Floats, mask: Mask) -> None:
+        """Take the first sample of an episode in the environments selected by ``mask``.
+
+        Args:
+            rng: Random source that was passed to the task's reset.
+            true: True values, (num_envs, width).
+            mask: The environments to reset.
+        """
+        sample = self._spoil(rng, true[mask], mask)
+        if self._sensor.dropout and self._lost is not None:
+            sample = self._lose(rng, sample, mask)
+        self._samples[:, mask] = sample
+
+    def advance(self, rng: RandomSource, true: Floats | None, due: Mask) -> None:
+        """Advance by one control step, and take samples that are due.
+
+        Args:
+            rng: Random source that was passed to the task's step.
+            true: True values, (num_envs, width), or None if no environment takes a sample.
+            due: Environments that take a sample.
+        """
+        last = self._samples[self._newest]
+        self._newest = (self._newest + 1) % len(self._samples)
+        now = self._samples[self._newest]
+        if len(self._samples) > 1:
+            now[:] = last
+        if true is None:
+            return
+        sample = self._spoil(rng, true[due], due)
+        if self._sensor.dropout:
+            if self._lost is None:
+                kept = rng.uniform(self._dropout_stream, mask=due) >= self._sensor.dropout
+                sample = np.where(kept[:, None], sample, last[due])
+            else:
+                sample = self._lose(rng, sample, due)
+        now[due] = sample
+
+    def _spoil(self, rng: RandomSource, true: Floats, mask: Mask) -> Floats:
+        """Add noise to true values, (n, width), round them to the resolution, and clip them to the range."""
+        if not self._noise.any() and not self._resolution.any():
+            return true
+        sample = true
+        if self._noise.any():
+            sample = sample + self._noise * rng.normal(self._noise_stream, shape=(self._sensor.width,), mask=mask)
+        if self._resolution.any():
+            sample = np.where(self._resolution > 0.0, np.rint(sample / self._grain) * self._grain, sample)
+        sample = np.clip(sample, self._low, self._high)
+        return sample if self._lost is None else np.where(true == self._lost, true, sample)
+
+    def _lose(self, rng: RandomSource, sample: Floats, mask: Mask) -> Floats:
+        """Replace randomly selected elements of samples, (n, width), with the reading that indicates a dropout."""
+        kept = rng.uniform(self._dropout_stream, shape=(self._sensor.width,), mask=mask) >= self._sensor.dropout
+        return np.where(kept, sample, np.asarray(self._lost, np.float64))
+
+    def snapshot(self) -> Snapshot:
+        """Return the samples that have not arrived yet, (num_envs, delay + 1, width), newest first."""
+        order = (self._newest - np.arange(len(self._samples))) % len(self._samples)
+        return {"samples": self._samples[order].swapaxes(0, 1).copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+        self._newest = len(self._samples) - 1
+        self._samples[:] = snapshot["samples"].swapaxes(0, 1)[::-1]

@@ -1,0 +1,64 @@
+"""Inertial measurement units, computed from the velocities of a link."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from frobs_core.contracts import RobotHandle, Simulation, Snapshot
+from frobs_core.description import Sensor
+from frobs_core.sensing.sensors.instrument import Instrument
+from frobs_core.util.arrays import Floats, Mask, rows_of
+from frobs_core.util.rotations import quat_conjugate, quat_rotate
+
+
+class ImuInstrument(Instrument):
+    """Instrument that measures angular velocity [rad/s] and specific force [m/s²] in the link's frame."""
+
+    def __init__(
+        self, name: str, sensor: Sensor, simulation: Simulation, robot: RobotHandle, control_timestep: float
+    ) -> None:
+        super().__init__(name, sensor, simulation, robot, control_timestep)
+        imu: Any = sensor
+        self._frame: str = imu.frame
+        self._offset: Floats = np.tile(np.asarray(imu.offset, np.float64), (robot.num_envs, 1))  # (num_envs, 3)
+        self._moved = bool(self._offset.any())
+        self._velocity: Floats = np.zeros((robot.num_envs, 3))  # [m/s] linear velocity of the sensor in the world frame
+        self._acceleration: Floats = np.zeros((robot.num_envs, 3))  # [m/s²] acceleration in the world frame
+
+    def reset(self, mask: Mask | None) -> None:
+        """Discard the previous velocity, so that the acceleration is 0 after a reset."""
+        rows = rows_of(mask)
+        self._velocity[rows] = self._measure_velocity()[rows]
+        self._acceleration[rows] = 0.0
+
+    def advance(self) -> None:
+        """Compute the acceleration from the change in velocity over the control step."""
+        velocity = self._measure_velocity()
+        self._acceleration = (velocity - self._velocity) / self.control_timestep
+        self._velocity = velocity
+
+    def measure(self) -> Floats:
+        """Return angular velocity and specific force, both in the link's frame, (num_envs, 6)."""
+        _, quat = self.robot.frame_pose(self._frame)
+        _, ang_vel_world = self.robot.frame_velocity(self._frame)
+        into = quat_conjugate(quat)
+        force = self._acceleration - self.simulation.parameter("gravity")
+        return np.concatenate([quat_rotate(into, ang_vel_world), quat_rotate(into, force)], axis=1)
+
+    def _measure_velocity(self) -> Floats:
+        """Return the sensor's linear velocity in the world frame, (num_envs, 3) [m/s], as a new array."""
+        lin_vel_world, ang_vel_world = self.robot.frame_velocity(self._frame)
+        if not self._moved:
+            return lin_vel_world.copy()
+        arm = quat_rotate(self.robot.frame_pose(self._frame)[1], self._offset)
+        return lin_vel_world + np.cross(ang_vel_world, arm)
+
+    def snapshot(self) -> Snapshot:
+        """Return the most recent velocity and acceleration."""
+        return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restore a snapshot."""
+        self._velocity, self._acceleration = snapshot["velocity"].copy(), snapshot["acceleration"].copy()

@@ -1,0 +1,1 @@
+"""Arrays, errors, files and other helpers that know nothing about robots."""

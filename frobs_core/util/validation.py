@@ -1,0 +1,219 @@
+"""Validation of mappings with pydantic models, and of single values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
+
+import numpy as np
+
+from frobs_core.util.arrays import Floats
+from frobs_core.util.errors import (
+    ConfigFileError,
+    ConfigurationError,
+    MissingSettingError,
+    ParameterValueError,
+    UnknownParameterError,
+    nearest,
+)
+from frobs_core.util.yaml import find_origin
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+Model = TypeVar("Model", bound="BaseModel")
+
+
+def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Model:
+    """Validate settings and return them as a model.
+
+    Args:
+        model: A pydantic model that forbids extra keys.
+        settings: Settings to validate. For a :class:`frobs_core.util.yaml.ConfigMapping`, errors contain the file and line.
+        owner: Object that the settings configure, such as ``"algorithm 'ppo'"``.
+
+    Returns:
+        The model.
+
+    Raises:
+        UnknownParameterError: A key is unknown.
+        ConfigurationError: A value is invalid.
+        ConfigFileError: A key that was read from a file is unknown, or its value is invalid.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return model.model_validate(settings)
+    except ValidationError as failure:
+        problem = min(failure.errors(), key=lambda item: item["type"] != "extra_forbidden")
+        keys = problem["loc"]
+        if problem["type"] == "extra_forbidden":
+            holder = ".".join(str(key) for key in keys[:-1])
+            error: ConfigurationError = UnknownParameterError(
+                f"'{holder}' of {owner}" if holder else owner, str(keys[-1]), _fields(model, keys[:-1])
+            )
+        else:
+            error = _explain(owner, ".".join(_present(settings, keys)) or "settings", problem)
+        origin = find_origin(settings, keys)
+        if origin is not None:
+            raise ConfigFileError(*origin, str(error)) from None
+        raise error from None
+
+
+def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
+    """Return the error for a problem that pydantic reports."""
+    message, value = problem["msg"], problem["input"]
+    if problem["type"] == "missing":
+        return MissingSettingError(owner, name)
+    if message.startswith("Input should be "):
+        return ParameterValueError(name, value, message.removeprefix("Input should be "), owner)
+    return ConfigurationError(f"{owner}: {name} = {value!r}: {message}.")
+
+
+def finite(name: str, value: Any, unit: str = "") -> float:
+    """Return the value if it is a finite number.
+
+    Args:
+        name: Name of the parameter, used in the error message.
+        value: Value of the parameter.
+        unit: Unit of the parameter, used in the error message.
+
+    Raises:
+        ConfigurationError: The value is not a finite number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise ParameterValueError(name, value, f"a finite number{unit and f' [{unit}]'}")
+    return float(value)
+
+
+def positive(name: str, value: Any, unit: str = "") -> float:
+    """Return the value if it is a finite number above 0. For the arguments, see :func:`finite`.
+
+    Raises:
+        ConfigurationError: The value is not a finite number above 0.
+    """
+    if finite(name, value, unit) <= 0.0:
+        raise ParameterValueError(name, value, f"above 0{unit and f' [{unit}]'}")
+    return float(value)
+
+
+def non_negative(name: str, value: Any, unit: str = "") -> float:
+    """Return the value if it is a finite number that is not negative. For the arguments, see :func:`finite`.
+
+    Raises:
+        ConfigurationError: The value is not a finite number, or is negative.
+    """
+    if finite(name, value, unit) < 0.0:
+        raise ParameterValueError(name, value, f"0 or more{unit and f' [{unit}]'}")
+    return float(value)
+
+
+def whole_number(name: str, value: Any, lowest: int = 0, highest: int | None = None) -> int:
+    """Return the value if it is a whole number in [lowest, highest].
+
+    Raises:
+        ParameterValueError: The value is not a whole number in this range.
+    """
+    is_whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not is_whole or value < lowest or (highest is not None and value > highest):
+        limits = f"of at least {lowest}" if highest is None else f"from {lowest} to {highest:,}"
+        raise ParameterValueError(name, value, f"a whole number {limits}")
+    return int(value)
+
+
+def choice(name: str, value: Any, choices: Iterable[str]) -> str:
+    """Return the value if it is one of the given names.
+
+    Raises:
+        ConfigurationError: The value is not one of the names.
+    """
+    known = list(choices)
+    if value not in known:
+        close = nearest(str(value), known)
+        hint = f" (did you mean '{close}'?)" if close else ""
+        raise ParameterValueError(name, value, f"one of {', '.join(map(repr, known))}{hint}")
+    return str(value)
+
+
+def boolean(name: str, value: Any) -> bool:
+    """Return the value if it is True or False.
+
+    Raises:
+        ConfigurationError: The value is not a boolean.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise ParameterValueError(name, value, "true or false")
+    return bool(value)
+
+
+def number_list(name: str, value: Any, count: int | None = None) -> tuple[float, ...]:
+    """Return the value if it is a list of finite numbers.
+
+    Args:
+        name: Name of the parameter, used in the error message.
+        value: Value of the parameter.
+        count: Required number of elements, or None to accept any non-empty list.
+
+    Raises:
+        ConfigurationError: The value is not a list of finite numbers or has the wrong length.
+    """
+    given = list(value) if isinstance(value, Iterable) and not isinstance(value, str | bytes | dict) else []
+    if not given or count not in (None, len(given)):
+        wanted = "a list of numbers" if count is None else f"{count} numbers"
+        raise ParameterValueError(name, value, wanted)
+    return tuple(finite(f"{name}[{i}]", number) for i, number in enumerate(given))
+
+
+def box(low_name: str, low: Any, high_name: str, high: Any) -> tuple[Floats, Floats]:
+    """Return the corners of a box, (3,) [m] each.
+
+    Raises:
+        ConfigurationError: A corner does not consist of three finite numbers, or ``low`` is not below ``high`` on every
+            axis.
+    """
+    lowest, highest = np.array(number_list(low_name, low, 3)), np.array(number_list(high_name, high, 3))
+    if not (lowest < highest).all():
+        raise ParameterValueError(
+            low_name, tuple(lowest.tolist()), f"below {high_name} {numbers(highest)} on every axis"
+        )
+    return lowest, highest
+
+
+def numbers(vector: Floats) -> str:
+    """Format a vector for messages: ``(0.5, -0.25, 1)``."""
+    return "(" + ", ".join(f"{number:.4g}" for number in vector) + ")"
+
+
+def _fields(model: type[BaseModel], keys: tuple[int | str, ...]) -> list[str]:
+    """Return the keys that the model accepts at a nested level."""
+    for key in keys:
+        if key not in model.model_fields:  # added by pydantic for the members of a union
+            continue
+        inner = _model_in(model.model_fields[str(key)].annotation)
+        if inner is None:
+            return []
+        model = inner
+    return list(model.model_fields)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """Return the first pydantic model in a type annotation, including its arguments, or None."""
+    from pydantic import BaseModel
+
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((found for part in get_args(annotation) if (found := _model_in(part)) is not None), None)
+
+
+def _present(settings: object, keys: tuple[int | str, ...]) -> list[str]:
+    """Return the key path of an error, without the keys that pydantic adds for unions, up to the first missing key."""
+    names: list[str] = []
+    for key in keys:
+        if not isinstance(settings, Mapping | list):
+            break
+        try:
+            settings = cast("Any", settings)[key]
+        except (KeyError, IndexError, TypeError):
+            return [*names, str(key)] if isinstance(settings, Mapping) else names
+        names.append(str(key))
+    return names

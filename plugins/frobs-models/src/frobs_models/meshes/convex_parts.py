@@ -1,0 +1,93 @@
+"""Convex decomposition of collision meshes."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from frobs_core.models.model import Mesh
+from frobs_core.util.budgets import BUDGETS
+from frobs_core.util.errors import MissingDependencyError, ModelFileError
+from frobs_models.meshes.cache import MeshCache
+from frobs_models.meshes.mesh import MeshPart, joined, read_mesh, scaled
+
+MAX_FACES = BUDGETS["mesh"]["triangles to decompose"]
+"""Maximum number of triangles in a mesh to decompose. The decomposition of a larger mesh would take minutes."""
+
+THICKNESS = 1e-3
+"""Thickness of the plate that replaces a flat collision mesh [m]."""
+
+FLAT = 1e-6
+"""Extent of a flat mesh across its plane, relative to its largest extent."""
+
+_SETTINGS = {
+    "threshold": 0.05,  # maximum concavity of a piece, relative to the size of the mesh
+    "max_convex_hull": 64,  # maximum number of pieces
+    "resolution": 1000,  # number of sample points for measuring the concavity
+    "mcts_nodes": 10,  # half of CoACD's default, as for mcts_iterations, to halve the computation time
+    "mcts_iterations": 60,
+    "seed": 0,
+}
+_CACHED_AS = ".convex-parts-1"  # version of the settings, which is part of the cache key
+
+
+def convex_parts(mesh: Mesh) -> tuple[MeshPart, ...]:
+    """Return the parts whose convex hulls serve as collision shapes: decomposed pieces or the whole mesh.
+
+    The pieces depend only on the file's content, so they are the same in every simulator. The pieces are cached.
+
+    Raises:
+        ModelFileError: The mesh cannot be read, or has too many triangles to be decomposed.
+        MissingDependencyError: The mesh must be decomposed, but CoACD is not installed.
+    """
+    whole = joined(read_mesh(mesh.path))
+    if not mesh.decomposed:
+        return tuple(_with_volume(mesh, part) for part in scaled([whole], mesh.scale))
+    cache = MeshCache(mesh.path.with_suffix(_CACHED_AS), whole.vertices.tobytes() + whole.faces.tobytes())
+    parts = cache.load(MeshPart)
+    if parts is None:
+        parts = _decompose(mesh, whole)
+        cache.store(parts)
+    return tuple(_with_volume(mesh, part) for part in scaled(parts, mesh.scale))
+
+
+def _with_volume(mesh: Mesh, part: MeshPart) -> MeshPart:
+    """Make a plate of a flat mesh, because engines reject a collision shape without a volume.
+
+    Raises:
+        ModelFileError: All vertices lie on a line.
+    """
+    points = part.vertices - part.vertices.mean(axis=0)
+    _, axes = np.linalg.eigh(points.T @ points)  # (3,), (3, 3); the first axis is that of the smallest extent
+    extents = np.ptp(points @ axes, axis=0)  # (3,) [m]
+    if extents[0] > FLAT * extents[2]:
+        return part
+    if extents[1] <= FLAT * extents[2]:
+        raise ModelFileError(mesh.path, "all vertices of the collision mesh lie on a line: replace it by a shape.")
+    corners = part.vertices[part.faces]  # (m, 3, 3)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    up = normals @ axes[:, 0] > 0.0
+    top = np.where(up[:, None], part.faces, part.faces[:, ::-1])
+    shift = 0.5 * THICKNESS * axes[:, 0]
+    return MeshPart(
+        np.concatenate([part.vertices + shift, part.vertices - shift]),
+        np.concatenate([top, top[:, ::-1] + len(part.vertices)]).astype(np.int32),
+    )
+
+
+def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:
+    if len(whole.faces) > MAX_FACES:
+        raise ModelFileError(
+            mesh.path,
+            f"the mesh has {len(whole.faces):,} triangles; at most {MAX_FACES:,} can be decomposed. Simplify the mesh.",
+        )
+    try:
+        import coacd
+    except ImportError as error:
+        purpose = f"the convex decomposition of {mesh.path}"
+        raise MissingDependencyError(purpose, ["coacd"], "pip install 'frobs-core[decomposition]'") from error
+    logging.getLogger(__name__).info("decomposing %s into convex parts; the result is cached", mesh.path)
+    coacd.set_log_level("error")
+    found = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **_SETTINGS)
+    return tuple(MeshPart(np.array(vertices, float), np.array(faces, np.int32)) for vertices, faces in found)
