@@ -21,6 +21,9 @@ pytest_plugins = ["frobs_devkit.testing.fixtures", "optional_parts"]
 # also for the processes that tests start.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+# What version 0.3 deprecates is an error in our own tests, like every other warning.
+os.environ.setdefault("FROBS_DEPRECATIONS", "error")
+
 # JAX compiles the same networks in many tests and in the processes that tests start. With a limit of the size, the cache is
 # locked, so that processes can share it.
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(__file__).parent / ".pytest_cache" / "jax"))

@@ -6,6 +6,8 @@ plugins. For example, ``frobs doctor plugins`` sets ``FROBS_NO_PLUGINS`` and exa
 """
 
 import os
+import sys
+from typing import Any
 
 from frobs_core._version import __version__ as __version__
 from frobs_core.deprecation import keep_moved_modules
@@ -19,3 +21,11 @@ if not os.environ.get("FROBS_NO_PLUGINS") and "_FROBS_COMPLETE" not in os.enviro
     from frobs_core.plugins import registry as registry
 
     registry.register_environments()
+
+
+def __getattr__(name: str) -> Any:
+    """Return a module of version 0.2."""
+    try:
+        return sys.modules[f"{__name__}.{name}"]
+    except KeyError:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'") from None

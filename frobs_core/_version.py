@@ -1,3 +1,3 @@
 """Version of the core, in its own module to avoid circular imports."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

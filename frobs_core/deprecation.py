@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+STRICT = "FROBS_DEPRECATIONS"
+"""Environment variable with the value ``error``, which makes the use of a deprecated part an error."""
 
 
 class FrobsDeprecationWarning(DeprecationWarning):
@@ -22,6 +26,9 @@ class FrobsDeprecationWarning(DeprecationWarning):
 
 def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, stacklevel: int = 2) -> None:
     """Warn that a deprecated part of FRobs is used.
+
+    The tests of many plugins treat all warnings as errors. Because a plugin must keep working until a deprecated part
+    is removed, the warning is then logged instead, unless ``FROBS_DEPRECATIONS=error`` is set.
 
     Args:
         what: Deprecated part, such as ``"RobotHandle.joint_torques"``.
@@ -33,7 +40,12 @@ def warn_deprecated(what: str, *, instead: str, since: str, removed_in: str, sta
             calls ``warn_deprecated``.
     """
     text = f"{what} has been deprecated since frobs-core {since} and will be removed in {removed_in}; use {instead}."
-    warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)
+    try:
+        warnings.warn(text, FrobsDeprecationWarning, stacklevel=stacklevel + 1)
+    except FrobsDeprecationWarning:
+        if os.environ.get(STRICT) == "error":
+            raise
+        logging.getLogger("frobs").warning("%s", text)
 
 
 def deprecated(*, instead: str, since: str, removed_in: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -100,43 +112,32 @@ def moved_names(module: str) -> Callable[[str], Any]:
     """Return a ``__getattr__`` for a module of version 0.2, which finds names in the modules that define them now."""
 
     def find(name: str) -> Any:
-        if name.startswith("__") and name != "__all__":
+        if name == "__all__":
+            return [exported for place in MOVED[module] for exported in getattr(import_module(place), "__all__", ())]
+        if name.startswith("__"):
             raise AttributeError(f"module '{module}' has no attribute '{name}'")
         new = RENAMED.get(name, name)
-        missing = None
+        missing = ""
         for place in MOVED[module]:
             try:
                 value = getattr(import_module(place), new)
             except AttributeError:
                 continue
             except ModuleNotFoundError as error:
-                missing = error
+                missing = (error.name or place).partition(".")[0].replace("_", "-")
                 continue
-            if name != "__all__":
-                warn_deprecated(f"{module}.{name}", instead=f"{place}.{new}", since="0.3", removed_in="0.4")
+            warn_deprecated(f"{module}.{name}", instead=f"{place}.{new}", since="0.3", removed_in="0.4")
             return value
-        if missing is not None:
-            distribution = (missing.name or "").partition(".")[0].replace("_", "-")
-            raise ImportError(
-                f"'{name}' is no longer in '{module}'; to install its new place: pip install {distribution}.",
-                name=module,
-            )
+        if missing:
+            raise ImportError(f"'{module}' no longer has '{name}'; to install its new place: pip install {missing}.")
         raise AttributeError(f"module '{module}' has no attribute '{name}'")
 
     return find
 
 
-class _MovedModules(MetaPathFinder, Loader):
-    """Import system's view of the modules that do not exist any more."""
-
-    def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        gone = fullname in MOVED and fullname not in ("frobs_core.models", "frobs_core.plugins")
-        return ModuleSpec(fullname, self) if gone else None
-
-    def exec_module(self, module: ModuleType) -> None:
-        vars(module)["__getattr__"] = moved_names(module.__name__)
-
-
 def keep_moved_modules() -> None:
     """Keep the modules of version 0.2 importable. Each name that is taken from one of them causes a warning."""
-    sys.meta_path.insert(0, _MovedModules())  # before a folder that an update has left behind empty
+    for name in MOVED:
+        if name not in ("frobs_core.models", "frobs_core.plugins"):
+            module = sys.modules[name] = ModuleType(name)
+            vars(module)["__getattr__"] = moved_names(name)

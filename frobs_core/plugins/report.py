@@ -26,7 +26,7 @@ class PluginReport:
         traceback: Traceback of the failure.
         import_seconds: Duration of the plugin's import [s].
         records: The plugin's records, by kind. The mapping contains all kinds.
-        made_for: Versions of the core that the distribution requires, such as ``">=0.2,<0.3"``, or empty if not
+        made_for: Versions of the core that the distribution requires, such as ``">=0.3,<0.4"``, or empty if not
             specified.
         warning: One-line description of a non-fatal problem with a loaded plugin, or empty if there is no problem.
     """

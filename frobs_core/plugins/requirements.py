@@ -32,7 +32,7 @@ class Missing:
 
 
 def core_versions(requirements: Iterable[str]) -> str:
-    """Return the core versions that a distribution supports, such as ``">=0.2,<0.3"``, or ``""`` if not specified."""
+    """Return the core versions that a distribution supports, such as ``">=0.3,<0.4"``, or ``""`` if not specified."""
     for line in requirements:
         found = _CORE_LINE.match(line)
         if found:

@@ -6,17 +6,30 @@ needed: a folder of links to all that is not ours.
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 import sys
 import venv
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 PLUGINS = sorted(path.parent for path in HERE.glob("*/pyproject.toml"))
 OURS = ("frobs", "acme", "__editable__", "_editable_impl", "_shared.pth", "__pycache__", "distutils-precedence.pth")
+
+FROBS = ("frobs-cli", "frobs-deploy", "frobs-devkit", "frobs-models", "frobs-train")
+"""Distributions of FRobs beside the core that commands need."""
+
+
+def imports(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield (module, name) of every import from the core, in a file."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frobs"):
+            yield from ((node.module or "", alias.name) for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from ((alias.name, "") for alias in node.names if alias.name.startswith("frobs"))
 
 
 class Environment:

@@ -6,11 +6,10 @@ import ast
 import importlib
 import json
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clean import HERE, PLUGINS, ROOT, Environment
+from clean import FROBS, HERE, PLUGINS, ROOT, Environment, imports
 from wheels import build_wheels, frobs_wheels
 
 sys.path.insert(0, str(ROOT / "docs"))
@@ -19,9 +18,6 @@ from generate import api
 PUBLIC = {module for modules in api.MODULES.values() for module in modules}
 PUBLIC |= {f"frobs_core.{name}" for name in ("errors", "hookspecs", "specs")}
 
-FROBS = ("frobs-cli", "frobs-deploy", "frobs-devkit", "frobs-train")
-"""Distributions of FRobs beside the core that the commands of this test need."""
-
 WORDS = {
     "acme-sim-ideal": (),
     "acme-robot-scara": (),
@@ -29,15 +25,6 @@ WORDS = {
     "acme-task-touch": (),
     "acme-algo-climb": (),
 }
-
-
-def imports(path: Path) -> Iterator[tuple[str, str]]:
-    """Yield (module, name) of every import from the core, in a file."""
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("frobs"):
-            yield from ((node.module or "", alias.name) for alias in node.names)
-        elif isinstance(node, ast.Import):
-            yield from ((alias.name, "") for alias in node.names if alias.name.startswith("frobs"))
 
 
 def is_public(module: str, name: str) -> bool:

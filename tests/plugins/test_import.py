@@ -91,7 +91,7 @@ def test_workers_know_the_ids_by_their_self_importing_form_and_say_nothing_twice
 
 
 def test_all_kinds_of_trouble_at_once_leave_the_good_ones_working(site):
-    core = ("frobs-core>=0.2,<0.3",)
+    core = ("frobs-core>=0.3,<0.4",)
     site.add_robot("good-dist", "good", "good_arm", requires=core)
     site.add_robot("late-dist", "late", "late_arm", requires=("frobs-core>=7,<8",))
     site.add_robot("first-dist", "first", "twofold")
@@ -124,7 +124,7 @@ def test_all_kinds_of_trouble_at_once_leave_the_good_ones_working(site):
 @pytest.mark.slow
 def test_fifty_plugins_stay_within_the_budget(site):
     for i in range(50):
-        site.add_robot(f"dist-{i}", f"plugin_{i}", f"arm_{i}", requires=("frobs-core>=0.2,<0.3", "numpy>=2"))
+        site.add_robot(f"dist-{i}", f"plugin_{i}", f"arm_{i}", requires=("frobs-core>=0.3,<0.4", "numpy>=2"))
     code = """
         import time, gymnasium
         start = time.process_time()

@@ -11,7 +11,7 @@ from frobs_core.plugins import isolated
 from frobs_core.util.errors import UnknownNameError
 from frobs_devkit.doctor import examine_plugins
 
-CORE = ("frobs-core>=0.2,<0.3",)
+CORE = ("frobs-core>=0.3,<0.4",)
 GOOD = "\nfrom frobs_core.plugins.hooks import hookimpl\n@hookimpl\ndef frobs_robots():\n    return []\n"
 
 

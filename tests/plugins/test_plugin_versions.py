@@ -40,8 +40,8 @@ def test_a_broken_plugin_for_another_version_says_both(site):
 @pytest.mark.parametrize(
     ("line", "versions"),
     [
-        ("frobs-core>=0.2,<0.3", ">=0.2,<0.3"),
-        ("Frobs_Core (>=0.2, <0.3)", ">=0.2,<0.3"),
+        ("frobs-core>=0.3,<0.4", ">=0.3,<0.4"),
+        ("Frobs_Core (>=0.3, <0.4)", ">=0.3,<0.4"),
         ("frobs.core[video]~=0.2.0; python_version > '3'", "~=0.2.0"),
         ("frobs-core", ""),
         ("frobs-core-extras>=3", ""),
@@ -53,7 +53,7 @@ def test_the_requirement_on_the_core_is_read(line, versions):
 
 
 def test_ranges_end_or_do_not():
-    assert has_upper_bound(">=0.2,<0.3")
+    assert has_upper_bound(">=0.3,<0.4")
     assert has_upper_bound("~=0.2.0")
     assert not has_upper_bound(">=0.1")
     assert is_made_for("", "3.0")

@@ -47,7 +47,7 @@ from frobs_core.plugins.hooks import hookimpl
 def frobs_robots():
     return []
 """
-REQUIRES = "Requires-Dist: frobs-core>=0.2,<0.3\n"
+REQUIRES = "Requires-Dist: frobs-core>=0.3,<0.4\n"
 
 
 def change(old: str, new: str) -> Callable[[str], str]:

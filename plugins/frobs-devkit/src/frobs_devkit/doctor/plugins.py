@@ -174,7 +174,7 @@ def _findings(
             "no-core-versions",
             "versions",
             f"the plugin's distribution requires {says}, without an upper bound",
-            'the plugin\'s author should add an upper bound: dependencies = ["frobs-core>=0.2,<0.3"]',
+            'the plugin\'s author should add an upper bound: dependencies = ["frobs-core>=0.3,<0.4"]',
         )
     yield from _clashes(candidate, seen, offers)
     yield from _manners(seen)

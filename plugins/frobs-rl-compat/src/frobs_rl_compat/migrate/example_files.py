@@ -15,7 +15,7 @@ from frobs_rl_compat.migrate.package import OldPackage
 from frobs_rl_compat.migrate.report import Migration
 from frobs_rl_compat.migrate.yaml_files import literal
 
-_REQUIREMENT = '  "frobs-tasks-legacy>=0.2,<0.3",\n'
+_REQUIREMENT = '  "frobs-tasks-legacy>=0.3,<0.4",\n'
 
 
 def write_example(

@@ -1,0 +1,1 @@
+"""The robot 'my_arm' for FRobs."""

@@ -1,0 +1,1 @@
+"""The task 'my_arm_reach' for FRobs."""
