@@ -73,7 +73,7 @@ MOVED: Mapping[str, Sequence[str]] = {
     "frobs_core.added_terms": ["frobs_core.kernel.added_terms"],
     "frobs_core.arrays": ["frobs_core.util.arrays"],
     "frobs_core.budgets": ["frobs_core.util.budgets"],
-    "frobs_core.capabilities": ["frobs_core.plugins.capabilities", "frobs_core.plugins.records"],
+    "frobs_core.capabilities": ["frobs_core.plugins.records", "frobs_core.plugins.capabilities"],
     "frobs_core.compose": ["frobs_core.kernel.compose"],
     "frobs_core.config": ["frobs_core.kernel.config"],
     "frobs_core.control": ["frobs_core.contracts.control"],

@@ -103,4 +103,4 @@ def test_what_is_exported_is_found() -> None:
     assert exported("frobs_core.models") >= {"RobotModel"}
     assert exported("frobs_core.util.errors") is None
     assert not is_public("frobs_models.xmltree", "Element")
-    assert is_public("frobs_core.models", "Element")
+    assert is_public("frobs_models", "Element")

@@ -10,8 +10,11 @@ from layers import ROOT, distributions
 from generate import errors
 from generate.rst import directive, escape, heading, label, table, toctree
 
-_CORE_ELSEWHERE = {"errors", "hookspecs", "specs"}
+_CORE_ELSEWHERE = {"frobs_core.util.errors", "frobs_core.plugins.hooks", "frobs_core.plugins.records"}
 """Modules of the core that have a page of their own in the reference."""
+
+_CORE_PACKAGES = ("contracts", "description", "models", "plugins", "sensing.sensors", "sensing.randomization")
+"""Packages of the core whose ``__all__`` lists the public names of all their modules."""
 
 _HELPERS = (
     "catalogue",
@@ -31,19 +34,35 @@ _HELPERS = (
 
 def _core() -> list[str]:
     """Return the public modules of the core."""
-    names = (module.name for module in pkgutil.iter_modules([str(ROOT / "frobs_core")]))
-    return sorted(f"frobs_core.{name}" for name in names if not name.startswith("_") and name not in _CORE_ELSEWHERE)
+    names = {f"frobs_core.{name}" for name in (*_CORE_PACKAGES, "deprecation", "sensing.observation")}
+    names |= {f"frobs_core.plugins.{name}" for name in ("capabilities", "registry")}
+    for room in ("kernel", "util"):
+        found = pkgutil.iter_modules([str(ROOT / "frobs_core" / room)])
+        names |= {f"frobs_core.{room}.{module.name}" for module in found}
+    return sorted(names - _CORE_ELSEWHERE)
 
 
 MODULES = {
     "frobs-core": _core(),
+    "frobs-models": ["frobs_models"],
     "frobs-deploy": ["frobs_deploy"],
     "frobs-cli": [f"frobs_cli.{name}" for name in _HELPERS],
     "frobs-train": ["frobs_train", "frobs_train.cli.jobs_progress", "frobs_train.cli.runner_options"],
     "frobs-devkit": [
         f"frobs_devkit.{name}"
-        for name in ("bench", "bench_training", "doctor", "parity", "robot_sheet", "scaffold", "scaling", "testing")
+        for name in (
+            "bench",
+            "bench_training",
+            "doctor",
+            "parity",
+            "probe",
+            "robot_sheet",
+            "scaffold",
+            "scaling",
+            "testing",
+        )
     ],
+    "frobs-rl-compat": ["frobs_rl_compat.wrappers"],
 }
 """The public modules of each distribution that is more than a plugin."""
 

@@ -4,7 +4,7 @@ from frobs_core.contracts.algorithm import Algorithm, TrainingMonitor
 from frobs_core.contracts.applied_wrenches import AppliedWrenches, Wrench
 from frobs_core.contracts.body_handle import BodyHandle
 from frobs_core.contracts.contacts import ContactState
-from frobs_core.contracts.control import Control, RobotControl
+from frobs_core.contracts.control import Control, RobotControl, joint_groups
 from frobs_core.contracts.controller import Controller, ControllerWrapper
 from frobs_core.contracts.expert import Expert, load_expert
 from frobs_core.contracts.joint_group import JointGroup, JointSubset
@@ -44,5 +44,6 @@ __all__ = [
     "Wrench",
     "WrittenParameters",
     "active_gains",
+    "joint_groups",
     "load_expert",
 ]

@@ -11,7 +11,7 @@ from frobs_core.models.defaults import (
     usual_rank,
 )
 from frobs_core.models.gains import DriveGains
-from frobs_core.models.inertia import inertia_matrix, parallel_axis
+from frobs_core.models.inertia import inertia_matrix, parallel_axis, symmetric_matrix
 from frobs_core.models.kinematics import (
     MOVING,
     compose,
@@ -22,7 +22,7 @@ from frobs_core.models.kinematics import (
     pose_array,
     pose_from_array,
 )
-from frobs_core.models.load import load_model
+from frobs_core.models.load import find_reader, load_model
 from frobs_core.models.model import (
     Box,
     Capsule,
@@ -43,7 +43,7 @@ from frobs_core.models.model import (
     Visual,
 )
 from frobs_core.models.notes import RULES, Note, Rule, Treatment
-from frobs_core.models.solids import solid_inertial
+from frobs_core.models.solids import solid, solid_inertial
 from frobs_core.models.tree import joints_below, outward
 
 __getattr__ = moved_names(__name__)
@@ -78,6 +78,7 @@ __all__ = [
     "composite_inertia",
     "default_gains",
     "default_tcp",
+    "find_reader",
     "forward_kinematics",
     "home_positions",
     "inertia_matrix",
@@ -90,6 +91,8 @@ __all__ = [
     "parallel_axis",
     "pose_array",
     "pose_from_array",
+    "solid",
     "solid_inertial",
+    "symmetric_matrix",
     "usual_rank",
 ]

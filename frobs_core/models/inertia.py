@@ -14,7 +14,7 @@ from frobs_core.util.rotations import matrix_from_quat
 def inertia_matrix(inertial: Inertial) -> Floats:
     """Return the inertia about the center of mass, expressed in the link's axes, (3, 3) [kg·m²]."""
     rotation = matrix_from_quat(inertial.origin.quat_wxyz)
-    turned: Floats = rotation @ symmetric(inertial.inertia) @ rotation.T
+    turned: Floats = rotation @ symmetric_matrix(inertial.inertia) @ rotation.T
     return turned
 
 
@@ -23,7 +23,7 @@ def parallel_axis(mass: float, arm: Floats) -> Floats:
     return np.asarray(mass * ((arm * arm).sum() * np.eye(3) - np.outer(arm, arm)))
 
 
-def symmetric(moments: Sequence[float]) -> Floats:
+def symmetric_matrix(moments: Sequence[float]) -> Floats:
     """Return the symmetric matrix, (3, 3), of the values ixx, ixy, ixz, iyy, iyz and izz."""
     ixx, ixy, ixz, iyy, iyz, izz = moments
     return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])

@@ -19,8 +19,9 @@ from frobs_core.deprecation import moved_names
 from frobs_core.plugins.collection import Plugins
 from frobs_core.plugins.discovery import Candidate, normalize
 from frobs_core.plugins.known import install_command
+from frobs_core.plugins.loading import import_plugin, read_records
 from frobs_core.plugins.records import Record
-from frobs_core.plugins.report import PluginReport
+from frobs_core.plugins.report import PluginReport, environment_ids
 from frobs_core.plugins.requirements import core_versions, has_upper_bound, is_made_for, missing
 from frobs_core.util.errors import PluginError
 
@@ -32,15 +33,18 @@ __all__ = [
     "Plugins",
     "active",
     "core_versions",
+    "environment_ids",
     "get_record",
     "get_report",
     "has_upper_bound",
+    "import_plugin",
     "importable",
     "install_command",
     "is_made_for",
     "isolated",
     "missing",
     "normalize",
+    "read_records",
     "records",
     "reports",
 ]

@@ -21,6 +21,7 @@ ACME = Path(__file__).parents[1] / "external_plugins" / "acme-sim-ideal" / "src"
 def acme(installed: Callable[[str, str], None], monkeypatch: pytest.MonkeyPatch) -> None:
     """A plugin with a simulator, a capability, a sensor type and a parameter of its own."""
     monkeypatch.syspath_prepend(ACME)
+    monkeypatch.delenv("FROBS_DEPRECATIONS")  # it was written for version 0.2
     installed("acme-sim-ideal", (ACME / "acme_sim_ideal" / "plugin.py").read_text())
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from frobs_core import plugins
-from frobs_core.contracts.control import joint_groups
+from frobs_core.contracts import joint_groups
 from frobs_core.description import ALL, Robot
 from frobs_core.models import JointType, RobotModel
 from frobs_core.util.errors import FrobsError

@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from frobs_models.bounds import lowest_points as lowest_points
     from frobs_models.bounds import robot_bounds as robot_bounds
     from frobs_models.bounds import shape_points as shape_points
-    from frobs_models.elements import ELEMENTS as ELEMENTS
-    from frobs_models.elements import elements as elements
-    from frobs_models.fingerprint import fingerprint as fingerprint
+    from frobs_models.element_kinds import ELEMENTS as ELEMENTS
+    from frobs_models.element_kinds import elements as elements
+    from frobs_models.fingerprints import fingerprint as fingerprint
     from frobs_models.load import ENDINGS as ENDINGS
     from frobs_models.load import open_document as open_document
     from frobs_models.load import read_document as read_document
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from frobs_models.xmltree import read_bytes as read_bytes
 
 _MODULES = {
-    "ELEMENTS": "frobs_models.elements",
+    "ELEMENTS": "frobs_models.element_kinds",
     "ENDINGS": "frobs_models.load",
     "Element": "frobs_models.xmltree",
     "MeshPart": "frobs_models.meshes.mesh",
@@ -57,9 +57,9 @@ _MODULES = {
     "check_unique": "frobs_models.tree",
     "convex_parts": "frobs_models.meshes.convex_parts",
     "drawn_points": "frobs_models.bounds",
-    "elements": "frobs_models.elements",
+    "elements": "frobs_models.element_kinds",
     "expand_xacro": "frobs_models.xacro.files",
-    "fingerprint": "frobs_models.fingerprint",
+    "fingerprint": "frobs_models.fingerprints",
     "flatten_mimics": "frobs_models.tree",
     "joined": "frobs_models.meshes.mesh",
     "link_bounds": "frobs_models.bounds",

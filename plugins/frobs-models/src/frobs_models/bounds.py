@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.models.model import (
+from frobs_core.models import (
     Box,
     Capsule,
     Collision,

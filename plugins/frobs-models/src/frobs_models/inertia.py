@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from frobs_core.models.inertia import symmetric
-from frobs_core.models.model import Inertial, Joint, JointType, Pose
+from frobs_core.models import Inertial, Joint, JointType, Pose, symmetric_matrix
 from frobs_models.limits import MAX_INERTIA, MAX_MASS
 from frobs_models.notes import Notes
 from frobs_models.urdf.shapes import read_pose
@@ -86,7 +85,7 @@ def _possible(
     link: Element, mass: float, moments: tuple[float, ...], element: Element, notes: Notes
 ) -> tuple[float, ...]:
     """Return physically possible moments of inertia."""
-    principal = np.linalg.eigvalsh(symmetric(moments))  # ascending
+    principal = np.linalg.eigvalsh(symmetric_matrix(moments))  # ascending
     if np.abs(principal).max() <= _LEAST_GYRATION**2 * mass:
         moments = (moment := 0.4 * mass * _RADIUS**2, 0.0, 0.0, moment, 0.0, moment)
         notes.add(
@@ -105,7 +104,7 @@ def _possible(
         text = "the link has an impossible inertia; the mean of its principal moments is used"
         notes.add("impossible-inertia", link, text)
     elif principal[0] < _THINNEST * principal[2]:
-        axes = np.linalg.eigh(symmetric(moments))[1]
+        axes = np.linalg.eigh(symmetric_matrix(moments))[1]
         raised = axes @ np.diag(np.maximum(principal, _THINNEST * principal[2])) @ axes.T
         moments = tuple(raised[np.triu_indices(3)].tolist())
         notes.add(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from frobs_core.models.model import RobotModel
+from frobs_core.models import RobotModel
 from frobs_core.util.errors import ModelFileError
 from frobs_models.mjcf.mjcf import read_mjcf
 from frobs_models.resources import Packages, resolve_path

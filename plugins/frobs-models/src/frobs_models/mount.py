@@ -9,10 +9,17 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from frobs_core.description.robot import ALL, EndEffector, Robot
-from frobs_core.models import DriveGains, RobotModel, default_gains, default_tcp, home_positions, load_model
-from frobs_core.models.kinematics import joint_path
-from frobs_core.models.model import Vector3
+from frobs_core.description import ALL, EndEffector, Robot
+from frobs_core.models import (
+    DriveGains,
+    RobotModel,
+    Vector3,
+    default_gains,
+    default_tcp,
+    home_positions,
+    joint_path,
+    load_model,
+)
 from frobs_core.util.errors import UnknownNameError, UnsuitableRobotError
 from frobs_core.util.files import cache_folder, write_text
 

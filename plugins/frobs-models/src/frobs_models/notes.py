@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frobs_core.models.notes import RULES, Note
+from frobs_core.models import RULES, Note
 from frobs_models.xmltree import Element
 
 

@@ -9,10 +9,9 @@ from typing import TypeAlias
 
 import yaml
 
-from frobs_core.description.translation import Translation
-from frobs_core.models.model import RobotModel
-from frobs_core.models.notes import Treatment
-from frobs_models.elements import elements
+from frobs_core.description import Translation
+from frobs_core.models import RobotModel, Treatment
+from frobs_models.element_kinds import elements
 
 TranslationTable: TypeAlias = Mapping[str, tuple[Treatment, str]]
 """How a simulator handles each kind of element in a model file, by key of ``frobs_models.ELEMENTS``."""

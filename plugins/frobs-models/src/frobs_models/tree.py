@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from frobs_core.models.model import Joint, JointType, Mimic
+from frobs_core.models import Joint, JointType, Mimic
 from frobs_core.util.budgets import BUDGETS
 from frobs_models.xmltree import Element
 

@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
-from frobs_core.plugins.discovery import Candidate
+from frobs_core.plugins import Candidate
 
 NO_PLUGINS = "FROBS_NO_PLUGINS"
 """Environment variable that, if set, prevents :mod:`frobs_core` from loading plugins when it is imported."""

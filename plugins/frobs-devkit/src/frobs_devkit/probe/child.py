@@ -23,8 +23,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from frobs_core.plugins.loading import import_plugin, read_records
-from frobs_core.plugins.report import environment_ids
+from frobs_core.plugins import environment_ids, import_plugin, read_records
 
 _ACTS = {
     "os.chdir": "working directory",

@@ -6,7 +6,7 @@ import logging
 
 import numpy as np
 
-from frobs_core.models.model import Mesh
+from frobs_core.models import Mesh
 from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import MissingDependencyError, ModelFileError
 from frobs_models.meshes.cache import MeshCache

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 import numpy.typing as npt
 
-from frobs_core.models.model import Mesh
+from frobs_core.models import Mesh
 from frobs_core.util.arrays import Floats
 from frobs_core.util.budgets import BUDGETS
 from frobs_core.util.errors import ModelFileError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frobs_core.models.model import Mesh
+from frobs_core.models import Mesh
 from frobs_core.util.arrays import Floats
 from frobs_core.util.errors import ModelFileError
 from frobs_models.meshes.mesh import joined, read_mesh, scaled

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.models.inertia import inertia_matrix, parallel_axis
-from frobs_core.models.kinematics import compose, pose_from_array
-from frobs_core.models.model import (
+from frobs_core.models import (
     Box,
     Capsule,
     Collision,
@@ -23,8 +21,12 @@ from frobs_core.models.model import (
     Pose,
     Sphere,
     Visual,
+    compose,
+    inertia_matrix,
+    parallel_axis,
+    pose_from_array,
+    solid,
 )
-from frobs_core.models.solids import solid
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import matrix_from_quat
 from frobs_models.limits import MAX_MASS

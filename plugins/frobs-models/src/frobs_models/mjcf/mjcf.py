@@ -19,8 +19,18 @@ from pathlib import Path
 
 import numpy as np
 
-from frobs_core.models.kinematics import compose, pose_array, pose_from_array
-from frobs_core.models.model import Inertial, Joint, JointLimits, JointType, Link, Mimic, RobotModel
+from frobs_core.models import (
+    Inertial,
+    Joint,
+    JointLimits,
+    JointType,
+    Link,
+    Mimic,
+    RobotModel,
+    compose,
+    pose_array,
+    pose_from_array,
+)
 from frobs_core.util.arrays import Floats
 from frobs_core.util.rotations import quat_from_axis_angle
 from frobs_models.mjcf.document import MjcfDocument

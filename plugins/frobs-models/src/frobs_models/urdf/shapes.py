@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import TypeAlias
 
-from frobs_core.models.model import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
+from frobs_core.models import Box, Capsule, Collision, Cylinder, Geometry, Mesh, Pose, Sphere, Visual
 from frobs_core.util.errors import ModelFileError
 from frobs_core.util.rotations import quat_from_rpy
 from frobs_models.limits import MAX_LENGTH

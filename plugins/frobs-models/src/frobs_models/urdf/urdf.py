@@ -13,8 +13,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from frobs_core.models.kinematics import MOVING
-from frobs_core.models.model import Joint, JointLimits, JointType, Link, Mimic, RobotModel
+from frobs_core.models import MOVING, Joint, JointLimits, JointType, Link, Mimic, RobotModel
 from frobs_models.inertia import read_inertials
 from frobs_models.limits import MAX_COEFFICIENT
 from frobs_models.notes import Notes

@@ -10,8 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.contracts import CommandMode, Controller, JointGroup, Simulation
-from frobs_core.contracts.control import RobotControl, joint_groups
+from frobs_core.contracts import CommandMode, Controller, JointGroup, RobotControl, Simulation, joint_groups
 from frobs_core.description import Placement, Robot, Scene
 from frobs_core.kernel.compose import build
 from frobs_core.kernel.robot_config import RobotConfig

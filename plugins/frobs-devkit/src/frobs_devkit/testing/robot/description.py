@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from frobs_core import plugins
-from frobs_core.contracts.control import joint_groups
+from frobs_core.contracts import joint_groups
 from frobs_core.description import Robot
 from frobs_core.models import (
     JointType,

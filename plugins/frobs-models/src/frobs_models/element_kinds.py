@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from frobs_core.models.model import Geometry, JointType, Mesh, RobotModel
+from frobs_core.models import Geometry, JointType, Mesh, RobotModel
 from frobs_models.mjcf.document import MjcfDocument
 from frobs_models.xmltree import Element, parse_xml
 

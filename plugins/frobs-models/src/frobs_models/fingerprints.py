@@ -10,7 +10,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from frobs_core.models.model import RobotModel
+from frobs_core.models import RobotModel
 from frobs_core.util.errors import ModelFileError
 from frobs_core.util.files import read_limited
 from frobs_models.meshes.files import MAX_BYTES
