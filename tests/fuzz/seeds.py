@@ -1,4 +1,4 @@
-"""Valid inputs to start from, and the attacks of ``tests/security`` and ``tests/models``."""
+"""Valid inputs to start from, and the attacks of ``tests/security`` and of the readers of model files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SHIPPED = (
     "tests/docs/files/my_arm.urdf",
     "tests/docs/files/my_arm.urdf.xacro",
     "tests/docs/files/my_rover.urdf",
-    "tests/models/demo.xml",
+    "plugins/frobs-models/tests/demo.xml",
     "tests/contracts/arm.urdf.xacro",
     "tests/external_plugins/acme-robot-scara/src/acme_robot_scara/models/scara.urdf",
     "plugins/frobs-robots-abb/src/frobs_robots_abb/models/irb120.urdf.xacro",

@@ -62,8 +62,7 @@ BROKEN = {
     "unknown hook": (
         hook("return []", "xyz"),
         "there is no hook 'xyz'; available hooks: "
-        "frobs_simulators, frobs_robots, frobs_controllers, frobs_tasks, frobs_algorithms, frobs_abilities, "
-        "frobs_sensor_types, frobs_parameters",
+        "frobs_simulators, frobs_robots, frobs_controllers, frobs_tasks, frobs_algorithms, frobs_extensions",
     ),
     "hook with an argument": (
         HEADER + "@hookimpl\ndef frobs_robots(config): return []",
