@@ -32,7 +32,7 @@ def frobs_tasks():
 @hookimpl
 def frobs_algorithms():
     return [AlgorithmRecord(name="kit_algorithm", summary="learns", entry_point="{module}_parts:ALGORITHM",
-                            install_hint="pip install kit", tuned={{"kit/Reach-v0": "frobs_core:errors.py"}})]
+                            install_hint="pip install kit", tuned={{"kit/Reach-v0": "frobs_core:util/errors.py"}})]
 """
 PARTS = """
 from frobs_core.description import Robot
@@ -133,7 +133,7 @@ FAULTS: dict[str, tuple[str, Callable[[str], str], str]] = {
     ),
     "policy_is_something_else": (
         "pretrained_policies_fit",
-        change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:errors.py'"),
+        change("max_episode_steps=50", "max_episode_steps=50, pretrained='frobs_core:util/errors.py'"),
         "not a policy bundle",
     ),
     "tuned_file_missing": ("tuned_settings_exist", change("errors.py", "tuned.yaml"), "does not contain this file"),
