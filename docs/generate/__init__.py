@@ -20,6 +20,7 @@ from generate import (
     ros_features,
     rules,
     signatures,
+    step_figure,
     step_files,
 )
 
@@ -42,6 +43,7 @@ INSERTS = {
     "architecture.svg": architecture.figure,
     "gallery.inc": gallery.fragment,
     "step-files.inc": step_files.fragment,
+    "step-calls.svg": step_figure.figure,
     "unsupported-abilities.inc": capabilities.unsupported,
 }
 """Files that other pages include, with what writes them."""

@@ -25,6 +25,10 @@ _COLUMNS = {
     "frobs-devkit": 0,
     "frobs-ros": 1,
     "frobs-core": 2,
+    "frobs-models": 3,
+    "frobs-grippers": 8,
+    "more robots": 8,
+    "frobs-ray": 8,
     "frobs-cli": 2,
     "simulators": 3,
     "robots": 4,
@@ -37,7 +41,7 @@ _COLUMNS = {
 }
 """Column of each box; boxes that are not listed share a further one. The rows follow from the imports."""
 
-_SPANS = {"frobs-deploy": 2, "frobs-core": 6}
+_SPANS = {"frobs-deploy": 2, "frobs-core": 7}
 """Boxes that are several columns wide."""
 
 _STYLE = """
@@ -106,18 +110,18 @@ def figure() -> str:
 
 
 def _boxes(imports: dict[str, set[str]]) -> list[Box]:
-    """Return the boxes: the plugins of a kind share one if they import the core alone, and the others another one."""
+    """Return the boxes: the plugins of a kind share one if they import only the core and the readers of models."""
     groups = defaultdict(list)
     for name, lower in imports.items():
         kind = next((kind for start, kind in _KINDS.items() if name.startswith(start)), "")
-        title = kind if lower == {"frobs-core"} else f"more {kind}"
+        title = kind if lower <= {"frobs-core", "frobs-models"} else f"more {kind}"
         groups[title if kind else name].append(name)
     free = max(_COLUMNS.values()) + 1
     boxes = []
     for title, members in groups.items():
         name = members[0] if len(members) == 1 and title not in _KINDS.values() else title
         column, span = _COLUMNS.get(name, free), _SPANS.get(name, 1)
-        boxes.append(Box(name, tuple(members), _layer(members[0], imports), column, span))
+        boxes.append(Box(name, tuple(members), max(_layer(member, imports) for member in members), column, span))
     return boxes
 
 
