@@ -13,7 +13,7 @@ from frobs_core.util.install_hints import CHECKOUT, local_install_hint
     [
         ("pip install frobs-ros", "pip install -e plugins/frobs-ros"),
         ("pip install 'frobs-ros[ros]'", "pip install -e 'plugins/frobs-ros[ros]'"),
-        ("pip install 'frobs-core[decomposition]'", "pip install -e '.[decomposition]'"),
+        ("pip install 'frobs-models[decomposition]'", "pip install -e 'plugins/frobs-models[decomposition]'"),
         ("pip install 'frobs-cli>=0.3,<0.4'", "pip install -e plugins/frobs-cli"),
         ("pip install frobs-cli frobs-ros, and ROS", "pip install -e plugins/frobs-cli -e plugins/frobs-ros, and ROS"),
         ("pip install frobs-sim-newton", "pip install frobs-sim-newton"),

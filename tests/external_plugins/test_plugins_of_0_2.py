@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
-from clean import FROBS, HERE, PLUGINS, Environment, imports
+from clean import FROBS, HERE, PLUGINS, ROOT, Environment, imports
 from wheels import build_wheels, frobs_wheels
 
 from frobs_core.deprecation import MOVED
@@ -30,6 +36,22 @@ def test_every_module_that_they_import_was_public_in_0_2() -> None:
         if module.startswith("frobs_core.")
     }
     assert {"frobs_core.interfaces", "frobs_core.specs"} <= modules <= MOVED.keys()
+
+
+def test_the_script_of_the_porting_guide_replaces_the_imports(tmp_path: Path) -> None:
+    guide = (ROOT / "docs" / "how-to" / "port-from-0.2.md").read_text("utf-8")
+    script = tmp_path / "port_imports.py"
+    script.write_text(guide.partition('```python file="port_imports.py"')[2].partition("```")[0])
+    folder = shutil.copytree(PAIR / "frobs-tasks-my-arm" / "src", tmp_path / "src")
+    files = sorted(folder.rglob("*.py"))
+    subprocess.run([sys.executable, script, *files], check=True)
+    now = [one for path in files for one in imports(path)]
+    assert ("frobs_core.contracts", "Task") in now
+    assert ("frobs_core.description", "ObservationTerm") in now
+    assert not [one for one in now if one[0] in MOVED and one[0] != "frobs_core.models"]
+    environment = {**os.environ, "PYTHONPATH": str(folder), "FROBS_DEPRECATIONS": "error"}
+    command = [sys.executable, "-W", "error::DeprecationWarning", "-c", "import frobs_tasks_my_arm.task"]
+    subprocess.run(command, check=True, env=environment)
 
 
 @pytest.mark.slow

@@ -86,7 +86,7 @@ def _decompose(mesh: Mesh, whole: MeshPart) -> tuple[MeshPart, ...]:
         import coacd
     except ImportError as error:
         purpose = f"the convex decomposition of {mesh.path}"
-        raise MissingDependencyError(purpose, ["coacd"], "pip install 'frobs-core[decomposition]'") from error
+        raise MissingDependencyError(purpose, ["coacd"], "pip install 'frobs-models[decomposition]'") from error
     logging.getLogger(__name__).info("decomposing %s into convex parts; the result is cached", mesh.path)
     coacd.set_log_level("error")
     found = coacd.run_coacd(coacd.Mesh(whole.vertices, whole.faces), **_SETTINGS)
