@@ -92,7 +92,7 @@ MOVED: Mapping[str, Sequence[str]] = {
 }
 """Public modules of version 0.2, and the modules that define their names now. Some modules still exist, with fewer names."""
 
-RENAMED: Mapping[str, str] = {}
+RENAMED: Mapping[str, str] = {"RandomizationError": "SettingError", "SensorSettingError": "SettingError"}
 """New names of what version 0.2 offered under another name in one of these modules."""
 
 

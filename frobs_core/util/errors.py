@@ -22,8 +22,7 @@ Class hierarchy::
     │   ├── SceneError              a scene is inconsistent, or the simulator cannot build it
     │   ├── PhysicsParameterError   a physical parameter has an invalid value or cannot be changed
     │   ├── ObservationTermError    an observation term is invalid
-    │   ├── SensorSettingError      the settings of a sensor are invalid
-    │   ├── RandomizationError      the settings in randomize=… are invalid
+    │   ├── SettingError            a setting in sensors=… or randomize=… is invalid
     │   ├── UnsuitableRobotError    a task, controller or tool cannot use this robot
     │   ├── IncompatibleSpaceError  an algorithm, wrapper or controller cannot use this space
     │   ├── ModelMismatchError      a trained model or run was made for a different environment
@@ -161,6 +160,12 @@ class UnknownNameError(PluginError):
         super().__init__(text)
 
 
+def check_name(kind: str, name: str, available: Iterable[str]) -> None:
+    """Raise :class:`UnknownNameError` unless the name exists. For the arguments, see there."""
+    if name not in available:
+        raise UnknownNameError(kind, name, available)
+
+
 class AmbiguousNameError(PluginError):
     """Two distributions provide the same name.
 
@@ -200,6 +205,14 @@ class UnknownParameterError(ConfigurationError):
         self.name = name
         self.available = tuple(sorted(available))
         super().__init__(f"{owner} has no parameter '{name}'.{_hint(name, self.available)}")
+
+
+def check_keys(owner: str, given: Iterable[object], available: Iterable[str]) -> None:
+    """Raise :class:`UnknownParameterError` for the first keyword that is not available. For the arguments, see there."""
+    known = tuple(available)
+    for name in given:
+        if name not in known:
+            raise UnknownParameterError(owner, str(name), known)
 
 
 class ParameterValueError(ConfigurationError):
@@ -390,25 +403,11 @@ class PhysicsParameterError(ConfigurationError):
         super().__init__(f"{parameter} of '{target}' {reason}")
 
 
-class SensorSettingError(ConfigurationError):
-    """The settings of a sensor are invalid.
+class SettingError(ConfigurationError):
+    """A setting of a sensor or of the randomization is invalid.
 
     Args:
-        sensor: Name of the sensor.
-        reason: The problem and how to fix it.
-    """
-
-    def __init__(self, sensor: str, reason: str) -> None:
-        self.sensor = sensor
-        self.reason = reason
-        super().__init__(f"sensors.{sensor}: {reason}")
-
-
-class RandomizationError(ConfigurationError):
-    """The settings in ``randomize=…`` are invalid.
-
-    Args:
-        place: Location of the setting, such as ``"randomize.mass[1].scale"``.
+        place: Location of the setting, such as ``"sensors.lidar"`` or ``"randomize.mass[1].scale"``.
         reason: The problem and how to fix it.
     """
 

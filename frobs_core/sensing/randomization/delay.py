@@ -10,7 +10,7 @@ from frobs_core.sensing.randomization.distribution import Distribution
 from frobs_core.sensing.randomization.schedule import Draw, Sample
 from frobs_core.sensing.randomization.settings import Setting
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
@@ -26,12 +26,12 @@ class ActionDelay:
         control_timestep: [s]
 
     Raises:
-        RandomizationError: A controller computes a new command at every physics step.
+        SettingError: A controller computes a new command at every physics step.
     """
 
     def __init__(self, setting: Setting, control: Control, control_timestep: float) -> None:
         if control.physics_rate:
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
                 "the commands of a controller that runs at the physics rate cannot be delayed; remove this setting.",
             )

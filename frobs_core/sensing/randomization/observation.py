@@ -18,7 +18,7 @@ from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import Setting
 from frobs_core.sensing.randomization.targets import matches
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
@@ -155,7 +155,7 @@ class ObservedArrays:
         found = matches(setting.targets or ("*",), names, f"observation term of {setting.place}")
         for i in found:
             if names[i] in self._imperfect:
-                raise RandomizationError(
+                raise SettingError(
                     setting.place,
                     f"the observation term '{names[i]}' reads a sensor that already has noise, delay or other "
                     "imperfections; set noise and delay either for the sensor or in randomize.",
@@ -165,7 +165,7 @@ class ObservedArrays:
     def _find_array(self, key: str, setting: Setting) -> tuple[ObservedArray, gym.spaces.Box]:
         space: Any = self._space[key] if isinstance(self._space, gym.spaces.Dict) else self._space
         if not isinstance(space, gym.spaces.Box):
-            raise RandomizationError(
+            raise SettingError(
                 setting.place, f"the observation '{key}' has the space {space}; noise and delays require a Box."
             )
         if key not in self.arrays:
@@ -177,13 +177,13 @@ class ObservedArrays:
         for name, (key, columns) in self._named(setting).items():
             array, space = self._find_array(key, setting)
             if len(space.shape) != 1 or space.dtype.kind != "f":
-                raise RandomizationError(
+                raise SettingError(
                     setting.place, f"the observation '{key}' has the space {space}; noise requires a vector of floats."
                 )
             numbers = slice(start, start := start + columns.stop - columns.start)
             places.append((name, array, columns, numbers))
         if setting.distribution.width not in (1, start):
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
                 f"the setting has {setting.distribution.width} numbers for {start} columns; write one number, or one "
                 "number for each column.",

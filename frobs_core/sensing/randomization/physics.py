@@ -14,7 +14,7 @@ from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import CAPABILITY, Setting
 from frobs_core.sensing.randomization.targets import find_units, matches
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 _LEAST = {"mass": 0.01, "size": 0.01}
@@ -64,7 +64,7 @@ class PhysicalParameter:
         self._name, self._simulation, self._robots = name, simulation, robots
         modes = {mode for robot in robots for mode in simulation.robots[robot].command_modes}
         if modes and all((name, mode) in _WITHOUT_EFFECT for mode in modes):
-            raise RandomizationError(
+            raise SettingError(
                 settings[0].place,
                 f"this setting has no effect, because "
                 f"{_WITHOUT_EFFECT[name, modes.pop()]}; remove the setting, or choose another controller.",
@@ -133,7 +133,7 @@ class PhysicalParameter:
         patterns = setting.targets or ([f"{robot}/*" for robot in self._robots] if self._name in _OF_ROBOTS else ["*"])
         found = matches(patterns, self.names, f"target of {setting.place}")
         if setting.change == "scale" and not self._changes and not self.nominal[:, found].any():
-            raise RandomizationError(
+            raise SettingError(
                 setting.place,
                 f"the nominal {self._name} of {', '.join(self.names[c] for c in found)} is 0, so "
                 "scale has no effect; use add or set.",
@@ -147,7 +147,7 @@ class PhysicalParameter:
         given = setting.distribution.width
         if given != 1 and (not vector or given != width):
             one = "one number, or (except for a scale) three numbers for x, y and z" if vector else "one number"
-            raise RandomizationError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
+            raise SettingError(setting.place, f"a bound has {given} numbers; for each bound, write {one}.")
         sample = partial(_sample, setting, width)
         return Draw(setting.stream, setting.schedule, sample, np.zeros((len(self.nominal), width)), control_timestep)
 
@@ -192,7 +192,7 @@ class PhysicalParameter:
         if wrong.size:
             column = int(wrong[0])
             bound = f"{_LEAST[self._name]:.0%} of the nominal {self._name}" if self._name in _LEAST else "0"
-            raise RandomizationError(
+            raise SettingError(
                 settings[-1].place,
                 f"the {self._name} of {self.names[column]}, whose nominal value is {self.nominal[0, column]:.6g}, "
                 f"could become {value[0, column]:.6g}, which is below {bound}; narrow the range.",

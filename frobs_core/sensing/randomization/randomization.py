@@ -19,7 +19,7 @@ from frobs_core.sensing.randomization.physics import PhysicalParameter
 from frobs_core.sensing.randomization.schedule import Draw
 from frobs_core.sensing.randomization.settings import Settings, physical_parameters
 from frobs_core.util.arrays import Floats, Mask
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
@@ -143,7 +143,7 @@ class Randomization:
         """
         mine = self.snapshot().keys()
         if mine != snapshot.keys():
-            raise RandomizationError(
+            raise SettingError(
                 "randomize",
                 "the snapshot was taken with different randomization settings; differing entries: "
                 f"{sorted(mine ^ snapshot.keys())[:4]}.",

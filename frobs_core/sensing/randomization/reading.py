@@ -10,7 +10,7 @@ import numpy as np
 from frobs_core.sensing.randomization.distribution import Distribution, Shape
 from frobs_core.sensing.randomization.schedule import Schedule, When
 from frobs_core.util.arrays import Floats
-from frobs_core.util.errors import ConfigurationError, RandomizationError, UnknownParameterError
+from frobs_core.util.errors import ConfigurationError, SettingError, UnknownParameterError
 
 Keys = tuple[str | int, ...]
 """Position of a setting under ``randomize``, as mapping keys and list indices."""
@@ -38,7 +38,7 @@ class Problem(Exception):  # noqa: N818 - never leaves this package
         """Return the error to show to the user."""
         if isinstance(self.reason, ConfigurationError):
             return self.reason
-        return RandomizationError(self.place(self.keys), self.reason)
+        return SettingError(self.place(self.keys), self.reason)
 
 
 def read_distribution(keys: Keys, given: Any, neutral: float | None) -> Distribution:

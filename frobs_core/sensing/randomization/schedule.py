@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.contracts.simulation import Snapshot
 from frobs_core.util.arrays import Floats, Mask, rows_of
-from frobs_core.util.errors import RandomizationError
+from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 Sample = Callable[[RandomSource, str, Mask | None], Floats]
@@ -55,7 +55,7 @@ class Schedule:
         counts = [round(seconds / control_timestep) for seconds in self.interval]
         for seconds, count in zip(self.interval, counts, strict=True):
             if count < 1 or abs(count * control_timestep - seconds) > 1e-9 * seconds:
-                raise RandomizationError(
+                raise SettingError(
                     place,
                     f"an interval of {seconds} s is not a whole number of control steps of {control_timestep} s; "
                     f"{max(1, count) * control_timestep:.10g} s would work.",
