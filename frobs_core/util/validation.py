@@ -68,7 +68,7 @@ def validate(model: type[Model], settings: Mapping[str, Any], owner: str) -> Mod
 
 def _explain(owner: str, name: str, problem: Mapping[str, Any]) -> ConfigurationError:
     """Return the error for a problem that pydantic reports."""
-    message, value = problem["msg"], problem["input"]
+    message, value = problem["msg"].removeprefix("Value error, "), problem["input"]
     if problem["type"] == "missing":
         return MissingSettingError(owner, name)
     if message.startswith("Input should be "):
