@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot
 from frobs_core.description.scene import Placement, Scene
 from frobs_core.models.model import Link
 from frobs_core.util.arrays import Floats, Mask

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from frobs_core.contracts import RobotHandle, Simulation, Snapshot, StepContext
+from frobs_core.contracts import RobotHandle, Simulation, Stateful, StepContext
 from frobs_core.contracts.control import Control
 from frobs_core.description import VECTORS, Marker, ObservationTerm, Scene, Sensor
 from frobs_core.plugins.records import Level
@@ -116,7 +116,7 @@ def needed_capabilities(settings: Mapping[str, Mapping[str, Any]]) -> dict[str, 
     }
 
 
-class AddedTerms:
+class AddedTerms(Stateful):
     """Added observation terms, bound to a simulation.
 
     Args:
@@ -170,17 +170,9 @@ class AddedTerms:
         for sensors in self._sensors.values():
             sensors.advance(rng)
 
-    def snapshot(self) -> Snapshot:
-        """Return the state that the terms store between steps, by term name."""
-        return {
-            f"{name}/{key}": value for name, part in self._sensors.items() for key, value in part.snapshot().items()
-        }
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for name, part in self._sensors.items():
-            start = f"{name}/"
-            part.restore({key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)})
+    def stored_parts(self) -> Mapping[str, Sensors]:
+        """Return the sensors that the terms read, by term name."""
+        return self._sensors
 
     def _robot(self, name: str, term: Mapping[str, Any]) -> tuple[str, RobotHandle]:
         robots = self._simulation.robots

@@ -12,7 +12,7 @@ from pathlib import Path
 
 __all__ = ["local_install_hint"]
 
-CHECKOUT = Path(__file__).resolve().parents[1]
+CHECKOUT = Path(__file__).resolve().parents[2]
 """The folder that contains ``frobs_core``: the repository, or ``site-packages``."""
 
 _REQUIREMENT = re.compile(

@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import VECTORS, Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import whole_steps
@@ -37,7 +37,7 @@ class ObservedArray:
 
     def __init__(self, key: str, space: gym.spaces.Box, num_envs: int, depth: int) -> None:
         self.key = key
-        self._history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
+        self.history = np.zeros((num_envs, depth, *space.shape), space.dtype)  # newest first
         self._low, self._high = (np.asarray(bound, np.float64) for bound in (space.low, space.high))
         self._noise: list[tuple[slice, Draw, slice]] = []
         self._delays: list[tuple[Any, Draw]] = []
@@ -53,12 +53,12 @@ class ObservedArray:
 
     def begin(self, true: np.ndarray[Any, Any], mask: Mask) -> np.ndarray[Any, Any]:
         """Clear the history of the environments selected by ``mask``, and return all environments' observations."""
-        self._history[mask] = self._measure(true, mask)[:, None]
+        self.history[mask] = self._measure(true, mask)[:, None]
         return self.observed()
 
     def step(self, true: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         """Store a new measurement and return the current observations."""
-        history = self._history
+        history = self.history
         if history.shape[1] > 1:
             history[:, 1:] = history[:, :-1].copy()
         history[:, 0] = self._measure(true, slice(None))
@@ -66,9 +66,9 @@ class ObservedArray:
 
     def observed(self) -> np.ndarray[Any, Any]:
         """Return the current observations, (num_envs, …), as a new array."""
-        observed = self._history[:, 0].copy()
+        observed = self.history[:, 0].copy()
         for columns, draw in self._delays:
-            late = self._history[self._each, draw.numbers.astype(np.intp)]
+            late = self.history[self._each, draw.numbers.astype(np.intp)]
             observed[columns] = late[columns]
         return observed
 
@@ -82,16 +82,8 @@ class ObservedArray:
             np.clip(measured[:, columns], self._low[columns], self._high[columns], out=measured[:, columns])
         return measured.astype(true.dtype)
 
-    def snapshot(self) -> Snapshot:
-        """Return the stored measurements."""
-        return {f"measured/{self.key}": self._history.copy()}
 
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._history[:] = snapshot[f"measured/{self.key}"]
-
-
-class ObservedArrays:
+class ObservedArrays(Stateful):
     """The arrays of an observation that have noise or delay.
 
     Args:
@@ -208,21 +200,9 @@ class ObservedArrays:
     def _zeros(self, *shape: int) -> Floats:
         return np.zeros((self._num_envs, *shape))
 
-    def snapshot(self) -> Snapshot:
-        """Return the stored measurements and the current random numbers."""
-        state: Snapshot = {}
-        for array in self.arrays.values():
-            state |= array.snapshot()
-        for draw in self.draws:
-            state |= draw.snapshot()
-        return state
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        for array in self.arrays.values():
-            array.restore(snapshot)
-        for draw in self.draws:
-            draw.restore(snapshot)
+    def stored_arrays(self) -> Snapshot:
+        """Return the stored measurements."""
+        return {key: array.history for key, array in self.arrays.items()}
 
 
 def _sample(distribution: Distribution, width: int, rng: RandomSource, stream: str, mask: Mask | None) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from frobs_core.contracts import Simulation
 from frobs_core.contracts.control import Control
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.description import Observation
 from frobs_core.sensing.observation import Observations
 from frobs_core.sensing.randomization.delay import ActionDelay
@@ -23,7 +23,7 @@ from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
 
 
-class Randomization:
+class Randomization(Stateful):
     """Randomization that makes environments and episodes differ from each other.
 
     An environment's draws depend on its seed, episode and step and on the setting's own stream, but not on other
@@ -124,16 +124,12 @@ class Randomization:
         """Keys of a dictionary observation that have noise or delay, or ``"observation"`` for a single array."""
         return frozenset(() if self._observed is None else self._observed.arrays)
 
-    def snapshot(self) -> Snapshot:
+    def stored_parts(self) -> Mapping[str, Stateful]:
         """Return all current values, and the commands and measurements that are still delayed."""
-        state: Snapshot = {}
-        for parameter in self._physics:
-            state |= parameter.snapshot()
-            for draw in parameter.draws:
-                state |= draw.snapshot()
-        for part in (self._delay, self._observed):
-            state |= {} if part is None else part.snapshot()
-        return state
+        late = {"action_delay": self._delay, "measured": self._observed}
+        draws = [draw for part in (*self._physics, *late.values()) if part is not None for draw in part.draws]
+        parts = {**{parameter.name: parameter for parameter in self._physics}, **late}
+        return {name: part for name, part in parts.items() if part is not None} | {draw.stream: draw for draw in draws}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot.
@@ -148,10 +144,4 @@ class Randomization:
                 "the snapshot was taken with different randomization settings; differing entries: "
                 f"{sorted(mine ^ snapshot.keys())[:4]}.",
             )
-        for parameter in self._physics:
-            parameter.restore(snapshot)
-            for draw in parameter.draws:
-                draw.restore(snapshot)
-        for part in (self._delay, self._observed):
-            if part is not None:
-                part.restore(snapshot)
+        super().restore(snapshot)

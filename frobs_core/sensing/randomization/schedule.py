@@ -8,7 +8,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from frobs_core.contracts.simulation import Snapshot
+from frobs_core.contracts.stateful import Snapshot, Stateful
 from frobs_core.util.arrays import Floats, Mask, rows_of
 from frobs_core.util.errors import SettingError
 from frobs_core.util.random import RandomSource
@@ -63,7 +63,7 @@ class Schedule:
         return counts[0], counts[1]
 
 
-class Draw:
+class Draw(Stateful):
     """Numbers that are drawn repeatedly and stay constant between draws.
 
     Args:
@@ -121,13 +121,6 @@ class Draw:
             wait = low if low == high else rng.integers(f"{self.stream}/interval", low, high + 1, (), mask)
             self._due[rows] = rng.steps[rows] + np.asarray(wait, np.uint64)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the current numbers and the times of the next draws."""
-        state: Snapshot = {f"{self.stream}/numbers": self.numbers.copy()}
-        return {**state, f"{self.stream}/due": self._due.copy()} if self.changes_in_episode else state
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self.numbers[:] = snapshot[f"{self.stream}/numbers"]
-        if self.changes_in_episode:
-            self._due[:] = snapshot[f"{self.stream}/due"]
+        return {"numbers": self.numbers, "due": self._due} if self.changes_in_episode else {"numbers": self.numbers}

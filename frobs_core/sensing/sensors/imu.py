@@ -55,10 +55,6 @@ class ImuInstrument(Instrument):
         arm = quat_rotate(self.robot.frame_pose(self._frame)[1], self._offset)
         return lin_vel_world + np.cross(ang_vel_world, arm)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the most recent velocity and acceleration."""
-        return {"velocity": self._velocity.copy(), "acceleration": self._acceleration.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._velocity, self._acceleration = snapshot["velocity"].copy(), snapshot["acceleration"].copy()
+        return {"velocity": self._velocity, "acceleration": self._acceleration}

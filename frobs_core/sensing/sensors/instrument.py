@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from frobs_core.contracts import RobotHandle, Simulation, Snapshot
+from frobs_core.contracts import RobotHandle, Simulation, Stateful
 from frobs_core.description import Contact, Scene, Sensor
 from frobs_core.util.arrays import Floats, Mask
 from frobs_core.util.errors import PluginError
 
 
-class Instrument(ABC):
+class Instrument(Stateful, ABC):
     """Base class of instruments, which measure true values in batches.
 
     ``frobs_core.sensing.sensors.channel.Channel`` adds noise, delay and other imperfections.
@@ -53,13 +53,6 @@ class Instrument(ABC):
     @abstractmethod
     def measure(self) -> Floats:
         """Return the current reading of a perfect sensor, (num_envs, width)."""
-
-    def snapshot(self) -> Snapshot:
-        """Return the state that the instrument stores between steps."""
-        return {}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
 
 
 def instrument_of(sensor: Sensor) -> type[Instrument]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import gymnasium as gym
 import numpy as np
 
-from frobs_core.contracts import Simulation, Snapshot
+from frobs_core.contracts import Simulation, Snapshot, Stateful
 from frobs_core.description import ObservationTerm, Sensor
 from frobs_core.sensing.sensors.channel import Channel
 from frobs_core.sensing.sensors.instrument import Instrument, instrument_of
@@ -17,7 +17,7 @@ from frobs_core.util.errors import UnknownNameError
 from frobs_core.util.random import RandomSource
 
 
-class Sensors:
+class Sensors(Stateful):
     """The sensors of a robot in all environments.
 
     A task creates a ``Sensors`` object in ``bind``. The task calls :meth:`reset` at the end of its own ``reset``, when
@@ -67,8 +67,6 @@ class Sensors:
             delay = count_delay(name, sensor, control_timestep)
             if period > 1 or not sensor.is_ideal:
                 self._channels[name] = Channel(f"sensor/{robot}/{name}", sensor, self._num_envs, period, delay)
-        self._stateful: dict[str, Instrument | Channel] = {**self._instruments}
-        self._stateful |= {f"{name}/read": channel for name, channel in self._channels.items()}
         self._readings: dict[str, Floats] = {}
 
     @property
@@ -145,19 +143,12 @@ class Sensors:
             raise UnknownNameError("sensor", name, self._sensors)
         return self._sensors[name]
 
-    def snapshot(self) -> Snapshot:
-        """Return the state that the sensors store between steps, for use in the task's own snapshot."""
-        return {
-            f"sensor/{name}/{key}": value
-            for name, stateful in self._stateful.items()
-            for key, value in stateful.snapshot().items()
-        }
+    def stored_parts(self) -> Mapping[str, Instrument | Channel]:
+        """Return the instruments and the samples that they have taken."""
+        instruments = {f"sensor/{name}": instrument for name, instrument in self._instruments.items()}
+        return {**instruments, **{f"sensor/{name}/read": channel for name, channel in self._channels.items()}}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot. Entries that belong to other objects are ignored."""
         self._readings.clear()
-        for name, stateful in self._stateful.items():
-            start = f"sensor/{name}/"
-            stateful.restore(
-                {key.removeprefix(start): value for key, value in snapshot.items() if key.startswith(start)}
-            )
+        super().restore(snapshot)

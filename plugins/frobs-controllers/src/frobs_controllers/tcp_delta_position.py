@@ -93,10 +93,6 @@ class TcpDeltaPosition(Controller):
         np.add(there, error, out=target)
         return self._ik.move(self._error)
 
-    def snapshot(self) -> Snapshot:
+    def stored_arrays(self) -> Snapshot:
         """Return the commanded joint positions and the target point."""
-        return {"commanded": self._ik.commanded.copy(), "target": self._target.copy()}
-
-    def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot."""
-        self._ik.commanded[:], self._target[:] = snapshot["commanded"], snapshot["target"]
+        return {"commanded": self._ik.commanded, "target": self._target}
